@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace truetriad {
+
+/// What kind of failure an error is; the number is the exit code of the command line.
+enum class ErrorCode {
+  kUsage = 1,      ///< The call itself is wrong: unknown verb or flag, a flag missing.
+  kBadInput = 2,   ///< A file is malformed, or no number in it can be trusted as a reading.
+  kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
+};
+
+/// A failure: what was seen, where (file:line), what was expected, what to try.
+struct Error {
+  ErrorCode code = ErrorCode::kBadInput;
+  std::string message;
+};
+
+inline Error UsageError(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
+inline Error BadInputError(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
+inline Error NotEnoughError(std::string message) {
+  return {ErrorCode::kNotEnough, std::move(message)};
+}
+
+/// A value or the reason why there is none. Spelled like std::expected, which needs C++23.
+template <typename T>
+class [[nodiscard]] Result {
+ public:
+  Result(T value) : content_(std::move(value)) {}        // NOLINT(google-explicit-constructor)
+  Result(Error error) : content_(std::move(error)) {}    // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool has_value() const { return content_.index() == 0; }
+  explicit operator bool() const { return has_value(); }
+
+  T& value() & { return std::get<0>(content_); }
+  const T& value() const& { return std::get<0>(content_); }
+  T&& value() && { return std::get<0>(std::move(content_)); }
+  T& operator*() & { return value(); }
+  const T& operator*() const& { return value(); }
+  T&& operator*() && { return std::move(*this).value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+
+  const Error& error() const { return std::get<1>(content_); }
+
+ private:
+  std::variant<T, Error> content_;
+};
+
+/// Success, or the reason for failure.
+class [[nodiscard]] Status {
+ public:
+  Status() = default;
+  Status(Error error) : error_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
+
+  [[nodiscard]] bool has_value() const { return !error_.has_value(); }
+  explicit operator bool() const { return has_value(); }
+  const Error& error() const { return *error_; }
+
+ private:
+  std::optional<Error> error_;
+};
+
+}  // namespace truetriad
+
+/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has one.
+#define TRUETRIAD_RETURN_IF_ERROR(expression)          \
+  do {                                                 \
+    if (auto status_or_ = (expression); !status_or_) { \
+      return status_or_.error();                       \
+    }                                                  \
+  } while (false)

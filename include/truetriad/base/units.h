@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+/// Standard gravity, by which the unit g is defined. CGPM 1901.
+inline constexpr double kStandardGravityMps2 = 9.80665;
+
+/// The unit of a triad's raw readings. Truth is m/s^2, rad/s, uT; raw keeps this unit.
+struct Unit {
+  std::string name;               ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
+  double truth_per_raw = 1.0;     ///< True units in one raw unit; 1 for counts, whose scale is unknown.
+  bool is_counts = false;         ///< ADC counts (or any arbitrary unit): the scale is not known.
+};
+
+/// The unit named `name` for readings of `triad`; accepts only the names of interface.md.
+/// Error (bad input) lists the units that this triad can have.
+Result<Unit> ParseTriadUnit(Triad triad, std::string_view name);
+
+/// "m/s^2", "rad/s" or "uT".
+std::string_view TruthUnitName(Triad triad);
+
+/// Nanoseconds in one `name` (s, ms, us, ns); nullopt when there is no such time unit.
+std::optional<double> NanosecondsPer(std::string_view name);
+
+/// Offset and scale so that degC = scale * raw + offset; nullopt unless `name` is degC or K.
+struct TemperatureUnit {
+  double scale = 1.0;
+  double offset = 0.0;
+};
+std::optional<TemperatureUnit> ParseTemperatureUnit(std::string_view name);
+
+}  // namespace truetriad

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Where the poses of a recording come from.
+enum class PoseSelectionKind {
+  kDetect,    ///< Static detection finds them.
+  kEveryRow,  ///< Each row is a pose (a pose table).
+  kEveryN,    ///< Each block of `every` rows is a pose.
+  kColumn,    ///< A column numbers them, 0 = moving.
+  kRanges,    ///< Row ranges are given.
+};
+
+/// One given rest: rows first…last of the file, 0-based, last included.
+struct PoseRange {
+  std::int64_t first = 0;
+  std::int64_t last = 0;
+  std::string id;
+  std::string face_up;
+};
+
+struct PoseSelection {
+  PoseSelectionKind kind = PoseSelectionKind::kDetect;
+  std::int64_t every = 0;          ///< Rows a pose, for kEveryN. Range: >= 1.
+  std::vector<PoseRange> ranges;   ///< For kRanges, in file order.
+};
+
+/// How rests are found. The defaults need no tuning for any unit or rate.
+struct StaticDetectorOptions {
+  /// Shortest rest that counts, in seconds, after settling time is cut. Range: > 0.
+  double min_duration_s = 1.0;
+  /// A disturbance inside a rest shorter than this does not split it if the attitude is the same.
+  double max_knock_s = 1.5;
+};
+
+/// Called now and then with the share of the work done, 0…1.
+using ProgressCallback = std::function<void(double)>;
+
+/// Streams `source` once and reduces it to poses: mean, covariance of the mean (correlated noise
+/// allowed for), temperature, duration. Memory does not grow with the length of the log.
+/// Error: malformed readings (stuck or clipped sensor everywhere, time going backwards) are bad
+/// input; no rests is not-enough.
+Result<PoseSet> CollectPoses(SampleSource& source,
+                             const PoseSelection& selection,
+                             const StaticDetectorOptions& options = {},
+                             const ProgressCallback& progress = {});
+
+}  // namespace truetriad

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+
+/// What a recording says about one of its triads before any row is read.
+struct StreamInfo {
+  Triad triad = Triad::kAccelerometer;
+  Unit unit;
+  std::string file;                     ///< The file that holds it, as the user named it.
+  std::optional<double> si_per_count;   ///< True units per count, when the recording states it.
+  bool has_temperature = false;
+  bool has_pose_column = false;
+};
+
+/// What a recording says about itself.
+struct RecordingInfo {
+  std::string path;                     ///< The CSV or manifest that was opened.
+  std::string serial;                   ///< Empty when not given.
+  bool has_time = true;                 ///< False: rows only; time_ns then counts rows.
+  std::vector<StreamInfo> streams;      ///< At most one a triad.
+  const StreamInfo* Find(Triad triad) const {
+    for (const StreamInfo& stream : streams) {
+      if (stream.triad == triad) return &stream;
+    }
+    return nullptr;
+  }
+};
+
+/// A run of consecutive samples of one triad. The spans stay valid until the source's next call.
+/// Readings are in the stream's raw unit; rows with an empty or NaN field have been dropped.
+struct SampleBlock {
+  Triad triad = Triad::kAccelerometer;
+  std::span<const std::int64_t> time_ns;
+  std::span<const double> x, y, z;
+  std::span<const double> temperature_degc;  ///< Empty, or as long as x; NaN where not known yet.
+  std::span<const std::int32_t> pose;        ///< Empty, or as long as x; 0 = moving.
+  std::span<const std::int64_t> row;         ///< 0-based data row in the stream's file.
+};
+
+/// What was counted while a stream was read; complete once Next has returned false.
+struct StreamCounts {
+  std::int64_t samples = 0;        ///< Handed over.
+  std::int64_t dropped_empty = 0;  ///< Rows without this triad's fields (a slower sensor) or NaN.
+};
+
+/// Samples of all triads of one recording, streamed with bounded memory.
+class SampleSource {
+ public:
+  virtual ~SampleSource() = default;
+  virtual const RecordingInfo& info() const = 0;
+
+  /// Reads on and appends to `blocks` (cleared first) what was read. Blocks of one triad come in
+  /// time order (equal times allowed); with several files the one that lags most is read next, so
+  /// that streams stay within one block of each other. Returns false at the end (blocks empty).
+  virtual Result<bool> Next(std::vector<SampleBlock>* blocks) = 0;
+
+  /// Share of the input already read, 0…1, for progress.
+  virtual double progress() const = 0;
+
+  virtual StreamCounts counts(Triad triad) const = 0;
+
+  /// Files with hash and sample count; complete once Next has returned false.
+  virtual std::vector<InputFile> inputs() const = 0;
+};
+
+}  // namespace truetriad

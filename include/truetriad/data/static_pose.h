@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+
+/// What one triad saw during one rest.
+struct TriadPose {
+  std::int64_t samples = 0;
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  /// Covariance of mean_raw, raw unit squared, correlated noise allowed for; zero when unknown
+  /// (one sample, no sigma column): then `has_covariance` is false.
+  Eigen::Matrix3d mean_covariance_raw = Eigen::Matrix3d::Zero();
+  bool has_covariance = false;
+  /// Sample covariance inside the rest (one sample's noise), raw unit squared.
+  Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
+};
+
+/// An attitude that somebody else measured (turntable, robot, fixture).
+struct AttitudeReference {
+  Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Zero();  ///< About the body axes.
+};
+
+/// One rest of the unit: the sufficient statistics of its samples.
+struct StaticPose {
+  int number = 0;                 ///< 1-based; what people are shown.
+  std::string id;                 ///< Given name, or empty.
+  std::int64_t start_ns = 0;      ///< Time of the first sample used; 0 without time.
+  std::int64_t end_ns = 0;        ///< Time of the last sample used.
+  std::int64_t first_row = 0;     ///< 0-based data rows, both included.
+  std::int64_t last_row = 0;
+  PerTriad<std::optional<TriadPose>> triads;
+  std::optional<double> temperature_degc;
+  double temperature_rate_degcps = 0.0;
+  std::optional<AttitudeReference> attitude;
+  /// Face of the six-face block that points up, when given: "+x", "-x", … ; else empty.
+  std::string face_up;
+
+  double duration_s() const { return static_cast<double>(end_ns - start_ns) * 1e-9; }
+};
+
+/// How one triad's readings behave over the whole recording.
+struct StreamSummary {
+  Triad triad = Triad::kAccelerometer;
+  Unit unit;
+  std::int64_t samples = 0;
+  std::int64_t dropped_empty = 0;
+  double rate_hz = 0.0;                  ///< 1 / median sample spacing; 0 without time.
+  std::int64_t gaps = 0;                 ///< Spacings above 5 medians.
+  double longest_gap_s = 0.0;
+  std::int64_t duplicate_times = 0;
+  Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
+  /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
+  Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
+  /// Long-run over white variance inside rests (1 = white); multiplies the variance of means.
+  Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
+};
+
+/// All rests of one unit: what the estimator reads.
+struct PoseSet {
+  std::string source;                    ///< The recording's path.
+  std::string serial;
+  std::vector<StaticPose> poses;
+  std::vector<StreamSummary> streams;
+  bool has_time = true;
+  double duration_s = 0.0;
+  double static_share = 0.0;             ///< Share of the duration spent in poses.
+  std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
+  std::string how;                       ///< "static detection", "every row", …
+  std::vector<std::string> warnings;     ///< Clipping, stuck samples, gaps: what people should know.
+
+  const StreamSummary* Find(Triad triad) const {
+    for (const StreamSummary& stream : streams) {
+      if (stream.triad == triad) return &stream;
+    }
+    return nullptr;
+  }
+};
+
+}  // namespace truetriad

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/gauge.h"
+
+namespace truetriad {
+
+/// How much of the sensitivity matrix is estimated.
+enum class MatrixModel {
+  kBias,       ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
+  kDiagonal,   ///< Three gains; the axes may be permuted or mirrored.
+  kSymmetric,  ///< Gains and three misalignments, rotation held.
+  kFull,       ///< All that the gauge leaves free.
+  kAuto,       ///< Chosen by comparing nested models.
+};
+std::string_view MatrixModelName(MatrixModel model);
+std::optional<MatrixModel> MatrixModelFromName(std::string_view name);
+
+/// +g on the axis that points up (specific force), or the opposite (gravity).
+enum class AccelerometerSign { kSpecificForce, kGravity };
+
+enum class ExcessNoise { kNone, kEstimate, kGiven };
+
+/// A value that is exact, known with a σ, or unknown.
+struct Knowledge {
+  std::optional<double> value;  ///< nullopt: unknown.
+  double sigma = 0.0;           ///< 0: exact.
+  bool known() const { return value.has_value(); }
+};
+
+/// A data-sheet or batch value of one triad with its σ. Entries with an infinite σ carry nothing.
+struct TriadPrior {
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();         // raw
+  Eigen::Vector3d bias_sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();  // raw per true unit
+  Eigen::Matrix3d sensitivity_sigma =
+      Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
+};
+
+struct TriadOptions {
+  /// Calibrate this triad at all.
+  bool enabled = false;
+  MatrixModel model = MatrixModel::kFull;
+  /// Accelerometer only.
+  AccelerometerSign sign = AccelerometerSign::kSpecificForce;
+  /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,
+  /// or, without either, from the residuals).
+  std::optional<Eigen::Vector3d> noise_sigma_raw;
+  /// Where noise_sigma_raw came from.
+  NoiseSource noise_source = NoiseSource::kConfig;
+  /// Pose-to-pose noise beyond the noise inside a rest.
+  ExcessNoise excess = ExcessNoise::kEstimate;
+  /// True unit; for ExcessNoise::kGiven.
+  double excess_sigma = 0.0;
+  std::optional<TriadPrior> prior;
+  /// Hold the sensitivity at this value (raw per true unit).
+  std::optional<Eigen::Matrix3d> fixed_sensitivity;
+  /// Hold the bias at this value (raw unit).
+  std::optional<Eigen::Vector3d> fixed_bias;
+};
+
+struct ReferenceOptions {
+  Knowledge gravity_mps2{kStandardGravityMps2, 0.0};
+  /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
+  Knowledge field_ut;
+  Knowledge dip_rad;
+  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. model.md §1.
+  bool northern_hemisphere = true;
+  double temperature_degc = 25.0;
+};
+
+enum class AttitudeKind {
+  kNone,     ///< Attitudes are unknowns.
+  kSixFace,  ///< Each rest has one body axis up, within a tilt.
+  kGiven,    ///< Each pose carries an AttitudeReference.
+};
+
+struct AttitudeOptions {
+  AttitudeKind kind = AttitudeKind::kNone;
+  /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
+  double tilt_sigma_deg = 0.5;
+  /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
+  double seat_sigma_deg = 0.05;
+};
+
+struct RobustOptions {
+  /// Off: every pose counts fully and none is rejected.
+  bool enabled = true;
+  /// Normalised residual at which a pose starts to lose weight. Range: > 0.
+  double scale = 3.0;
+};
+
+enum class InitialiseMethod {
+  kAuto,
+  kSixFaceExtremes,
+  kSixPosition,
+  kEllipsoidAxisAligned,
+  kEllipsoid,
+};
+
+struct InitialiseOptions {
+  InitialiseMethod method = InitialiseMethod::kAuto;
+  /// Stop at the start values and report them.
+  bool only = false;
+  /// Known specific force of each pose (body frame, true unit), for the six-position method; empty:
+  /// nominal ±g along the face's axis.
+  std::vector<Eigen::Vector3d> known_forces;
+};
+
+/// "accelerometer.bias" -> largest |value| allowed. Names: <sensor>.{bias,scale_error,misalignment_rad,
+/// residual_rms}, in true units (bias: true unit).
+struct LimitOptions {
+  std::map<std::string, double> limits;
+  /// 0: a value passes when it is inside. k: when it is inside by k σ.
+  double guard_band_k = 0.0;
+};
+
+struct CalibrateOptions {
+  PerTriad<TriadOptions> triads;
+  ReferenceOptions reference;
+  AttitudeOptions attitudes;
+  RobustOptions robust;
+  InitialiseOptions initialise;
+  LimitOptions limits;
+  Gauge gauge = Gauge::kAccelX;
+  /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
+  int cross_validation_folds = 5;
+  /// Largest σ along any direction of parameter space, as a share of the signal, at which the
+  /// parameters still count as determined. Range: (0, 1).
+  double observable_sigma = 0.05;
+
+  /// Every problem with its value, or ok.
+  Status Validate() const;
+};
+
+/// What Calibrate did. The calibration's outcome says whether it can be used.
+struct CalibrationSummary {
+  Calibration calibration;       ///< outcome kNotCalled until Calibrate fills it.
+  int iterations = 0;            ///< Of the optimiser, all rounds together.
+  int rounds = 0;                ///< Rounds of weights and excess noise.
+  double initial_cost = -1.0;
+  double final_cost = -1.0;
+};
+
+/// Estimates everything that `options` asks for from the poses. Errors: options that contradict
+/// each other or the poses (usage or bad input). Too little data is not an error but an outcome.
+Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options);
+
+/// Prediction error of an existing calibration on poses that it has not seen.
+struct EvaluationSummary {
+  int poses = 0;
+  PerTriad<std::optional<double>> norm_rms;         ///< RMS of |C(y-b)| - reference, true unit.
+  PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
+  PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
+  std::optional<double> angle_std_deg;  ///< Spread of the angle between field and gravity.
+  std::vector<PoseResidual> pose_residuals;
+};
+Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses);
+
+/// Two calibrations of one unit, after taking out the gauge.
+struct ComparisonEntry {
+  std::string parameter;
+  double a = 0.0, b = 0.0;
+  double difference = 0.0;
+  double sigma = 0.0;  ///< Of the difference, the two taken as independent.
+};
+struct Comparison {
+  std::vector<ComparisonEntry> entries;
+  double chi2 = 0.0;
+  int dof = 0;
+  double p_value = 1.0;
+  double largest_in_sigmas = 0.0;
+};
+Result<Comparison> Compare(const Calibration& a, const Calibration& b);
+
+}  // namespace truetriad

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+struct OpenRecordingOptions {
+  /// Name of the column that numbers poses, when it is not called `pose`. Empty: `pose`.
+  std::string pose_column;
+};
+
+/// Opens a self-describing CSV (plain or .gz) or a recording manifest (.yaml).
+/// formats.md §1, interface.md "Recordings". The header is checked here, the rows while streaming.
+Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
+                                                    const OpenRecordingOptions& options = {});
+
+/// Poses that the recording itself states (`poses:` of a manifest), if it does.
+Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& path);
+
+/// Reads `poses.yaml`: `poses: [ { first, last, id?, face? }, … ]`.
+Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path);
+
+/// True when the file is a pose table: a self-describing CSV without a time column, or one with
+/// sigma or attitude columns. `inputs` etc. are as for recordings.
+Result<bool> IsPoseTable(const std::string& path);
+
+/// A pose table: one row a pose, `accel_x[m/s^2],…`, optional `accel_sigma[m/s^2]` or
+/// `accel_sigma_x[…],…` (σ of the row's mean), optional `temperature[degC]`, optional attitude
+/// `qw,qx,qy,qz` (world <- body), optional `face` (+x, -x, …), optional `id`.
+struct PoseTable {
+  PoseSet poses;
+  std::vector<InputFile> inputs;
+};
+Result<PoseTable> ReadPoseTable(const std::string& path);
+
+}  // namespace truetriad

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+namespace truetriad {
+
+// Thin, header-light doors to Boost.Math. All arguments in their mathematical range, else CHECK.
+
+double NormalQuantile(double probability);
+double ChiSquareCdf(double value, double dof);
+double ChiSquareQuantile(double probability, double dof);
+double FisherCdf(double value, double dof1, double dof2);
+double FisherQuantile(double probability, double dof1, double dof2);
+double StudentQuantile(double probability, double dof);
+
+/// One-sample Kolmogorov-Smirnov test against the uniform distribution on [0, 1].
+struct KolmogorovSmirnov {
+  double statistic = 0.0;
+  double p_value = 1.0;  ///< Asymptotic, with Stephens' finite-sample factor.
+};
+KolmogorovSmirnov KolmogorovSmirnovUniform(std::vector<double> values);
+
+double Median(std::vector<double> values);
+
+}  // namespace truetriad

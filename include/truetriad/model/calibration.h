@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/model/gauge.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+/// How a calibration ended. Converged is not the same as observable, observable is not the same
+/// as within limits.
+enum class Outcome {
+  kNotCalled,      ///< Nothing was run.
+  kConverged,      ///< Usable.
+  kNotObservable,  ///< The poses do not determine every wanted parameter.
+  kNotConverged,   ///< The optimiser gave up, or the fit does not explain the data.
+  kNotEnough,      ///< No rests, or fewer poses than parameters.
+};
+std::string_view OutcomeName(Outcome outcome);  ///< "converged", "not_observable", …
+std::optional<Outcome> OutcomeFromName(std::string_view name);
+
+/// Where the noise that weighted a triad came from.
+enum class NoiseSource { kStatic, kAllan, kDatasheet, kConfig, kResidual };
+std::string_view NoiseSourceName(NoiseSource source);
+std::optional<NoiseSource> NoiseSourceFromName(std::string_view name);
+
+/// Noise of one triad, as used for the weights.
+struct TriadNoise {
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS σ of a pose mean inside its rest, raw.
+  NoiseSource source = NoiseSource::kStatic;
+  double excess_sigma = 0.0;  ///< Pose-to-pose excess σ, isotropic, true unit.
+  double excess_dof = 0.0;    ///< Degrees of freedom behind excess_sigma.
+};
+
+/// Temperature terms of one triad, in tau = T - reference. model.md §3.
+struct ThermalTerms {
+  double reference_degc = 25.0;
+  Eigen::Vector2d range_degc = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector3d> bias;         ///< For tau^1, tau^2, …; raw / degC^i.
+  std::vector<Eigen::Matrix3d> sensitivity;  ///< For tau^1, ….
+  std::optional<Eigen::Vector3d> rate_linear, rate_quadratic, rate_cross;
+};
+
+/// The calibration of one triad.
+struct TriadCalibration {
+  std::string input_unit;
+  std::string output_unit;
+  TriadModel<double> model;              ///< Bias (raw) and sensitivity (raw per true unit).
+  Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
+  std::optional<Eigen::Matrix3d> g_sensitivity;
+  std::optional<ThermalTerms> thermal;
+  std::optional<double> si_per_count;    ///< True units per count, when the recording stated it.
+  TriadNoise noise;
+
+  /// Gains: the diagonal of the sensitivity.
+  Eigen::Vector3d Scale() const { return model.sensitivity.diagonal(); }
+  /// K^-1 S - I with K = diag S, rad.
+  Eigen::Matrix3d MisalignmentRad() const;
+};
+
+/// Covariance of every entry listed, in the stated gauge; singular where entries are fixed or tied.
+struct NamedCovariance {
+  std::vector<std::string> parameters;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.zz", …
+  Eigen::MatrixXd matrix;
+};
+
+/// The quantities that the world provides.
+struct ReferenceValues {
+  double gravity_mps2 = kStandardGravityMps2;
+  std::optional<double> gravity_sigma_mps2;  ///< Prior σ, when not exact.
+  std::optional<double> field_ut;            ///< Strength used or estimated; only with a magnetometer.
+  std::optional<double> dip_rad;
+  bool field_estimated = false;              ///< Strength or dip was estimated.
+  /// The strength is nominal: the magnetometer's common scale is not observable.
+  bool field_nominal = false;
+  double temperature_degc = 25.0;
+};
+
+/// One direction in parameter space that the poses determine badly.
+struct WeakDirection {
+  std::string description;  ///< "magnetometer bias z and scale z cannot be told apart".
+  std::string advice;       ///< "add poses with z up and down".
+  double sigma = 0.0;       ///< σ along the direction, as a share of the signal (1 = 100 %).
+};
+
+/// One triad at one pose after the fit.
+struct PoseResidual {
+  int pose = 0;                                       ///< StaticPose::number.
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< C(y - b) - predicted, true unit.
+  double norm_error = 0.0;    ///< |C(y - b)| - reference, true unit.
+  double norm_error_before = 0.0;  ///< The same with the uncalibrated nominal model; NaN if unknown.
+  double normalized = 0.0;    ///< sqrt of the deletion χ² over its degrees of freedom.
+  double weight = 1.0;        ///< Robust weight; 0 = rejected.
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
+};
+
+struct RejectedPose {
+  int pose = 0;
+  Triad triad = Triad::kAccelerometer;
+  std::string reason;
+};
+
+/// How evenly the directions of one triad's poses cover the sphere.
+struct Coverage {
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending, sum 1.
+  double largest_gap_deg = 0.0;  ///< Largest cap of the sphere without ± a pose direction, radius.
+};
+
+/// Cross-validation over poses.
+struct HeldOut {
+  int folds = 0;
+  PerTriad<std::optional<double>> rms;     ///< Norm error of held-out poses, true unit.
+  PerTriad<std::optional<double>> in_sample_rms;
+};
+
+struct LimitCheck {
+  std::string name;    ///< "accelerometer.bias".
+  double limit = 0.0;
+  double worst = 0.0;  ///< Largest |value| judged.
+  double sigma = 0.0;  ///< Its σ.
+  bool pass = false;
+};
+
+struct Quality {
+  int poses = 0;
+  PerTriad<std::optional<double>> residual_rms;         ///< RMS of |C(y-b)| - reference, true unit.
+  PerTriad<std::optional<double>> residual_rms_before;  ///< The same, uncalibrated.
+  double reduced_chi2 = 0.0;         ///< After excess noise.
+  double reduced_chi2_before = 0.0;  ///< With the noise inside the rests alone.
+  double dof = 0.0;                  ///< Residuals minus parameters.
+  double effective_dof = 0.0;        ///< Satterthwaite ν for intervals and joint tests.
+  std::vector<WeakDirection> weak_directions;
+  std::optional<HeldOut> held_out;
+  std::vector<RejectedPose> rejected_poses;
+  std::vector<Coverage> coverage;
+  std::vector<PoseResidual> pose_residuals;
+  std::vector<LimitCheck> limits;
+};
+
+/// Everything calibration.yaml holds. interface.md.
+struct Calibration {
+  std::string serial;
+  std::string model;
+  std::string software_version;
+  std::string created;                 ///< ISO 8601, UTC.
+  std::vector<InputFile> inputs;
+  Outcome outcome = Outcome::kNotCalled;
+  std::optional<bool> within_limits;
+  std::vector<std::string> messages;
+  ReferenceValues reference;
+  Gauge gauge = Gauge::kAccelX;
+  Triad gauge_sensor = Triad::kAccelerometer;
+  PerTriad<std::optional<TriadCalibration>> sensors;
+  NamedCovariance covariance;
+  Quality quality;
+  std::string config_yaml;             ///< The resolved experiment, as YAML text.
+
+  bool IsUsable() const { return outcome == Outcome::kConverged; }
+};
+
+}  // namespace truetriad

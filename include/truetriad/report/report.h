@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// What a person reads on the terminal after `calibrate`: verdict and limits first, then
+/// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
+std::string CalibrationText(const Calibration& calibration);
+
+/// One self-contained HTML page (inline CSS and SVG, no network, no script): the same order.
+/// Same input, same bytes.
+std::string CalibrationHtml(const Calibration& calibration);
+
+/// What `inspect` prints: rates, gaps, poses found, coverage, noise, temperature range, and
+/// whether it is enough for which calibration.
+std::string InspectionText(const PoseSet& poses);
+
+std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration);
+std::string ComparisonText(const Comparison& comparison);
+
+}  // namespace truetriad

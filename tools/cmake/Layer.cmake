@@ -1,0 +1,42 @@
+# truetriad_layer(name SOURCES ... DEPENDS lower layers ... LIBS PRIVATE third-party ...)
+#
+# One static library a layer, `truetriad::<name>`. A layer links only what stands below it, so an
+# upward call does not link. Private headers sit beside their .cc and are included from src/.
+function(truetriad_layer name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
+  set(target truetriad_${name})
+  add_library(${target} STATIC ${ARG_SOURCES})
+  add_library(truetriad::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  truetriad_compile_options(${target})
+  target_include_directories(${target}
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>
+    PRIVATE ${PROJECT_SOURCE_DIR}/src)
+  foreach(lower ${ARG_DEPENDS})
+    target_link_libraries(${target} PUBLIC truetriad::${lower})
+  endforeach()
+  target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBS} PRIVATE ${ARG_LIBS})
+  # Eigen is most of every compile: read it once.
+  target_precompile_headers(${target} PRIVATE <Eigen/Dense> <Eigen/Geometry> <string> <vector>)
+endfunction()
+
+# truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.
+function(truetriad_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  set(target ${name}_test)
+  add_executable(${target} ${ARG_SOURCES})
+  truetriad_compile_options(${target})
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
+  target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${target} PRIVATE
+    TRUETRIAD_SHARED_DATASETS="${TRUETRIAD_SHARED_DATASETS}"
+    TRUETRIAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    TRUETRIAD_BINARY="$<TARGET_FILE:truetriad>")
+  target_precompile_headers(${target} PRIVATE <Eigen/Dense> <gtest/gtest.h> <gmock/gmock.h>)
+  include(GoogleTest)
+  gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+endfunction()
