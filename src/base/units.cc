@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/base/units.h"
+
+#include <array>
+#include <numbers>
+#include <span>
+
+namespace truetriad {
+namespace {
+
+struct NamedScale {
+  std::string_view name;
+  double truth_per_raw;
+};
+
+constexpr std::array<NamedScale, 3> kAccelUnits = {{
+    {"m/s^2", 1.0},
+    {"g", kStandardGravityMps2},
+    {"mg", kStandardGravityMps2 * 1e-3},
+}};
+constexpr std::array<NamedScale, 2> kGyroUnits = {{
+    {"rad/s", 1.0},
+    {"deg/s", std::numbers::pi / 180.0},
+}};
+constexpr std::array<NamedScale, 6> kMagUnits = {{
+    {"uT", 1.0},
+    {"nT", 1e-3},
+    {"mT", 1e3},
+    {"T", 1e6},
+    {"G", 100.0},
+    {"mG", 0.1},
+}};
+
+std::span<const NamedScale> UnitsOf(Triad triad) {
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return kAccelUnits;
+    case Triad::kGyroscope:
+      return kGyroUnits;
+    case Triad::kMagnetometer:
+      return kMagUnits;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Unit> ParseTriadUnit(Triad triad, std::string_view name) {
+  if (name == "counts") return Unit{"counts", 1.0, true};
+  std::string known;
+  for (const NamedScale& unit : UnitsOf(triad)) {
+    if (name == unit.name) return Unit{std::string(name), unit.truth_per_raw, false};
+    known += std::string(unit.name) + ", ";
+  }
+  return BadInputError("`" + std::string(name) + "` is not a unit of the " +
+                       std::string(TriadName(triad)) + "; expected one of " + known + "counts");
+}
+
+std::string_view TruthUnitName(Triad triad) { return UnitsOf(triad).front().name; }
+
+std::optional<double> NanosecondsPer(std::string_view name) {
+  if (name == "s") return 1e9;
+  if (name == "ms") return 1e6;
+  if (name == "us") return 1e3;
+  if (name == "ns") return 1.0;
+  return std::nullopt;
+}
+
+std::optional<TemperatureUnit> ParseTemperatureUnit(std::string_view name) {
+  if (name == "degC") return TemperatureUnit{1.0, 0.0};
+  if (name == "K") return TemperatureUnit{1.0, -273.15};
+  return std::nullopt;
+}
+
+}  // namespace truetriad

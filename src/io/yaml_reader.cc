@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/yaml_reader.h"
+
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+/// Reads all of `text` as a number; false when anything is left over.
+template <typename T>
+bool ParseWhole(std::string_view text, T* value) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+std::string Join(const std::set<std::string, std::less<>>& words) {
+  std::string joined;
+  for (const std::string& word : words) joined += (joined.empty() ? "" : ", ") + word;
+  return joined;
+}
+
+}  // namespace
+
+Result<std::string> ReadSmallFile(const std::string& path) {
+  // A calibration of a hundred poses takes some 100 kB; a log given by mistake takes far more.
+  constexpr std::uintmax_t kMaxBytes = 64U << 20;
+  std::error_code failure;
+  if (std::filesystem::is_directory(path, failure)) {
+    return BadInputError(path + ": is a folder; a file is expected");
+  }
+  const std::uintmax_t size = std::filesystem::file_size(path, failure);
+  std::ifstream file(path, std::ios::binary);
+  if (failure || !file) {
+    return BadInputError(
+        path + ": cannot be read: " + (failure ? failure.message() : std::strerror(errno)));
+  }
+  if (size > kMaxBytes) {
+    return BadInputError(path + ": has " + std::to_string(size) +
+                         " bytes, too many for a file that people write; is it a log?");
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+YamlReader::YamlReader(YAML::Node node,
+                       bool present,
+                       std::string name,
+                       std::shared_ptr<Shared> shared)
+    : node_(std::move(node)),
+      present_(present),
+      name_(std::move(name)),
+      shared_(std::move(shared)) {}
+
+Result<YamlReader> YamlReader::FromFile(const std::string& path) {
+  const Result<std::string> text = ReadSmallFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(text);
+  return FromText(*text, path);
+}
+
+Result<YamlReader> YamlReader::FromText(const std::string& text, const std::string& name) {
+  if (text.find('\0') != std::string::npos) {
+    return BadInputError(name + ": is a binary file; YAML text is expected");
+  }
+  auto shared = std::make_shared<Shared>();
+  shared->file = name;
+  try {
+    YamlReader reader(YAML::Load(text), true, "", shared);
+    if (!reader.IsMap()) {
+      return BadInputError(name +
+                           ": is not a YAML map; lines of the form `key: value` are expected");
+    }
+    std::set<int> visited;
+    reader.RejectDuplicates(&visited);
+    TRUETRIAD_RETURN_IF_ERROR(reader.status());
+    return reader;
+  } catch (const YAML::Exception& exception) {
+    return BadInputError(name + ":" + std::to_string(exception.mark.line + 1) +
+                         ": is not valid YAML: " + exception.msg);
+  }
+}
+
+void YamlReader::RejectDuplicates(std::set<int>* visited) {
+  // yaml-cpp 0.7 keeps the first of two equal keys and says nothing. An alias is the node it names:
+  // visiting each only once keeps a file of nested aliases from costing exponential time.
+  if (node_.IsScalar() || !visited->insert(node_.Mark().pos).second) return;
+  if (node_.IsSequence()) {
+    for (YamlReader& item : Items()) item.RejectDuplicates(visited);
+  } else if (node_.IsMap()) {
+    std::set<std::string, std::less<>> seen;
+    for (const auto& entry : node_) {
+      YamlReader key(entry.first, true, name_, shared_);
+      if (!entry.first.IsScalar()) {
+        key.Fail("a key must be plain text");
+        continue;
+      }
+      const std::string& text = entry.first.Scalar();
+      key.name_ += (name_.empty() ? "" : ".") + text;
+      if (!seen.insert(text).second) key.Fail("is given twice; keep one");
+      YamlReader(entry.second, true, key.name_, shared_).RejectDuplicates(visited);
+    }
+  }
+}
+
+YamlReader YamlReader::Child(std::string_view key) {
+  asked_.emplace(key);
+  std::string name = name_ + (name_.empty() ? "" : ".") + std::string(key);
+  if (IsMap()) {
+    for (const auto& entry : node_) {
+      if (entry.first.Scalar() == key) return {entry.second, true, std::move(name), shared_};
+    }
+  }
+  return {node_, false, std::move(name), shared_};
+}
+
+YamlReader YamlReader::RequireChild(std::string_view key) {
+  YamlReader child = Child(key);
+  // A parent that is missing itself, or not a map, has been or is being complained about already.
+  if (!child && IsMap()) child.Fail("is missing");
+  if (present_ && !IsMap()) Fail("a map with the key `" + std::string(key) + "` is expected");
+  return child;
+}
+
+bool YamlReader::ReadScalar(std::string_view expected, std::string* text) {
+  if (!present_) return false;
+  if (!node_.IsScalar()) {
+    Fail(std::string(node_.IsNull() ? "has no value; " : "is a map or list; ") +
+         std::string(expected) + " is expected");
+    return false;
+  }
+  *text = node_.Scalar();
+  return true;
+}
+
+bool YamlReader::Read(std::string* value) { return ReadScalar("a text", value); }
+
+bool YamlReader::Read(double* value) {
+  std::string text;
+  if (!ReadScalar("a number", &text)) return false;
+  double number = 0.0;
+  if (!ParseWhole(text, &number) || !std::isfinite(number)) {
+    Fail("`" + text + "` is not a finite number");
+    return false;
+  }
+  *value = number;
+  return true;
+}
+
+bool YamlReader::Read(std::int64_t* value) {
+  std::string text;
+  if (!ReadScalar("a whole number", &text)) return false;
+  std::int64_t number = 0;
+  if (!ParseWhole(text, &number)) {
+    Fail("`" + text + "` is not a whole number");
+    return false;
+  }
+  *value = number;
+  return true;
+}
+
+bool YamlReader::Read(int* value) {
+  std::int64_t number = 0;
+  if (!Read(&number)) return false;
+  if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
+    Fail("`" + std::to_string(number) + "` is too large");
+    return false;
+  }
+  *value = static_cast<int>(number);
+  return true;
+}
+
+bool YamlReader::Read(bool* value) {
+  std::string text;
+  if (!ReadScalar("true or false", &text)) return false;
+  if (text != "true" && text != "false") {
+    Fail("`" + text + "` is neither true nor false");
+    return false;
+  }
+  *value = text == "true";
+  return true;
+}
+
+bool YamlReader::Read(std::vector<double>* value) {
+  if (!present_) return false;
+  if (!node_.IsSequence()) {
+    Fail("a list of numbers is expected");
+    return false;
+  }
+  std::vector<double> numbers;
+  for (YamlReader& item : Items()) {
+    double number = 0.0;
+    if (!item.Read(&number)) return false;
+    numbers.push_back(number);
+  }
+  *value = std::move(numbers);
+  return true;
+}
+
+bool YamlReader::Read(Eigen::Vector3d* value) {
+  std::vector<double> numbers;
+  if (!Read(&numbers)) return false;
+  if (numbers.size() != 3) {
+    Fail("has " + std::to_string(numbers.size()) + " numbers; three are expected: [x, y, z]");
+    return false;
+  }
+  *value = Eigen::Vector3d::Map(numbers.data());
+  return true;
+}
+
+std::vector<YamlReader> YamlReader::Items() {
+  std::vector<YamlReader> items;
+  if (!present_) return items;
+  if (!node_.IsSequence()) {
+    Fail("a list is expected");
+    return items;
+  }
+  for (const YAML::Node& item : node_) {
+    items.push_back({item, true, name_ + "[" + std::to_string(items.size()) + "]", shared_});
+  }
+  return items;
+}
+
+std::vector<std::string> YamlReader::Keys() {
+  std::vector<std::string> keys;
+  if (!present_) return keys;
+  if (!node_.IsMap()) {
+    Fail("a map is expected");
+    return keys;
+  }
+  for (const auto& entry : node_) keys.push_back(entry.first.Scalar());
+  return keys;
+}
+
+void YamlReader::RejectUnknown() {
+  if (!present_) return;
+  if (!node_.IsMap()) {
+    Fail("a map is expected, with some of the keys " + Join(asked_));
+    return;
+  }
+  for (const auto& entry : node_) {
+    const std::string& key = entry.first.Scalar();
+    if (asked_.contains(key)) continue;
+    YamlReader(entry.first, true, name_ + (name_.empty() ? "" : ".") + key, shared_)
+        .Fail("is not a known key; the known ones are " + Join(asked_));
+  }
+}
+
+void YamlReader::Fail(const std::string& message) {
+  shared_->errors.push_back(shared_->file + ":" + std::to_string(line()) + ": " +
+                            (name_.empty() ? "" : name_ + ": ") + message);
+}
+
+Status YamlReader::status() const {
+  if (shared_->errors.empty()) return {};
+  std::string text;
+  for (const std::string& error : shared_->errors) text += (text.empty() ? "" : "\n") + error;
+  return BadInputError(std::move(text));
+}
+
+}  // namespace truetriad

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <yaml-cpp/yaml.h>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// One value of a YAML file, read strictly: unknown and duplicate keys, missing keys and wrong
+/// types are errors with file:line and the key's full name.
+///
+///   YamlReader yaml = *YamlReader::FromFile(path);
+///   yaml.Require("unit", &unit);
+///   yaml.Optional("rate_hz", &rate_hz);
+///   YamlReader time = yaml.Child("time");   // and so on
+///   yaml.RejectUnknown();
+///   TRUETRIAD_RETURN_IF_ERROR(yaml.status());
+///
+/// Errors are collected, so that people see all of them at once: a read that fails leaves its value
+/// as it was, and `status()` of any reader of the file lists what went wrong.
+class YamlReader {
+ public:
+  /// Error: unreadable, not YAML, or a duplicate key anywhere in it.
+  static Result<YamlReader> FromFile(const std::string& path);
+  /// `name` stands for the file in messages.
+  static Result<YamlReader> FromText(const std::string& text, const std::string& name);
+
+  /// Reads the value of `key`. False when it is missing or wrong: that is an error.
+  template <typename T>
+  bool Require(std::string_view key, T* value) {
+    return RequireChild(key).Read(value);
+  }
+
+  /// Reads the value of `key` if there is one. True when it was read; wrong is an error.
+  template <typename T>
+  bool Optional(std::string_view key, T* value) {
+    YamlReader child = Child(key);
+    return child && child.Read(value);
+  }
+
+  /// The value of `key`; false in a condition when there is none.
+  YamlReader Child(std::string_view key);
+  /// The same, where its absence is an error.
+  YamlReader RequireChild(std::string_view key);
+
+  /// This value itself: a text, a finite number, an integer, true/false, or a list of numbers.
+  /// False when it is something else (an error unless the reader stands for no value).
+  bool Read(std::string* value);
+  bool Read(double* value);
+  bool Read(std::int64_t* value);
+  bool Read(int* value);
+  bool Read(bool* value);
+  bool Read(std::vector<double>* value);
+  bool Read(Eigen::Vector3d* value);
+
+  /// The members of a list, the keys of a map; empty (an error) when it is something else.
+  std::vector<YamlReader> Items();
+  std::vector<std::string> Keys();
+
+  /// Records as errors all keys of this map that nobody asked for.
+  void RejectUnknown();
+
+  /// Records an error at this value's line: "file:line: streams.gyroscope.unit: " + message.
+  void Fail(const std::string& message);
+
+  /// All errors of the whole file so far.
+  Status status() const;
+
+  explicit operator bool() const { return present_; }
+  bool IsMap() const { return present_ && node_.IsMap(); }
+  bool IsSequence() const { return present_ && node_.IsSequence(); }
+  bool IsScalar() const { return present_ && node_.IsScalar(); }
+  int line() const { return node_.Mark().line + 1; }
+  const std::string& file() const { return shared_->file; }
+  /// "streams.gyroscope.unit"; empty for the whole file.
+  const std::string& name() const { return name_; }
+
+ private:
+  struct Shared {
+    std::string file;
+    std::vector<std::string> errors;
+  };
+
+  YamlReader(YAML::Node node, bool present, std::string name, std::shared_ptr<Shared> shared);
+  void RejectDuplicates(std::set<int>* visited);
+  bool ReadScalar(std::string_view expected, std::string* text);
+
+  YAML::Node node_;  ///< The value, or its parent when there is none: then only for the line.
+  bool present_ = true;
+  std::string name_;
+  std::shared_ptr<Shared> shared_;
+  std::set<std::string, std::less<>> asked_;
+};
+
+/// Reads a whole file that people write by hand. Error: missing, unreadable, a folder, or larger
+/// than such a file can be.
+Result<std::string> ReadSmallFile(const std::string& path);
+
+}  // namespace truetriad
