@@ -9,15 +9,22 @@
 namespace truetriad {
 
 /// The text of calibration.yaml (interface.md "calibration.yaml"), 17 significant digits.
-/// Sensors and covariance are left out unless the outcome is converged.
+/// Sensors and covariance are left out unless the outcome is converged; the residuals of single
+/// poses when there are more than 2000 of them.
 std::string CalibrationToYaml(const Calibration& calibration);
 
-/// Reads calibration.yaml back to the same bits. Unknown or duplicate keys are errors with their
-/// line, missing ones name themselves.
+/// Reads calibration.yaml back to the same bits. Errors (bad input), with their line: unknown,
+/// duplicate and missing keys, another format version, a correction that is not the inverse of its
+/// sensitivity. `name` stands for the file in messages.
 Result<Calibration> ReadCalibration(const std::string& path);
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name);
 
-/// Writes `text` to `path` so that the file appears whole or not at all.
+/// Now, or the time in the environment's SOURCE_DATE_EPOCH (whole seconds since 1970) so that the
+/// same input gives the same bytes: "2026-01-31T12:00:00Z". A malformed variable counts as unset.
+std::string TimestampUtc();
+
+/// Writes `text` to `path` so that the file appears whole or not at all: beside the target, then
+/// renamed. A device or pipe is written directly.
 Status WriteFileAtomically(const std::string& path, const std::string& text);
 
 /// Creates `directory` (and parents) if needed and checks that files can be written in it.

@@ -1,0 +1,682 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/io/calibration_file.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <span>
+#include <sstream>
+#include <string_view>
+#include <system_error>
+
+#include <Eigen/Dense>
+#include <unistd.h>
+
+#include "io/yaml_reader.h"
+#include "io/yaml_text.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kFormat = "truetriad/calibration/1";
+constexpr std::string_view kAxes = "xyz";
+/// More rows of single poses than this help nobody and would dominate the file.
+constexpr std::size_t kMaxPoseResiduals = 2000;
+
+// ---------------------------------------------------------------------------------------- writing
+
+void WriteItem(YamlText& out, std::string_view key, bool empty) {
+  out << "  " << key << (empty ? ": []\n" : ":\n");
+}
+
+void WritePerTriad(YamlText& out, const PerTriad<std::optional<double>>& values) {
+  out << "{";
+  std::string_view separator = " ";
+  for (const Triad triad : kTriads) {
+    if (!values[triad]) continue;
+    out << separator << TriadName(triad) << ": " << *values[triad];
+    separator = ", ";
+  }
+  out << " }";
+}
+
+template <typename T>
+void WriteList(YamlText& out, const std::vector<T>& items) {
+  out << "[";
+  for (std::size_t i = 0; i < items.size(); ++i) out << (i == 0 ? "" : ", ") << items[i];
+  out << "]";
+}
+
+void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
+  out << "    thermal:\n      reference_degc: " << thermal.reference_degc
+      << "\n      range_degc: " << thermal.range_degc << "\n      bias: ";
+  WriteList(out, thermal.bias);
+  out << "\n      sensitivity: ";
+  WriteList(out, thermal.sensitivity);
+  out << "\n      rate: {";
+  std::string_view separator = " ";
+  for (const auto& [key, value] : {std::pair("linear", &thermal.rate_linear),
+                                   std::pair("quadratic", &thermal.rate_quadratic),
+                                   std::pair("cross", &thermal.rate_cross)}) {
+    if (!*value) continue;
+    out << separator << key << ": " << **value;
+    separator = ", ";
+  }
+  out << " }\n";
+}
+
+void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
+  out << "  " << TriadName(triad) << ":\n"
+      << "    input_unit: " << Quoted{sensor.input_unit} << "\n"
+      << "    output_unit: " << Quoted{sensor.output_unit} << "\n"
+      << "    bias: " << sensor.model.bias << "\n"
+      << "    sensitivity: " << sensor.model.sensitivity << "\n"
+      << "    correction: " << sensor.model.Correction() << "\n"
+      << "    scale: " << sensor.Scale() << "\n"
+      << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n"
+      << "    sigma:\n"
+      << "      bias: " << sensor.bias_sigma << "\n"
+      << "      sensitivity: " << sensor.sensitivity_sigma << "\n";
+  if (sensor.g_sensitivity) out << "    g_sensitivity: " << *sensor.g_sensitivity << "\n";
+  if (sensor.thermal) WriteThermal(out, *sensor.thermal);
+  if (sensor.si_per_count) out << "    si_per_count: " << *sensor.si_per_count << "\n";
+  out << "    noise: { sigma: " << sensor.noise.sigma
+      << ", source: " << NoiseSourceName(sensor.noise.source)
+      << ", excess_sigma: " << sensor.noise.excess_sigma
+      << ", excess_dof: " << sensor.noise.excess_dof << " }\n";
+}
+
+void WriteCovariance(YamlText& out, const NamedCovariance& covariance) {
+  out << "covariance:\n  parameters: ";
+  WriteList(out, covariance.parameters);
+  out << "\n";
+  WriteItem(out, "matrix", covariance.matrix.rows() == 0);
+  for (Eigen::Index row = 0; row < covariance.matrix.rows(); ++row) {
+    out << "    - " << covariance.matrix.row(row).transpose() << "\n";
+  }
+}
+
+void WriteReference(YamlText& out, const ReferenceValues& reference) {
+  out << "reference:\n  gravity_mps2: " << reference.gravity_mps2 << "\n";
+  if (reference.gravity_sigma_mps2) {
+    out << "  gravity_sigma_mps2: " << *reference.gravity_sigma_mps2 << "\n";
+  }
+  if (reference.field_ut) out << "  field_ut: " << *reference.field_ut << "\n";
+  if (reference.dip_rad) out << "  dip_rad: " << *reference.dip_rad << "\n";
+  out << "  field_estimated: " << reference.field_estimated << "\n"
+      << "  field_nominal: " << reference.field_nominal << "\n"
+      << "  temperature_degc: " << reference.temperature_degc << "\n";
+}
+
+void WritePoseResiduals(YamlText& out, const std::vector<PoseResidual>& residuals) {
+  if (residuals.size() > kMaxPoseResiduals) {
+    out << "  # Left out: " << residuals.size() << " rows, more than " << kMaxPoseResiduals
+        << ".\n";
+    out << "  pose_residuals: []\n";
+    return;
+  }
+  out << "  # Rows: pose, sensor, residual x y z, norm error, norm error before, normalized, "
+         "weight,"
+         " direction x y z.\n";
+  WriteItem(out, "pose_residuals", residuals.empty());
+  for (const PoseResidual& row : residuals) {
+    out << "    - [" << row.pose << ", " << TriadName(row.triad);
+    for (const double value : row.residual) out << ", " << value;
+    for (const double value : {row.norm_error, row.norm_error_before, row.normalized, row.weight}) {
+      out << ", " << value;
+    }
+    for (const double value : row.direction) out << ", " << value;
+    out << "]\n";
+  }
+}
+
+void WriteQuality(YamlText& out, const Quality& quality) {
+  out << "quality:\n  poses: " << quality.poses << "\n  residual_rms: ";
+  WritePerTriad(out, quality.residual_rms);
+  out << "\n  residual_rms_before: ";
+  WritePerTriad(out, quality.residual_rms_before);
+  out << "\n  reduced_chi2: " << quality.reduced_chi2
+      << "\n  reduced_chi2_before: " << quality.reduced_chi2_before
+      << "\n  effective_dof: " << quality.effective_dof << "\n  dof: " << quality.dof << "\n";
+  WriteItem(out, "weak_directions", quality.weak_directions.empty());
+  for (const WeakDirection& weak : quality.weak_directions) {
+    out << "    - { description: " << Quoted{weak.description}
+        << ", advice: " << Quoted{weak.advice} << ", sigma: " << weak.sigma << " }\n";
+  }
+  if (quality.held_out) {
+    out << "  held_out:\n    folds: " << quality.held_out->folds << "\n    rms: ";
+    WritePerTriad(out, quality.held_out->rms);
+    out << "\n    in_sample_rms: ";
+    WritePerTriad(out, quality.held_out->in_sample_rms);
+    out << "\n";
+  } else {
+    out << "  held_out: null\n";
+  }
+  WriteItem(out, "rejected_poses", quality.rejected_poses.empty());
+  for (const RejectedPose& rejected : quality.rejected_poses) {
+    out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
+        << ", reason: " << Quoted{rejected.reason} << " }\n";
+  }
+  WriteItem(out, "coverage", quality.coverage.empty());
+  for (const Coverage& coverage : quality.coverage) {
+    out << "    - { sensor: " << TriadName(coverage.triad)
+        << ", eigenvalues: " << coverage.eigenvalues
+        << ", largest_gap_deg: " << coverage.largest_gap_deg << " }\n";
+  }
+  WriteItem(out, "limits", quality.limits.empty());
+  for (const LimitCheck& check : quality.limits) {
+    out << "    - { name: " << Quoted{check.name} << ", limit: " << check.limit
+        << ", worst: " << check.worst << ", sigma: " << check.sigma << ", pass: " << check.pass
+        << " }\n";
+  }
+  WritePoseResiduals(out, quality.pose_residuals);
+}
+
+void WriteConfig(YamlText& out, const std::string& config_yaml) {
+  if (config_yaml.empty()) {
+    out << "config: {}\n";
+    return;
+  }
+  out << "config:\n";
+  std::istringstream lines(config_yaml);
+  for (std::string line; std::getline(lines, line);) {
+    out << (line.empty() ? "" : "  ") << line << "\n";
+  }
+}
+
+// ---------------------------------------------------------------------------------------- reading
+
+/// Any double that YamlText writes, so also those that a person may not write in a configuration.
+bool ReadNumber(YamlReader reader, double* value) {
+  std::string text;
+  if (reader.IsScalar() && reader.Read(&text)) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    for (const auto& [word, number] : {std::pair(".nan", std::numeric_limits<double>::quiet_NaN()),
+                                       std::pair(".inf", kInfinity),
+                                       std::pair("-.inf", -kInfinity)}) {
+      if (text == word) {
+        *value = number;
+        return true;
+      }
+    }
+  }
+  return reader.Read(value);
+}
+
+bool IsNull(const YamlReader& reader) {
+  return reader && !reader.IsScalar() && !reader.IsSequence() && !reader.IsMap();
+}
+
+/// A list of exactly as many numbers as `values` has room for.
+bool ReadNumbers(YamlReader reader, std::span<double> values) {
+  if (!reader) return false;
+  std::vector<YamlReader> items = reader.Items();
+  if (items.size() != values.size()) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(items.size()) + " numbers; " +
+                  std::to_string(values.size()) + " are expected");
+    }
+    return false;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!ReadNumber(items[i], &values[i])) return false;
+  }
+  return true;
+}
+
+template <int kSize>
+bool ReadVector(const YamlReader& reader, Eigen::Matrix<double, kSize, 1>* vector) {
+  return ReadNumbers(reader, std::span<double>(vector->data(), kSize));
+}
+
+template <typename Matrix>
+bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
+  if (!reader) return false;
+  std::vector<YamlReader> rows = reader.Items();
+  if (rows.size() != static_cast<std::size_t>(size)) {
+    if (reader.IsSequence()) {
+      reader.Fail("has " + std::to_string(rows.size()) + " rows; " + std::to_string(size) +
+                  " are expected");
+    }
+    return false;
+  }
+  matrix->resize(size, size);
+  Eigen::VectorXd row(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (!ReadNumbers(rows[static_cast<std::size_t>(i)], {row.data(), rows.size()})) return false;
+    matrix->row(i) = row.transpose();
+  }
+  return true;
+}
+
+bool ReadMatrix3(const YamlReader& reader, Eigen::Matrix3d* matrix) {
+  return ReadMatrix(reader, 3, matrix);
+}
+
+/// A word that `from_name` knows.
+template <typename T>
+bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view), T* value) {
+  std::string word;
+  if (!reader.Read(&word)) return false;
+  const std::optional<T> known = from_name(word);
+  if (!known) {
+    reader.Fail("`" + word + "` is not one of the words that stand here");
+    return false;
+  }
+  *value = *known;
+  return true;
+}
+
+void ReadPerTriad(YamlReader reader, PerTriad<std::optional<double>>* values) {
+  if (!reader) return;
+  for (const Triad triad : kTriads) {
+    double value = 0.0;
+    if (ReadNumber(reader.Child(TriadName(triad)), &value)) (*values)[triad] = value;
+  }
+  reader.RejectUnknown();
+}
+
+void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
+  ReadNumber(reader.RequireChild("reference_degc"), &thermal->reference_degc);
+  ReadVector(reader.RequireChild("range_degc"), &thermal->range_degc);
+  for (const YamlReader& item : reader.RequireChild("bias").Items()) {
+    ReadVector(item, &thermal->bias.emplace_back());
+  }
+  for (const YamlReader& item : reader.RequireChild("sensitivity").Items()) {
+    ReadMatrix3(item, &thermal->sensitivity.emplace_back());
+  }
+  if (YamlReader rate = reader.RequireChild("rate")) {
+    for (const auto& [key, value] : {std::pair("linear", &thermal->rate_linear),
+                                     std::pair("quadratic", &thermal->rate_quadratic),
+                                     std::pair("cross", &thermal->rate_cross)}) {
+      Eigen::Vector3d vector;
+      if (ReadVector(rate.Child(key), &vector)) *value = vector;
+    }
+    rate.RejectUnknown();
+  }
+  reader.RejectUnknown();
+}
+
+void ReadNoise(YamlReader reader, TriadNoise* noise) {
+  ReadVector(reader.RequireChild("sigma"), &noise->sigma);
+  ReadWord(reader.RequireChild("source"), NoiseSourceFromName, &noise->source);
+  ReadNumber(reader.RequireChild("excess_sigma"), &noise->excess_sigma);
+  ReadNumber(reader.RequireChild("excess_dof"), &noise->excess_dof);
+  reader.RejectUnknown();
+}
+
+/// The correction is written for those who only apply it; if it does not match the sensitivity,
+/// somebody changed one of the two and it is not known which to believe.
+void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
+  Eigen::Matrix3d correction;
+  if (!ReadMatrix3(reader, &correction)) return;
+  // The inverse of a matrix with condition number c reproduces the identity to c epsilon; 1e-6
+  // allows c = 1e9, far beyond any sensor, and is far below any change made on purpose.
+  constexpr double kTolerance = 1e-6;
+  const Eigen::Matrix3d error = correction * model.sensitivity - Eigen::Matrix3d::Identity();
+  if (!(error.cwiseAbs().maxCoeff() < kTolerance)) {
+    reader.Fail("is not the inverse of `sensitivity`; correct the one that was changed");
+  }
+}
+
+void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
+  reader.Require("input_unit", &sensor->input_unit);
+  reader.Require("output_unit", &sensor->output_unit);
+  ReadVector(reader.RequireChild("bias"), &sensor->model.bias);
+  if (ReadMatrix3(reader.RequireChild("sensitivity"), &sensor->model.sensitivity)) {
+    CheckCorrection(reader.RequireChild("correction"), sensor->model);
+  }
+  // Derived from the sensitivity, for people.
+  Eigen::Vector3d scale;
+  Eigen::Matrix3d misalignment;
+  ReadVector(reader.Child("scale"), &scale);
+  ReadMatrix3(reader.Child("misalignment_rad"), &misalignment);
+  if (YamlReader sigma = reader.RequireChild("sigma")) {
+    ReadVector(sigma.RequireChild("bias"), &sensor->bias_sigma);
+    ReadMatrix3(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
+    sigma.RejectUnknown();
+  }
+  Eigen::Matrix3d g_sensitivity;
+  if (ReadMatrix3(reader.Child("g_sensitivity"), &g_sensitivity)) {
+    sensor->g_sensitivity = g_sensitivity;
+  }
+  if (YamlReader thermal = reader.Child("thermal")) {
+    ReadThermal(thermal, &sensor->thermal.emplace());
+  }
+  double si_per_count = 0.0;
+  if (ReadNumber(reader.Child("si_per_count"), &si_per_count)) sensor->si_per_count = si_per_count;
+  if (YamlReader noise = reader.RequireChild("noise")) ReadNoise(noise, &sensor->noise);
+  reader.RejectUnknown();
+}
+
+void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
+  if (!reader) return;
+  for (YamlReader& item : reader.RequireChild("parameters").Items()) {
+    item.Read(&covariance->parameters.emplace_back());
+  }
+  ReadMatrix(reader.RequireChild("matrix"),
+             static_cast<Eigen::Index>(covariance->parameters.size()),
+             &covariance->matrix);
+  reader.RejectUnknown();
+}
+
+void ReadReference(YamlReader reader, ReferenceValues* reference) {
+  if (!reader) return;
+  ReadNumber(reader.RequireChild("gravity_mps2"), &reference->gravity_mps2);
+  for (const auto& [key, value] : {std::pair("gravity_sigma_mps2", &reference->gravity_sigma_mps2),
+                                   std::pair("field_ut", &reference->field_ut),
+                                   std::pair("dip_rad", &reference->dip_rad)}) {
+    double number = 0.0;
+    if (ReadNumber(reader.Child(key), &number)) *value = number;
+  }
+  reader.Require("field_estimated", &reference->field_estimated);
+  reader.Optional("field_nominal", &reference->field_nominal);
+  ReadNumber(reader.RequireChild("temperature_degc"), &reference->temperature_degc);
+  reader.RejectUnknown();
+}
+
+void ReadPoseResidual(YamlReader reader, PoseResidual* row) {
+  std::vector<YamlReader> items = reader.Items();
+  constexpr std::size_t kFirstNumber = 2;
+  std::array<double, 10> numbers;
+  if (items.size() != kFirstNumber + numbers.size()) {
+    reader.Fail("has " + std::to_string(items.size()) + " entries; " +
+                std::to_string(kFirstNumber + numbers.size()) + " are expected");
+    return;
+  }
+  items[0].Read(&row->pose);
+  ReadWord(items[1], TriadFromName, &row->triad);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!ReadNumber(items[kFirstNumber + i], &numbers[i])) return;
+  }
+  row->residual = {numbers[0], numbers[1], numbers[2]};
+  row->norm_error = numbers[3];
+  row->norm_error_before = numbers[4];
+  row->normalized = numbers[5];
+  row->weight = numbers[6];
+  row->direction = {numbers[7], numbers[8], numbers[9]};
+}
+
+void ReadQuality(YamlReader reader, Quality* quality) {
+  if (!reader) return;
+  reader.Require("poses", &quality->poses);
+  ReadPerTriad(reader.RequireChild("residual_rms"), &quality->residual_rms);
+  ReadPerTriad(reader.Child("residual_rms_before"), &quality->residual_rms_before);
+  ReadNumber(reader.RequireChild("reduced_chi2"), &quality->reduced_chi2);
+  ReadNumber(reader.Child("reduced_chi2_before"), &quality->reduced_chi2_before);
+  ReadNumber(reader.RequireChild("effective_dof"), &quality->effective_dof);
+  ReadNumber(reader.RequireChild("dof"), &quality->dof);
+  for (YamlReader& item : reader.RequireChild("weak_directions").Items()) {
+    WeakDirection& weak = quality->weak_directions.emplace_back();
+    item.Require("description", &weak.description);
+    item.Require("advice", &weak.advice);
+    ReadNumber(item.RequireChild("sigma"), &weak.sigma);
+    item.RejectUnknown();
+  }
+  if (YamlReader held_out = reader.Child("held_out"); held_out && !IsNull(held_out)) {
+    HeldOut& result = quality->held_out.emplace();
+    held_out.Require("folds", &result.folds);
+    ReadPerTriad(held_out.RequireChild("rms"), &result.rms);
+    ReadPerTriad(held_out.Child("in_sample_rms"), &result.in_sample_rms);
+    held_out.RejectUnknown();
+  }
+  for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {
+    RejectedPose& rejected = quality->rejected_poses.emplace_back();
+    item.Require("pose", &rejected.pose);
+    ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected.triad);
+    item.Require("reason", &rejected.reason);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("coverage").Items()) {
+    Coverage& coverage = quality->coverage.emplace_back();
+    ReadWord(item.RequireChild("sensor"), TriadFromName, &coverage.triad);
+    ReadVector(item.RequireChild("eigenvalues"), &coverage.eigenvalues);
+    ReadNumber(item.RequireChild("largest_gap_deg"), &coverage.largest_gap_deg);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("limits").Items()) {
+    LimitCheck& check = quality->limits.emplace_back();
+    item.Require("name", &check.name);
+    ReadNumber(item.RequireChild("limit"), &check.limit);
+    ReadNumber(item.RequireChild("worst"), &check.worst);
+    ReadNumber(item.RequireChild("sigma"), &check.sigma);
+    item.Require("pass", &check.pass);
+    item.RejectUnknown();
+  }
+  for (const YamlReader& item : reader.Child("pose_residuals").Items()) {
+    ReadPoseResidual(item, &quality->pose_residuals.emplace_back());
+  }
+  reader.RejectUnknown();
+}
+
+void ReadStatus(YamlReader reader, Calibration* calibration) {
+  if (!reader) return;
+  ReadWord(reader.RequireChild("outcome"), OutcomeFromName, &calibration->outcome);
+  bool within_limits = false;
+  if (YamlReader limits = reader.RequireChild("within_limits");
+      !IsNull(limits) && limits.Read(&within_limits)) {
+    calibration->within_limits = within_limits;
+  }
+  for (YamlReader& item : reader.RequireChild("messages").Items()) {
+    item.Read(&calibration->messages.emplace_back());
+  }
+  reader.RejectUnknown();
+}
+
+/// The text below the top-level key `config:`, moved to the left margin. The text and not the
+/// parsed value, so that comments (which mark the defaults) and the spelling of numbers stay.
+std::string ConfigText(const std::string& text) {
+  constexpr std::string_view kKey = "config:";
+  std::istringstream lines(text);
+  std::string line;
+  while (std::getline(lines, line) && !line.starts_with(kKey)) {
+  }
+  if (line.starts_with("config: {}")) return "";
+  std::string config = line.substr(std::min(line.size(), kKey.size()));
+  config.erase(0, config.find_first_not_of(' '));
+  if (!config.empty()) config += '\n';
+  std::size_t indent = 0;
+  while (std::getline(lines, line)) {
+    const std::size_t content = line.find_first_not_of(' ');
+    if (content == 0 && line[0] != '#') break;  // The next top-level key.
+    if (indent == 0 && content != std::string::npos) indent = content;
+    config += line.substr(std::min({indent, content, line.size()})) + '\n';
+  }
+  return config;
+}
+
+/// A name for a temporary file beside `path` that no other writer uses.
+std::string TemporaryName(const std::string& path) {
+  static std::atomic<int> count = 0;
+  return path + ".tmp-" + std::to_string(getpid()) + "-" + std::to_string(count++);
+}
+
+Error CannotWrite(const std::string& path, int reason) {
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  std::error_code ignored;
+  if (!parent.empty() && !std::filesystem::is_directory(parent, ignored)) {
+    return BadInputError(path + ": cannot be written: there is no directory " + parent.string() +
+                         "; create it or name another");
+  }
+  return BadInputError(path + ": cannot be written: " + std::strerror(reason));
+}
+
+/// 0, or the reason (errno) why `text` is not in the file at `path`.
+int WriteText(const std::string& path, const std::string& text) {
+  errno = 0;
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file << text;
+  file.close();
+  if (file) return 0;
+  return errno != 0 ? errno : EIO;
+}
+
+}  // namespace
+
+std::string CalibrationToYaml(const Calibration& calibration) {
+  constexpr int kDigits = std::numeric_limits<double>::max_digits10;
+  YamlText out(kDigits);
+  out << "format: " << kFormat << "\n"
+      << "device: { serial: " << Quoted{calibration.serial}
+      << ", model: " << Quoted{calibration.model} << " }\n"
+      << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
+      << "created: " << calibration.created << "\n"
+      << (calibration.inputs.empty() ? "inputs: []\n" : "inputs:\n");
+  for (const InputFile& input : calibration.inputs) {
+    out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
+        << ", samples: " << input.samples << " }\n";
+  }
+  out << "status:\n  outcome: " << OutcomeName(calibration.outcome) << "\n  within_limits: ";
+  if (calibration.within_limits) {
+    out << *calibration.within_limits << "\n";
+  } else {
+    out << "null\n";
+  }
+  WriteItem(out, "messages", calibration.messages.empty());
+  for (const std::string& message : calibration.messages) {
+    out << "    - " << Quoted{message} << "\n";
+  }
+  WriteReference(out, calibration.reference);
+  out << "gauge: " << GaugeName(calibration.gauge) << "\n"
+      << "gauge_sensor: " << TriadName(calibration.gauge_sensor) << "\n";
+  if (calibration.IsUsable()) {
+    out << "sensors:\n";
+    for (const Triad triad : kTriads) {
+      if (calibration.sensors[triad]) WriteSensor(out, triad, *calibration.sensors[triad]);
+    }
+    WriteCovariance(out, calibration.covariance);
+  }
+  WriteQuality(out, calibration.quality);
+  WriteConfig(out, calibration.config_yaml);
+  return out.str();
+}
+
+Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name) {
+  Result<YamlReader> root = YamlReader::FromText(text, name);
+  TRUETRIAD_RETURN_IF_ERROR(root);
+  YamlReader& reader = *root;
+  std::string format;
+  if (reader.Require("format", &format) && format != kFormat) {
+    reader.Child("format").Fail("`" + format + "` cannot be read by this version, which reads " +
+                                std::string(kFormat));
+  }
+  // A file of another kind or version would only add errors that say nothing.
+  TRUETRIAD_RETURN_IF_ERROR(reader.status());
+
+  Calibration calibration;
+  if (YamlReader device = reader.RequireChild("device")) {
+    device.Require("serial", &calibration.serial);
+    device.Require("model", &calibration.model);
+    device.RejectUnknown();
+  }
+  if (YamlReader software = reader.RequireChild("software")) {
+    std::string program;
+    software.Require("name", &program);
+    software.Require("version", &calibration.software_version);
+    software.RejectUnknown();
+  }
+  if (YamlReader created = reader.RequireChild("created"); !IsNull(created)) {
+    created.Read(&calibration.created);
+  }
+  for (YamlReader& item : reader.RequireChild("inputs").Items()) {
+    InputFile& input = calibration.inputs.emplace_back();
+    item.Require("file", &input.file);
+    item.Require("sha256", &input.sha256);
+    item.Require("samples", &input.samples);
+    item.RejectUnknown();
+  }
+  ReadStatus(reader.RequireChild("status"), &calibration);
+  ReadReference(reader.RequireChild("reference"), &calibration.reference);
+  ReadWord(reader.RequireChild("gauge"), GaugeFromName, &calibration.gauge);
+  ReadWord(reader.RequireChild("gauge_sensor"), TriadFromName, &calibration.gauge_sensor);
+  if (calibration.IsUsable()) {
+    if (YamlReader sensors = reader.RequireChild("sensors")) {
+      for (const Triad triad : kTriads) {
+        if (YamlReader sensor = sensors.Child(TriadName(triad))) {
+          ReadSensor(sensor, &calibration.sensors[triad].emplace());
+        }
+      }
+      sensors.RejectUnknown();
+    }
+    ReadCovariance(reader.RequireChild("covariance"), &calibration.covariance);
+  }
+  ReadQuality(reader.RequireChild("quality"), &calibration.quality);
+  if (reader.RequireChild("config")) calibration.config_yaml = ConfigText(text);
+  reader.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(reader.status());
+  return calibration;
+}
+
+Result<Calibration> ReadCalibration(const std::string& path) {
+  const Result<std::string> text = ReadSmallFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(text);
+  return CalibrationFromYaml(*text, path);
+}
+
+std::string TimestampUtc() {
+  std::time_t seconds = std::time(nullptr);
+  if (const char* const epoch = std::getenv("SOURCE_DATE_EPOCH")) {
+    std::int64_t stated = 0;
+    const char* const end = epoch + std::strlen(epoch);
+    const auto [parsed_to, failure] = std::from_chars(epoch, end, stated);
+    if (failure == std::errc() && parsed_to == end) seconds = stated;
+  }
+  std::tm utc{};
+  if (gmtime_r(&seconds, &utc) == nullptr) return "";
+  char text[64];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
+}
+
+Status WriteFileAtomically(const std::string& path, const std::string& text) {
+  std::error_code failure;
+  const std::filesystem::file_status target = std::filesystem::status(path, failure);
+  if (std::filesystem::is_directory(target)) {
+    return BadInputError(path + ": is a directory; a file name is expected");
+  }
+  if (std::filesystem::exists(target) && !std::filesystem::is_regular_file(target)) {
+    const int reason = WriteText(path, text);
+    return reason == 0 ? Status() : CannotWrite(path, reason);
+  }
+  const std::string temporary = TemporaryName(path);
+  if (const int reason = WriteText(temporary, text); reason != 0) {
+    std::filesystem::remove(temporary, failure);
+    return CannotWrite(path, reason);
+  }
+  std::filesystem::rename(temporary, path, failure);
+  if (failure) {
+    const int reason = failure.value();
+    std::filesystem::remove(temporary, failure);
+    return CannotWrite(path, reason);
+  }
+  return {};
+}
+
+Status EnsureWritableDirectory(const std::string& directory) {
+  std::error_code failure;
+  std::filesystem::create_directories(directory, failure);
+  if (failure) {
+    return BadInputError(directory + ": cannot be created: " + failure.message());
+  }
+  if (!std::filesystem::is_directory(directory, failure)) {
+    return BadInputError(directory + ": is not a directory");
+  }
+  // Trying is the only sure way: permissions alone do not know about read-only or full disks.
+  const std::string probe = TemporaryName((std::filesystem::path(directory) / "probe").string());
+  const int reason = WriteText(probe, "");
+  std::filesystem::remove(probe, failure);
+  if (reason != 0) {
+    return BadInputError(directory + ": files cannot be written there: " + std::strerror(reason));
+  }
+  return {};
+}
+
+}  // namespace truetriad

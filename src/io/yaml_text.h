@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <concepts>
+#include <string>
+#include <string_view>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+/// Free text for a YAML file: double-quoted and escaped, so that no content can be taken for
+/// structure, a number or a truth value.
+struct Quoted {
+  std::string_view text;
+};
+
+/// YAML text written by hand, because a library's emitter takes longer than the calibration itself.
+/// Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are flow lists of rows.
+class YamlText {
+ public:
+  /// `digits`: significant digits of every number; 0: as few as read back to the same bits.
+  explicit YamlText(int digits = 0) : digits_(digits) {}
+
+  YamlText& operator<<(std::string_view text) {
+    text_ += text;
+    return *this;
+  }
+
+  template <std::integral T>
+  YamlText& operator<<(T value) {
+    if constexpr (std::same_as<T, bool>) {
+      return *this << std::string_view(value ? "true" : "false");
+    } else {
+      return *this << std::string_view(std::to_string(value));
+    }
+  }
+
+  YamlText& operator<<(double number) {
+    if (std::isnan(number)) return *this << ".nan";
+    if (std::isinf(number)) return *this << (number > 0.0 ? ".inf" : "-.inf");
+    char buffer[40];
+    char* const end = buffer + sizeof buffer;
+    const auto written =
+        digits_ == 0 ? std::to_chars(buffer, end, number)
+                     : std::to_chars(buffer, end, number, std::chars_format::general, digits_);
+    return *this << std::string_view(buffer, written.ptr);
+  }
+
+  YamlText& operator<<(Quoted quoted) {
+    constexpr std::string_view kHex = "0123456789abcdef";
+    text_ += '"';
+    for (const char character : quoted.text) {
+      const auto byte = static_cast<unsigned char>(character);
+      if (character == '"' || character == '\\') {
+        text_ += {'\\', character};
+      } else if (byte < 0x20 || byte == 0x7f) {
+        text_ += {'\\', 'x', kHex[byte / 16], kHex[byte % 16]};
+      } else {
+        text_ += character;
+      }
+    }
+    text_ += '"';
+    return *this;
+  }
+
+  template <typename Derived>
+  YamlText& operator<<(const Eigen::MatrixBase<Derived>& matrix) {
+    constexpr bool kIsVector = Derived::ColsAtCompileTime == 1;
+    *this << "[";
+    for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+      if (row > 0) *this << ", ";
+      if constexpr (kIsVector) {
+        *this << matrix(row);
+      } else {
+        *this << matrix.row(row).transpose();
+      }
+    }
+    return *this << "]";
+  }
+
+  const std::string& str() const { return text_; }
+
+ private:
+  int digits_;
+  std::string text_;
+};
+
+}  // namespace truetriad
