@@ -13,24 +13,30 @@ namespace truetriad {
 struct Ellipsoid {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d shape = Eigen::Matrix3d::Identity();  ///< A.
-  /// Ratio of smallest to largest singular value of the (scaled, centred) design matrix without
-  /// its null direction: near zero when the points do not determine the ellipsoid.
+  /// Ratio of smallest to largest singular value of the design matrix (a row of squares, products
+  /// and coordinates per point) in the frame in which the fitted ellipsoid is the unit sphere. 0.6
+  /// for directions all over the sphere; near zero when the points do not determine the ellipsoid.
   double conditioning = 0.0;
+  double relative_rms = 0.0;  ///< RMS of |A^1/2 (y - centre)| - 1 over the points.
   /// Radii along the axes, for an axis-aligned fit.
   Eigen::Vector3d AxisRadii() const { return shape.diagonal().cwiseInverse().cwiseSqrt(); }
 };
 
 /// Six-parameter fit, axes along x, y, z. Needs 6 points. The linear least-squares solution of
-/// a x^2 + b y^2 + c z^2 + d x + e y + f z = 1 on centred and scaled data.
-/// Error (not enough): too few points, coplanar points, not an ellipsoid.
+/// a x^2 + b y^2 + c z^2 + d x + e y + f z = 1 on centred and scaled data, repeated with the
+/// centre and radii found until they stay, so that offset and units of the data do not matter.
+/// Error (bad input): a point that is not finite. Error (not enough): too few points, coplanar
+/// points, not an ellipsoid.
 Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
 /// Nine-parameter fit with the ellipsoid constraint kJ > I^2 enforced (Li and Griffiths 2004), on
-/// centred and scaled data. Needs 9 points.
+/// centred and scaled data, repeated in the frame where the ellipsoid found is a sphere; also
+/// without the constraint, and of the two the one with the smaller geometric residual. Needs 9
+/// points. Errors as above.
 Result<Ellipsoid> FitEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
 /// Sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid:
-/// S S^T = radius^-2 A^-1.
+/// S S^T = radius^-2 A^-1. Diagonal positive. `radius` > 0, shape positive definite, else CHECK.
 Eigen::Matrix3d LowerTriangularSensitivity(const Ellipsoid& ellipsoid, double radius);
 Eigen::Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius);
 Eigen::Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius);

@@ -12,7 +12,8 @@
 namespace truetriad {
 
 /// Six-face extremes: bias = half the sum of each axis' largest and smallest reading, gain = half
-/// their difference over g; no misalignment. Needs every axis to have been up and down.
+/// their difference over g; no misalignment. Error (not enough): an axis was not up and down, to
+/// 45 degrees.
 Result<TriadModel<double>> SixFaceExtremes(const std::vector<Eigen::Vector3d>& readings,
                                            double gravity_mps2);
 
@@ -23,21 +24,21 @@ struct FacePose {
 };
 
 /// Assigns each reading to the face whose signed axis is nearest after an axis-aligned ellipsoid
-/// start. Refused (bad input) when the assignment is ambiguous (second best within 20 degrees…)
-/// or when a face is missing.
+/// start. Error (bad input): a reading is not nearer to one axis than to the next by 20 degrees
+/// (named by its number, from 1). Error (not enough): a face is missing, or no ellipsoid.
 Result<std::vector<FacePose>> AssignFaces(const std::vector<Eigen::Vector3d>& readings);
 
 /// Six-position analytic full matrix with nominal forces ±g along each axis:
 /// b = mean over opposite faces, column j of S = (y_{+j} - y_{-j}) / (2 g). Several rests of a
-/// face are averaged.
+/// face are averaged. `faces`: one a reading. Error (not enough): a face is missing.
 Result<TriadModel<double>> SixPosition(const std::vector<Eigen::Vector3d>& readings,
                                        const std::vector<FacePose>& faces,
                                        double gravity_mps2);
 
 /// Six-position analytic solution with known forces f_k: delta_k = y_k - f_k;
 /// b = mean of delta over the ±z faces, E(:,j) = (delta_{+j} - b) / g or (b - delta_{-j}) / g:
-/// z and y from their negative faces, x from its positive one. For readings and forces in the same
-/// unit. Order of rows: -z, +z, -y, +y, +x, -x.
+/// z and y from their negative faces, x from its positive one; S = I + E. For readings and forces
+/// in the same unit. Order of rows: -z, +z, -y, +y, +x, -x.
 TriadModel<double> SixPositionKnownForce(const std::array<Eigen::Vector3d, 6>& readings,
                                          const std::array<Eigen::Vector3d, 6>& forces,
                                          double gravity);

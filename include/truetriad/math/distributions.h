@@ -5,7 +5,9 @@
 
 namespace truetriad {
 
-// Thin, header-light doors to Boost.Math. All arguments in their mathematical range, else CHECK.
+// Thin, header-light doors to Boost.Math. All arguments in their mathematical range, else CHECK:
+// probabilities strictly between 0 and 1, values >= 0 for chi-square and F, degrees of freedom > 0.
+// dof2 of F and dof of Student may be infinite: the noise is known, not estimated.
 
 double NormalQuantile(double probability);
 double ChiSquareCdf(double value, double dof);
@@ -19,8 +21,10 @@ struct KolmogorovSmirnov {
   double statistic = 0.0;
   double p_value = 1.0;  ///< Asymptotic, with Stephens' finite-sample factor.
 };
+/// `values`: at least one, none NaN; those outside [0, 1] count as very unlikely, as they should.
 KolmogorovSmirnov KolmogorovSmirnovUniform(std::vector<double> values);
 
+/// The middle value, or the mean of the two in the middle. At least one value, none NaN.
 double Median(std::vector<double> values);
 
 }  // namespace truetriad

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Linear ellipsoid fits, made independent of the frame of the data by repetition.
+//
+// Quadric           z^T Q z + 2 q^T z = s
+// Centre and shape  c = -Q^-1 q,  B = Q / (s + q^T Q^-1 q)
+//
+// Least squares     minimise |D p - 1| over p = (Q, q), s = 1.
+// Constrained       minimise |D' p'| over p' = (Q, q, -s) with 4 J - I^2 = 1, where
+//                   I = tr Q and J = the sum of the principal 2x2 minors of Q: an ellipsoid always.
+//                   Li and Griffiths, "Least squares ellipsoid specific fitting", GMP 2004, eq. 11
+//                   to 15 with k = 4.
+//
+// 4 J > I^2 shuts out ellipsoids much longer than wide, and both algebraic costs depend on the
+// frame. So the data are first scaled axis by axis (gains of a triad may differ 25 times,
+// cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
+// fitted anew, until the sphere stays: there the constraint is slack and the costs are nearly
+// geometric.
+#include "truetriad/init/ellipsoid_fit.h"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <glog/logging.h>
+
+namespace truetriad {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+enum class Method { kAxisAligned, kLeastSquares, kConstrained };
+
+// Fits that need more rounds than this are creeping along a direction the data leave open.
+constexpr int kMaxRounds = 30;
+// The largest change of the unit sphere at which it counts as settled.
+constexpr double kSettled = 1e-10;
+// Below this the smallest direction of the design matrix is rounding, not data.
+constexpr double kMinConditioning = 1e-7;
+
+// z = whitening (y - centre).
+struct Frame {
+  Vector3d centre = Vector3d::Zero();
+  Matrix3d whitening = Matrix3d::Identity();
+
+  // 3 x n.
+  Eigen::Matrix3Xd Map(const std::vector<Vector3d>& points) const {
+    Eigen::Matrix3Xd mapped(3, points.size());
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      mapped.col(static_cast<Eigen::Index>(k)) = whitening * (points[k] - centre);
+    }
+    return mapped;
+  }
+};
+
+struct Quadric {
+  Matrix3d quadratic = Matrix3d::Zero();  // Q
+  Vector3d linear = Vector3d::Zero();     // q
+  double level = 1.0;                     // s
+};
+
+int ParameterCount(Method method) { return method == Method::kAxisAligned ? 6 : 9; }
+
+// A row per point: x^2 y^2 z^2 [2yz 2xz 2xy] 2x 2y 2z.
+MatrixXd Design(const Eigen::Matrix3Xd& points, Method method) {
+  MatrixXd design(points.cols(), ParameterCount(method));
+  const auto x = points.row(0).transpose().array();
+  const auto y = points.row(1).transpose().array();
+  const auto z = points.row(2).transpose().array();
+  design.leftCols<3>() = points.transpose().array().square();
+  if (method != Method::kAxisAligned) {
+    design.col(3) = 2.0 * y * z;
+    design.col(4) = 2.0 * x * z;
+    design.col(5) = 2.0 * x * y;
+  }
+  design.rightCols<3>() = 2.0 * points.transpose();
+  return design;
+}
+
+// Of the coefficients of the columns of Design.
+Quadric QuadricOf(const VectorXd& coefficients, double level) {
+  Quadric quadric;
+  quadric.level = level;
+  quadric.quadratic.diagonal() = coefficients.head<3>();
+  if (coefficients.size() == 9) {
+    quadric.quadratic(1, 2) = quadric.quadratic(2, 1) = coefficients(3);
+    quadric.quadratic(0, 2) = quadric.quadratic(2, 0) = coefficients(4);
+    quadric.quadratic(0, 1) = quadric.quadratic(1, 0) = coefficients(5);
+  }
+  quadric.linear = coefficients.tail<3>();
+  return quadric;
+}
+
+std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
+  // R of the QR factors with the unconstrained columns (2x 2y 2z 1) first: its last six columns and
+  // rows are the square root of the Schur complement of eq. 14, without squaring the condition.
+  constexpr int kFree = 4;
+  constexpr int kQuadratic = 6;
+  using Matrix6d = Eigen::Matrix<double, kQuadratic, kQuadratic>;
+  MatrixXd ordered(design.rows(), kFree + kQuadratic);
+  ordered << design.rightCols<3>(), VectorXd::Ones(design.rows()), design.leftCols<kQuadratic>();
+  const MatrixXd reduced =
+      Eigen::HouseholderQR<MatrixXd>(ordered).matrixQR().triangularView<Eigen::Upper>();
+  const MatrixXd root = reduced.bottomRightCorner(reduced.rows() - kFree, kQuadratic);
+
+  // eq. 11: a^T C a = 4 J - I^2.
+  Matrix6d constraint = Matrix6d::Zero();
+  constraint.topLeftCorner<3, 3>().setOnes();
+  constraint.diagonal() << -1, -1, -1, -4, -4, -4;
+  const Eigen::EigenSolver<Matrix6d> solver(constraint.inverse() * (root.transpose() * root));
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  for (int i = 0; i < kQuadratic; ++i) {
+    const Eigen::Matrix<double, kQuadratic, 1> quadratic = solver.eigenvectors().col(i).real();
+    // Exactly one of the six meets the constraint. Li and Griffiths 2004, theorem 3.
+    if (solver.eigenvectors().col(i).imag().norm() > 0.0) continue;
+    if (quadratic.dot(constraint * quadratic) <= 0.0) continue;
+    const Eigen::Vector4d free =
+        -reduced.topLeftCorner<kFree, kFree>().triangularView<Eigen::Upper>().solve(
+            reduced.topRightCorner<kFree, kQuadratic>() * quadratic);
+    Eigen::Matrix<double, 9, 1> coefficients;
+    coefficients << quadratic, free.head<3>();
+    return QuadricOf(coefficients, -free(3));
+  }
+  return std::nullopt;
+}
+
+std::optional<Quadric> Fit(const Eigen::Matrix3Xd& points, Method method) {
+  const MatrixXd design = Design(points, method);
+  if (method == Method::kConstrained) return ConstrainedFit(design);
+  const VectorXd ones = VectorXd::Ones(points.cols());
+  return QuadricOf(Eigen::ColPivHouseholderQR<MatrixXd>(design).solve(ones), 1.0);
+}
+
+// The frame in which the quadric is the unit sphere; nullopt when it is not an ellipsoid. The
+// factor is triangular so that an axis-aligned ellipsoid keeps its axes.
+std::optional<Frame> SphereFrame(const Quadric& quadric) {
+  const Vector3d centre = -quadric.quadratic.partialPivLu().solve(quadric.linear);
+  const double level = quadric.level - quadric.linear.dot(centre);
+  const Eigen::LLT<Matrix3d> factor(quadric.quadratic / level);
+  if (!centre.allFinite() || !(std::abs(level) > 0.0) || factor.info() != Eigen::Success) {
+    return std::nullopt;
+  }
+  return Frame{centre, factor.matrixU()};
+}
+
+std::optional<Frame> FitInSettledFrame(const std::vector<Vector3d>& points,
+                                       Method method,
+                                       Frame frame) {
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const std::optional<Quadric> quadric = Fit(frame.Map(points), method);
+    const std::optional<Frame> sphere = quadric ? SphereFrame(*quadric) : std::nullopt;
+    if (!sphere) return std::nullopt;
+    frame.centre += frame.whitening.partialPivLu().solve(sphere->centre);
+    frame.whitening = sphere->whitening * frame.whitening;
+    const double change = sphere->centre.norm() + (sphere->whitening - Matrix3d::Identity()).norm();
+    if (change < kSettled) break;
+  }
+  if (!frame.centre.allFinite() || !frame.whitening.allFinite()) return std::nullopt;
+  return frame;
+}
+
+double Conditioning(const Eigen::Matrix3Xd& points, Method method) {
+  const MatrixXd triangle = Eigen::HouseholderQR<MatrixXd>(Design(points, method))
+                                .matrixQR()
+                                .topRows(ParameterCount(method))
+                                .triangularView<Eigen::Upper>();
+  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>(triangle).singularValues();
+  return singular(singular.size() - 1) / singular(0);
+}
+
+// Mean square distance to the ellipsoid in the frame `start`, to first order: F / |grad F| of
+// F = |z|^2 - 1. Sampson 1982. Measured in one frame for all candidates, because in its own a
+// runaway ellipsoid looks excellent.
+double GeometricResidual(const std::vector<Vector3d>& points,
+                         const Frame& frame,
+                         const Frame& start) {
+  const Eigen::Matrix3Xd sphere = frame.Map(points);
+  const Matrix3d sphere_from_start = frame.whitening * start.whitening.inverse();
+  return ((sphere.colwise().squaredNorm().array() - 1.0) /
+          (2.0 * (sphere_from_start.transpose() * sphere).colwise().norm().array()))
+      .square()
+      .mean();
+}
+
+Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector<Method>& methods) {
+  const int needed = ParameterCount(methods.front());
+  const std::string count = std::to_string(points.size()) + " readings";
+  if (points.size() < static_cast<std::size_t>(needed)) {
+    return NotEnoughError(count + " cannot determine an ellipsoid; at least " +
+                          std::to_string(needed) + " in different attitudes are needed");
+  }
+  Vector3d mean = Vector3d::Zero();
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!points[k].allFinite()) {
+      return BadInputError("reading " + std::to_string(k + 1) + " of " +
+                           std::to_string(points.size()) + " is not finite");
+    }
+    mean += points[k] / static_cast<double>(points.size());
+  }
+  Frame start;
+  start.centre = mean;
+  const Vector3d spread =
+      (start.Map(points).rowwise().squaredNorm() / static_cast<double>(points.size())).cwiseSqrt();
+  const Error undetermined = NotEnoughError(
+      count +
+      " do not determine an ellipsoid: they lie on one plane or other surface, or on too small a "
+      "part of the sphere; add attitudes in which every axis points up, down and level");
+  // A spread of rounding size: the axis reads one value.
+  if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
+  start.whitening = spread.cwiseInverse().asDiagonal();
+  if (Conditioning(start.Map(points), methods.front()) < kMinConditioning) return undetermined;
+
+  std::optional<Frame> best;
+  double best_residual = std::numeric_limits<double>::infinity();
+  for (const Method method : methods) {
+    const std::optional<Frame> frame = FitInSettledFrame(points, method, start);
+    if (!frame) continue;
+    const double residual = GeometricResidual(points, *frame, start);
+    if (residual < best_residual) {
+      best = frame;
+      best_residual = residual;
+    }
+  }
+  if (!best) {
+    return NotEnoughError("the surface that fits " + count +
+                          " best is not an ellipsoid; add attitudes, or look for readings "
+                          "disturbed by motion or magnetic objects");
+  }
+  const Eigen::Matrix3Xd sphere = best->Map(points);
+  Ellipsoid ellipsoid;
+  ellipsoid.centre = best->centre;
+  ellipsoid.shape = best->whitening.transpose() * best->whitening;
+  ellipsoid.conditioning = Conditioning(sphere, methods.front());
+  ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
+  if (!(ellipsoid.conditioning >= kMinConditioning)) return undetermined;
+  return ellipsoid;
+}
+
+}  // namespace
+
+Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Vector3d>& points) {
+  return BestFit(points, {Method::kAxisAligned});
+}
+
+Result<Ellipsoid> FitEllipsoid(const std::vector<Vector3d>& points) {
+  return BestFit(points, {Method::kLeastSquares, Method::kConstrained});
+}
+
+Matrix3d LowerTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
+  // Reversing the order of the axes turns upper into lower.
+  Ellipsoid reversed;
+  reversed.shape = ellipsoid.shape.reverse();
+  return UpperTriangularSensitivity(reversed, radius).reverse();
+}
+
+Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
+  // A = L L^T, so A^-1 = U U^T with U = L^-T upper triangular.
+  CHECK_GT(radius, 0.0);
+  const Eigen::LLT<Matrix3d> factor(ellipsoid.shape);
+  CHECK(factor.info() == Eigen::Success) << "the shape is not positive definite";
+  return factor.matrixU().solve(Matrix3d::Identity()) / radius;
+}
+
+Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius) {
+  CHECK_GT(radius, 0.0);
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(ellipsoid.shape);
+  CHECK(solver.eigenvalues()(0) > 0.0) << "the shape is not positive definite";
+  return solver.operatorInverseSqrt() / radius;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// How a second triad stands to the leading one, from the constant angle between two fields:
+//
+//   u_k^T R m_k = c            for all k; with r = vec R (by columns), h_k = vec(u_k m_k^T):
+//   h_k^T r = c                homogeneous in (r, c)
+//   cost = r^T W r - 2 p^T r + q
+//          c free:  W = mean(h h^T) - mean(h) mean(h)^T, p = 0, q = 0; the best c is mean(h)^T r
+//          c known: W = mean(h h^T), p = c mean(h), q = c^2
+//
+// so cost and derivatives for any R come from the 9x9 moment W, whatever the number of pairs, and
+// many starts are cheap. The homogeneous solution is the joint accelerometer and magnetometer
+// alignment of Kok and Schön, IEEE Sensors Journal 16(14), 2016, section V, with c unknown too.
+#include "truetriad/init/frame_alignment.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <glog/logging.h>
+
+namespace truetriad {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+
+// The cost above; each value and vector as in the head of this file.
+struct Moments {
+  Matrix9d W = Matrix9d::Zero();
+  Vector9d p = Vector9d::Zero();
+  double q = 0.0;
+
+  double Cost(const Vector9d& r) const { return r.dot(W * r - 2.0 * p) + q; }
+};
+
+Vector9d Vec(const Matrix3d& matrix) { return Vector9d(matrix.reshaped()); }
+
+Matrix3d Skew(const Vector3d& v) {
+  Matrix3d skew;
+  skew << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return skew;
+}
+
+// The nearest orthogonal matrix with the wanted determinant.
+Matrix3d NearestOrthogonal(const Matrix3d& matrix, int determinant) {
+  const Eigen::JacobiSVD<Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Vector3d signs = Vector3d::Ones();
+  if (svd.matrixU().determinant() * svd.matrixV().determinant() * determinant < 0.0) {
+    signs.z() = -1.0;
+  }
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+// The 24 signed axis maps of one determinant.
+std::array<Matrix3d, 24> SignedAxisMaps(int determinant) {
+  std::array<Matrix3d, 24> maps;
+  std::size_t count = 0;
+  std::array<int, 3> axes = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      Matrix3d map = Matrix3d::Zero();
+      for (int row = 0; row < 3; ++row) {
+        map(row, axes[static_cast<std::size_t>(row)]) = ((signs >> row) & 1) != 0 ? -1.0 : 1.0;
+      }
+      if (map.determinant() * determinant > 0.0) maps[count++] = map;
+    }
+  } while (std::next_permutation(axes.begin(), axes.end()));
+  return maps;
+}
+
+struct Minimum {
+  Matrix3d rotation = Matrix3d::Identity();
+  double curvature = 0.0;  // Smallest eigenvalue of the Gauss-Newton Hessian.
+};
+
+// Levenberg-Marquardt on R Exp(omega).
+Minimum Descend(const Moments& moments, Matrix3d rotation) {
+  constexpr int kMaxSteps = 50;
+  constexpr double kSmallStepRad = 1e-9;  // convergence is faster than linear: the next is rounding
+  double damping = 1e-3;
+  double cost = moments.Cost(Vec(rotation));
+  Matrix3d hessian;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    Eigen::Matrix<double, 9, 3> jacobian;
+    for (int i = 0; i < 3; ++i) jacobian.col(i) = Vec(rotation * Skew(Vector3d::Unit(i)));
+    const Vector3d gradient = jacobian.transpose() * (moments.W * Vec(rotation) - moments.p);
+    hessian = jacobian.transpose() * moments.W * jacobian;
+    Matrix3d damped = hessian;
+    damped.diagonal().array() += damping * hessian.trace() + 1e-300;
+    const Vector3d omega = -damped.ldlt().solve(gradient);
+    const double angle_rad = omega.norm();
+    const Matrix3d moved =
+        angle_rad > 0.0
+            ? Matrix3d(rotation * Eigen::AngleAxisd(angle_rad, omega / angle_rad).matrix())
+            : rotation;
+    const double moved_cost = moments.Cost(Vec(moved));
+    if (moved_cost <= cost) {
+      rotation = moved;
+      cost = moved_cost;
+      damping *= 0.1;
+    } else {
+      damping *= 10.0;
+    }
+    if (angle_rad < kSmallStepRad) break;
+  }
+  return {rotation, Eigen::SelfAdjointEigenSolver<Matrix3d>(hessian).eigenvalues()(0)};
+}
+
+// Right-handed orthonormal frame with `first` as x and `second` in its xy plane. Where both are
+// parallel the turn about `first` is arbitrary.
+Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
+  Matrix3d frame;
+  frame.col(0) = first.normalized();
+  const Vector3d normal = frame.col(0).cross(second.normalized());
+  constexpr double kParallel = 1e-12;
+  frame.col(2) = normal.norm() > kParallel ? normal.normalized() : frame.col(0).unitOrthogonal();
+  frame.col(1) = frame.col(2).cross(frame.col(0));
+  return frame;
+}
+
+}  // namespace
+
+Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_in_body,
+                                                const std::vector<Vector3d>& field_in_triad,
+                                                int determinant,
+                                                const double* known_cosine) {
+  CHECK_EQ(up_in_body.size(), field_in_triad.size());
+  CHECK(determinant == 1 || determinant == -1);
+  const std::size_t pairs = up_in_body.size();
+  constexpr std::size_t kMinPairs = 4;
+  if (pairs < kMinPairs) {
+    return NotEnoughError(std::to_string(pairs) +
+                          " poses cannot determine how the triads stand to each other; at least "
+                          "4 in different attitudes are needed");
+  }
+  const double weight = 1.0 / static_cast<double>(pairs);
+  Moments moments;
+  Vector9d mean = Vector9d::Zero();
+  for (std::size_t k = 0; k < pairs; ++k) {
+    const Vector9d h = Vec(up_in_body[k] * field_in_triad[k].transpose());
+    mean += weight * h;
+    moments.W += weight * h * h.transpose();
+  }
+  const Matrix9d centred = moments.W - mean * mean.transpose();
+  if (known_cosine != nullptr) {
+    moments.p = *known_cosine * mean;
+    moments.q = *known_cosine * *known_cosine;
+  } else {
+    moments.W = centred;
+  }
+
+  // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
+  // determinant. With a known cosine it serves as well; the descent does the rest.
+  const Eigen::SelfAdjointEigenSolver<Matrix9d> solver(centred);
+  Matrix3d homogeneous = solver.eigenvectors().col(0).reshaped(3, 3);
+  if (homogeneous.determinant() * determinant < 0.0) homogeneous *= -1.0;
+
+  std::vector<Matrix3d> starts = {NearestOrthogonal(homogeneous, determinant)};
+  for (const Matrix3d& map : SignedAxisMaps(determinant)) starts.push_back(map);
+  std::vector<FrameAlignment> alignments;
+  double best_curvature = 0.0;
+  for (const Matrix3d& start : starts) {
+    const Minimum minimum = Descend(moments, start);
+    // 1 - cos(angle) of the turn between two minima, doubled; 1e-3 rad and closer is the same one.
+    const bool known =
+        std::any_of(alignments.begin(), alignments.end(), [&minimum](const FrameAlignment& other) {
+          return 3.0 - (minimum.rotation.transpose() * other.rotation).trace() < 1e-6;
+        });
+    if (known) continue;
+    FrameAlignment alignment;
+    alignment.rotation = minimum.rotation;
+    alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum.rotation));
+    double sum = 0.0;  // over the pairs, because the moments cancel where the fit is exact
+    for (std::size_t k = 0; k < pairs; ++k) {
+      const double cosine = up_in_body[k].dot(alignment.rotation * field_in_triad[k]);
+      sum += std::pow(cosine - alignment.cosine, 2);
+    }
+    alignment.rms = std::sqrt(weight * sum);
+    const bool is_best = std::all_of(
+        alignments.begin(), alignments.end(), [&alignment](const FrameAlignment& other) {
+          return alignment.rms < other.rms;
+        });
+    if (is_best) best_curvature = minimum.curvature;
+    alignments.push_back(alignment);
+  }
+  // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.
+  constexpr double kMinCurvature = 1e-12;
+  if (!(best_curvature > kMinCurvature)) {
+    return NotEnoughError("the attitudes of the " + std::to_string(pairs) +
+                          " poses do not determine how the triads stand to each other: a turn of "
+                          "one changes nothing; add poses tilted about another axis");
+  }
+  std::sort(alignments.begin(),
+            alignments.end(),
+            [](const FrameAlignment& a, const FrameAlignment& b) { return a.rms < b.rms; });
+  return alignments;
+}
+
+Eigen::Quaterniond TriadAttitude(const Vector3d& first_in_world,
+                                 const Vector3d& second_in_world,
+                                 const Vector3d& first_in_body,
+                                 const Vector3d& second_in_body) {
+  // Shuster and Oh 1981, eq. 3-8, with world as the reference frame.
+  const Matrix3d world_from_body =
+      FrameOf(first_in_world, second_in_world) * FrameOf(first_in_body, second_in_body).transpose();
+  return Eigen::Quaterniond(world_from_body);
+}
+
+Eigen::Quaterniond WahbaAttitude(const std::vector<Vector3d>& in_world,
+                                 const std::vector<Vector3d>& in_body,
+                                 const std::vector<double>& weights) {
+  CHECK_EQ(in_world.size(), in_body.size());
+  CHECK_EQ(in_world.size(), weights.size());
+  Matrix3d profile = Matrix3d::Zero();  // B of Markley 1988, eq. 5
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    profile += weights[i] * in_world[i] * in_body[i].transpose();
+  }
+  return Eigen::Quaterniond(NearestOrthogonal(profile, 1));
+}
+
+}  // namespace truetriad
