@@ -69,9 +69,9 @@ class [[nodiscard]] Status {
 }  // namespace truetriad
 
 /// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has one.
-#define TRUETRIAD_RETURN_IF_ERROR(expression)          \
-  do {                                                 \
-    if (auto status_or_ = (expression); !status_or_) { \
-      return status_or_.error();                       \
-    }                                                  \
+#define TRUETRIAD_RETURN_IF_ERROR(expression)            \
+  do {                                                   \
+    if (auto&& status_or_ = (expression); !status_or_) { \
+      return status_or_.error();                         \
+    }                                                    \
   } while (false)
