@@ -1,0 +1,657 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/content.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "report/format.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+/// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
+constexpr double kManyDof = 1e4;
+/// Below this many, the σ themselves are worth little. model.md §2.
+constexpr double kFewDof = 10.0;
+/// Correlations above this are worth a sentence.
+constexpr double kStrongCorrelation = 0.9;
+
+constexpr char kAxisNames[] = "xyz";
+
+std::string AxisName(int axis) { return {kAxisNames[axis]}; }
+
+/// σ of a linear combination of named parameters.
+class Propagation {
+ public:
+  explicit Propagation(const NamedCovariance& covariance) : covariance_(covariance) {
+    const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
+    if (covariance.matrix.rows() != size || covariance.matrix.cols() != size) return;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      index_[covariance.parameters[static_cast<std::size_t>(i)]] = i;
+    }
+  }
+
+  using Term = std::pair<std::string, double>;
+
+  /// sqrt(J P J^T) for the derivatives J by name; nullopt when a name is not in the covariance.
+  std::optional<double> Sigma(const std::vector<Term>& derivatives) const {
+    double variance = 0.0;
+    for (const auto& [row_name, row] : derivatives) {
+      for (const auto& [column_name, column] : derivatives) {
+        const auto i = index_.find(row_name);
+        const auto j = index_.find(column_name);
+        if (i == index_.end() || j == index_.end()) return std::nullopt;
+        variance += row * column * covariance_.matrix(i->second, j->second);
+      }
+    }
+    return std::sqrt(std::max(variance, 0.0));
+  }
+
+  bool Has(const std::string& name) const { return index_.contains(name); }
+
+ private:
+  const NamedCovariance& covariance_;
+  std::map<std::string, Eigen::Index> index_;
+};
+
+std::string BiasName(Triad triad, int axis) {
+  return std::string(TriadName(triad)) + ".bias." + AxisName(axis);
+}
+
+std::string SensitivityName(Triad triad, int row, int column) {
+  return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
+}
+
+/// σ of numerator / scale, from the covariance or, where that lacks the names, from the σ alone.
+double QuotientSigma(const Propagation& propagation,
+                     const std::string& numerator_name,
+                     const std::string& scale_name,
+                     double quotient,
+                     double numerator_sigma,
+                     double scale,
+                     double scale_sigma) {
+  const auto sigma =
+      propagation.Sigma({{numerator_name, 1.0 / scale}, {scale_name, -quotient / scale}});
+  return sigma.value_or(std::hypot(numerator_sigma / scale, quotient * scale_sigma / scale));
+}
+
+/// Value and σ, or the value marked as fixed: by the gauge or on request.
+std::string Entry(double value, double sigma) {
+  return sigma > 0.0 ? WithSigma(value, sigma) : Significant(value, 6) + " fixed";
+}
+
+/// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
+std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad) {
+  if (sensor.si_per_count) return sensor.si_per_count;
+  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
+  if (!unit || unit->is_counts) return std::nullopt;
+  return unit->truth_per_raw;
+}
+
+/// Gains on the diagonal and small angles off it describe only a chip whose axes are those of the
+/// body; a permuted one is shown as its matrix.
+bool AxesAreAligned(const Eigen::Matrix3d& sensitivity) {
+  return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
+      .all();
+}
+
+/// The rows of one triad's parameter table, in the making.
+class ParameterRows {
+ public:
+  ParameterRows(const TriadCalibration& sensor, Triad triad, const Propagation& propagation)
+      : sensor_(sensor),
+        triad_(triad),
+        propagation_(propagation),
+        truth_unit_(TruthUnit(triad)),
+        raw_unit_(DisplayUnit(sensor.input_unit)) {
+    table_ = {{"", "x", "y", "z", "unit"}, "lrrrl", {}};
+    AddBias();
+    if (AxesAreAligned(sensor.model.sensitivity)) {
+      AddScale();
+      AddMisalignment(1e3, "mrad");
+      AddMisalignment(kDegPerRad, "deg");
+    } else {
+      AddSensitivity();
+    }
+    if (sensor.g_sensitivity) {
+      AddMatrix("g-sensitivity", *sensor.g_sensitivity, raw_unit_ + " per m/s²");
+    }
+    if (sensor.thermal) AddThermal(*sensor.thermal);
+    AddVector("rest noise σ", sensor.noise.sigma, raw_unit_);
+  }
+
+  Table Take() { return std::move(table_); }
+
+ private:
+  template <typename CellOfAxis>
+  void Add(std::string label, const CellOfAxis& cell, std::string unit) {
+    table_.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
+  }
+
+  void AddVector(std::string label, const Eigen::Vector3d& values, std::string unit) {
+    Add(
+        std::move(label), [&](int i) { return Significant(values(i), 4); }, std::move(unit));
+  }
+
+  void AddMatrix(const std::string& label, const Eigen::Matrix3d& values, const std::string& unit) {
+    for (int i = 0; i < 3; ++i) AddVector(label + " " + AxisName(i), values.row(i), unit);
+  }
+
+  double ScaleSigma(int i) const { return sensor_.sensitivity_sigma(i, i); }
+
+  void AddBias() {
+    Add(
+        "bias",
+        [&](int i) { return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i)); },
+        raw_unit_);
+    if (raw_unit_ == truth_unit_ || !AxesAreAligned(sensor_.model.sensitivity)) return;
+    Add(
+        "bias / scale",
+        [&](int i) {
+          const double scale = sensor_.Scale()(i);
+          const double bias = sensor_.model.bias(i) / scale;
+          return Entry(bias,
+                       QuotientSigma(propagation_,
+                                     BiasName(triad_, i),
+                                     SensitivityName(triad_, i, i),
+                                     bias,
+                                     sensor_.bias_sigma(i),
+                                     scale,
+                                     ScaleSigma(i)));
+        },
+        truth_unit_);
+  }
+
+  void AddScale() {
+    const Eigen::Vector3d scale = sensor_.Scale();
+    Add(
+        "scale",
+        [&](int i) { return Entry(scale(i), ScaleSigma(i)); },
+        raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_);
+    const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
+    if (!nominal) return;
+    const Eigen::Vector3d error = (scale.cwiseAbs() * *nominal).array() - 1.0;
+    const bool large = error.cwiseAbs().maxCoeff() >= 0.01;
+    const double factor = large ? 1e2 : 1e6;
+    Add(
+        "scale error",
+        [&](int i) { return Entry(error(i) * factor, ScaleSigma(i) * *nominal * factor); },
+        large ? "%" : "ppm");
+  }
+
+  void AddMisalignment(double per_rad, const std::string& unit) {
+    const Eigen::Vector3d scale = sensor_.Scale();
+    for (int i = 0; i < 3; ++i) {
+      Add(
+          "misalignment " + AxisName(i),
+          [&](int j) -> std::string {
+            if (i == j) return "–";
+            const double angle = sensor_.model.sensitivity(i, j) / scale(i);
+            const double sigma = QuotientSigma(propagation_,
+                                               SensitivityName(triad_, i, j),
+                                               SensitivityName(triad_, i, i),
+                                               angle,
+                                               sensor_.sensitivity_sigma(i, j),
+                                               scale(i),
+                                               ScaleSigma(i));
+            return Entry(angle * per_rad, sigma * per_rad);
+          },
+          unit);
+    }
+  }
+
+  void AddSensitivity() {
+    for (int i = 0; i < 3; ++i) {
+      Add(
+          "sensitivity " + AxisName(i),
+          [&](int j) {
+            return Entry(sensor_.model.sensitivity(i, j), sensor_.sensitivity_sigma(i, j));
+          },
+          raw_unit_ + " per " + truth_unit_);
+    }
+  }
+
+  void AddThermal(const ThermalTerms& thermal) {
+    for (std::size_t i = 0; i < thermal.bias.size(); ++i) {
+      const std::string power = std::to_string(i + 1);
+      AddVector("bias, τ^" + power, thermal.bias[i], raw_unit_ + " / °C^" + power);
+    }
+    for (std::size_t i = 0; i < thermal.sensitivity.size(); ++i) {
+      const std::string power = std::to_string(i + 1);
+      AddMatrix("sensitivity, τ^" + power,
+                thermal.sensitivity[i],
+                raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
+    }
+    if (thermal.rate_linear) AddVector("bias, dT/dt", *thermal.rate_linear, raw_unit_ + " s/°C");
+    if (thermal.rate_quadratic) {
+      AddVector("bias, (dT/dt)^2", *thermal.rate_quadratic, raw_unit_ + " s²/°C²");
+    }
+    if (thermal.rate_cross) AddVector("bias, τ dT/dt", *thermal.rate_cross, raw_unit_ + " s/°C²");
+  }
+
+  const TriadCalibration& sensor_;
+  Triad triad_;
+  const Propagation& propagation_;
+  std::string truth_unit_;
+  std::string raw_unit_;
+  Table table_;
+};
+
+std::string_view NoiseSourceWords(NoiseSource source) {
+  switch (source) {
+    case NoiseSource::kStatic:
+      return "from the rests of this recording";
+    case NoiseSource::kAllan:
+      return "from an Allan deviation";
+    case NoiseSource::kDatasheet:
+      return "from the data sheet";
+    case NoiseSource::kConfig:
+      return "as stated in the configuration";
+    case NoiseSource::kResidual:
+      return "from the residuals (no χ² verdict is possible)";
+  }
+  return "of unknown origin";
+}
+
+std::string NoiseSentence(const TriadNoise& noise, Triad triad) {
+  std::string text =
+      "Rest noise is the σ of a pose mean, " + std::string(NoiseSourceWords(noise.source));
+  if (noise.excess_sigma > 0.0) {
+    text += "; the poses scatter by another " + Significant(noise.excess_sigma, 2) + " " +
+            TruthUnit(triad);
+    if (noise.excess_dof > 0.0) {
+      text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
+    }
+  }
+  return text + ".";
+}
+
+std::string IntervalSentence(double dof) {
+  if (!(dof > 0.0)) return "The ± are one standard deviation (σ).";
+  const double factor = dof < kManyDof ? StudentQuantile(0.975, dof) : NormalQuantile(0.975);
+  std::string text = "The ± are one standard deviation (σ); for 95 % multiply by " +
+                     Significant(factor, 3) + " (Student's t with " +
+                     (dof < kManyDof ? Significant(dof, 3) : "very many") +
+                     " effective degrees of freedom).";
+  if (dof < kFewDof) {
+    text += " CAUTION: with so few degrees of freedom the σ themselves are known to about " +
+            Percent(1.0 / std::sqrt(2.0 * dof)) + " only; take more poses.";
+  }
+  return text;
+}
+
+Table ReferenceTable(const Calibration& calibration, const Propagation& propagation) {
+  const ReferenceValues& reference = calibration.reference;
+  Table table{{"reference", "value", "unit", ""}, "lrll", {}};
+  const auto add = [&](const std::string& label,
+                       double value,
+                       const std::string& parameter,
+                       double factor,
+                       const std::string& unit,
+                       const std::string& otherwise) {
+    const double sigma = propagation.Sigma({{parameter, factor}}).value_or(0.0);
+    table.rows.push_back({label,
+                          WithSigma(value * factor, sigma),
+                          unit,
+                          sigma > 0.0 ? "estimated with the parameters" : otherwise});
+  };
+  add("gravity",
+      reference.gravity_mps2,
+      "reference.gravity_mps2",
+      1.0,
+      "m/s²",
+      reference.gravity_sigma_mps2 ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2)
+                                   : "taken as exact");
+  const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
+  const std::string given =
+      reference.field_estimated && !listed ? "strength or dip estimated" : "given";
+  if (reference.field_ut) {
+    add("field strength",
+        *reference.field_ut,
+        "reference.field_ut",
+        1.0,
+        "µT",
+        reference.field_nominal
+            ? "nominal: the magnetometer's common scale is relative to this value"
+            : given);
+  }
+  if (reference.dip_rad) {
+    add("field dip (down)", *reference.dip_rad, "reference.dip_rad", kDegPerRad, "deg", given);
+  }
+  table.rows.push_back(
+      {"temperature", Significant(reference.temperature_degc, 4), "°C", "parameters hold here"});
+  return table;
+}
+
+/// The most correlated pairs in words, or empty.
+std::string CorrelationSentence(const NamedCovariance& covariance) {
+  struct Pair {
+    double rho;
+    std::string words;
+  };
+  std::vector<Pair> strong;
+  const Eigen::MatrixXd& matrix = covariance.matrix;
+  const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
+  if (matrix.rows() != size || matrix.cols() != size) return "";
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const double rho = matrix(i, j) / std::sqrt(matrix(i, i) * matrix(j, j));
+      // Tied entries have ±1 by design; NaN belongs to fixed ones.
+      if (!(std::abs(rho) > kStrongCorrelation) || std::abs(rho) > 1.0 - 1e-9) continue;
+      strong.push_back({rho,
+                        covariance.parameters[static_cast<std::size_t>(j)] + " with " +
+                            covariance.parameters[static_cast<std::size_t>(i)] + " (" +
+                            Fixed(rho, 3) + ")"});
+    }
+  }
+  if (strong.empty()) return "";
+  std::stable_sort(strong.begin(), strong.end(), [](const Pair& a, const Pair& b) {
+    return std::abs(a.rho) > std::abs(b.rho);
+  });
+  constexpr std::size_t kShown = 3;
+  std::string text = "Strongly correlated, so hardly told apart: ";
+  for (std::size_t i = 0; i < std::min(strong.size(), kShown); ++i) {
+    text += (i ? ", " : "") + strong[i].words;
+  }
+  if (strong.size() > kShown) text += " and " + std::to_string(strong.size() - kShown) + " more";
+  return text + ".";
+}
+
+/// The unit in which a limit is stated, by the last part of its name.
+std::string LimitUnit(const std::string& name) {
+  const auto dot = name.find('.');
+  const std::string quantity = dot == std::string::npos ? "" : name.substr(dot + 1);
+  if (quantity == "misalignment_rad") return "rad";
+  if (quantity != "bias" && quantity != "residual_rms") return "";
+  const std::optional<Triad> triad = TriadFromName(name.substr(0, dot));
+  return triad ? TruthUnit(*triad) : "";
+}
+
+Section LimitsSection(const Calibration& calibration) {
+  Section section{SectionKind::kLimits, "Limits", {}};
+  const std::vector<LimitCheck>& limits = calibration.quality.limits;
+  if (limits.empty()) {
+    section.blocks.emplace_back(
+        std::string("No limits were set, so nothing but usability was judged. State them under "
+                    "`limits:` in the experiment."));
+    return section;
+  }
+  Table table{{"limit", "allowed", "worst found", "unit", "used", "judged"}, "lrrlrl", {}};
+  for (const LimitCheck& check : limits) {
+    table.rows.push_back({check.name,
+                          Significant(check.limit, 4),
+                          WithSigma(check.worst, check.sigma),
+                          LimitUnit(check.name),
+                          Percent(std::abs(check.worst) / check.limit),
+                          check.pass ? "pass" : "FAIL"});
+  }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+Section MessagesSection(const Calibration& calibration) {
+  Section section{SectionKind::kMessages, calibration.IsUsable() ? "Messages" : "Why", {}};
+  for (const std::string& message : calibration.messages) {
+    section.blocks.emplace_back(Bullet{message});
+  }
+  return section;
+}
+
+Section ParametersSection(const Calibration& calibration) {
+  Section section{SectionKind::kParameters, "Parameters and predicted uncertainty", {}};
+  if (!calibration.IsUsable()) return section;
+  const Propagation propagation(calibration.covariance);
+  section.blocks.emplace_back(IntervalSentence(calibration.quality.effective_dof));
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor) continue;
+    section.blocks.emplace_back(Subtitle{TriadTitle(triad)});
+    section.blocks.emplace_back(ParameterRows(*sensor, triad, propagation).Take());
+    section.blocks.emplace_back(NoiseSentence(sensor->noise, triad));
+    if (sensor->thermal) {
+      section.blocks.emplace_back(
+          "τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +
+          " °C; calibrated from " + Significant(sensor->thermal->range_degc(0), 3) + " to " +
+          Significant(sensor->thermal->range_degc(1), 3) + " °C.");
+    }
+  }
+  section.blocks.emplace_back(Subtitle{"References"});
+  section.blocks.emplace_back(ReferenceTable(calibration, propagation));
+  if (std::string words = CorrelationSentence(calibration.covariance); !words.empty()) {
+    section.blocks.emplace_back(std::move(words));
+  }
+  return section;
+}
+
+Section WeakDirectionsSection(const Quality& quality) {
+  Section section{SectionKind::kWeakDirections, "Weak directions", {}};
+  for (const WeakDirection& weak : quality.weak_directions) {
+    std::string text = weak.description;
+    if (weak.sigma > 0.0) text += " (σ " + Percent(weak.sigma) + " of the signal)";
+    if (!weak.advice.empty()) text += "; " + weak.advice;
+    section.blocks.emplace_back(Bullet{text + "."});
+  }
+  return section;
+}
+
+std::string OptionalNumber(const std::optional<double>& value) {
+  return value ? Significant(*value, 3) : "–";
+}
+
+std::string Ratio(const std::optional<double>& numerator,
+                  const std::optional<double>& denominator) {
+  return numerator && denominator && *denominator > 0.0 ? Significant(*numerator / *denominator, 3)
+                                                        : "–";
+}
+
+Section HeldOutSection(const Quality& quality) {
+  Section section{SectionKind::kHeldOut, "Held-out error (cross-validation)", {}};
+  if (!quality.held_out) {
+    if (quality.poses > 0) {
+      section.blocks.emplace_back(std::string("Not computed: no poses were held out."));
+    }
+    return section;
+  }
+  const HeldOut& held_out = *quality.held_out;
+  section.blocks.emplace_back("Each of " + std::to_string(held_out.folds) +
+                              " groups of poses was predicted by a calibration that had not seen "
+                              "it: the error to expect on new poses. A ratio well above 1 means "
+                              "that the model follows the noise.");
+  Table table{
+      {"RMS of |C(y - b)| - reference", "held out", "in sample", "ratio", "unit"}, "lrrrl", {}};
+  for (const Triad triad : kTriads) {
+    if (!held_out.rms[triad]) continue;
+    table.rows.push_back({TriadTitle(triad),
+                          OptionalNumber(held_out.rms[triad]),
+                          OptionalNumber(held_out.in_sample_rms[triad]),
+                          Ratio(held_out.rms[triad], held_out.in_sample_rms[triad]),
+                          TruthUnit(triad)});
+  }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
+Section ResidualsSection(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
+  Section section{SectionKind::kResiduals, "Residuals", {}};
+  if (quality.poses == 0) return section;
+  section.blocks.emplace_back(
+      std::string("A small residual alone proves nothing: a model with much freedom, or poses "
+                  "that cover little, fits well and is still wrong. Judge by the limits, the σ "
+                  "and the held-out error above."));
+  Table table{{"RMS of |C(y - b)| - reference", "before", "after", "unit"}, "lrrl", {}};
+  for (const Triad triad : kTriads) {
+    if (!quality.residual_rms[triad]) continue;
+    table.rows.push_back({TriadTitle(triad),
+                          OptionalNumber(quality.residual_rms_before[triad]),
+                          OptionalNumber(quality.residual_rms[triad]),
+                          TruthUnit(triad)});
+  }
+  section.blocks.emplace_back(std::move(table));
+  std::string fit = std::to_string(quality.poses) + " poses";
+  if (quality.dof > 0.0) {
+    fit += ", " + Significant(quality.dof, 4) + " degrees of freedom; reduced χ² " +
+           Significant(quality.reduced_chi2_before, 3) +
+           " with the noise inside the rests alone, " + Significant(quality.reduced_chi2, 3) +
+           " with the pose-to-pose excess";
+  }
+  section.blocks.emplace_back(fit + ".");
+  if (!quality.rejected_poses.empty()) {
+    section.blocks.emplace_back(Subtitle{"Rejected poses"});
+    Table rejected{{"pose", "sensor", "reason"}, "rll", {}};
+    for (const RejectedPose& pose : quality.rejected_poses) {
+      rejected.rows.push_back(
+          {std::to_string(pose.pose), std::string(TriadName(pose.triad)), pose.reason});
+    }
+    section.blocks.emplace_back(std::move(rejected));
+  }
+  return section;
+}
+
+Section CoverageSection(const Quality& quality) {
+  Section section{SectionKind::kCoverage, "Pose coverage", {}};
+  if (quality.coverage.empty()) return section;
+  Table table{{"sensor", "spread along the three axes", "largest gap", ""}, "lrrl", {}};
+  for (const Coverage& coverage : quality.coverage) {
+    const Eigen::Vector3d& spread = coverage.eigenvalues;
+    table.rows.push_back(
+        {TriadTitle(coverage.triad),
+         Fixed(spread(0), 3) + "  " + Fixed(spread(1), 3) + "  " + Fixed(spread(2), 3),
+         Fixed(coverage.largest_gap_deg, 0) + " deg",
+         spread(0) < 0.05   ? "nearly in one plane"
+         : spread(0) < 0.15 ? "uneven"
+                            : "even"});
+  }
+  section.blocks.emplace_back(std::move(table));
+  section.blocks.emplace_back(std::string(
+      "Spread: eigenvalues of the mean of u uᵀ over the pose directions u, 0.333 each "
+      "when even. Gap: radius of the largest cap without a direction or its opposite."));
+  return section;
+}
+
+}  // namespace
+
+Verdict VerdictOf(const Calibration& calibration) {
+  switch (calibration.outcome) {
+    case Outcome::kConverged:
+      if (!calibration.within_limits) {
+        return {
+            Grade::kGood, "USABLE, no limits set", "Converged and every parameter is determined."};
+      }
+      if (*calibration.within_limits) {
+        return {Grade::kGood,
+                "USABLE, within limits",
+                "Converged, every parameter is determined, and every limit is kept."};
+      }
+      return {Grade::kCaution,
+              "USABLE, OUTSIDE LIMITS",
+              "Converged and every parameter is determined, but a limit is exceeded."};
+    case Outcome::kNotObservable:
+      return {Grade::kBad,
+              "NOT USABLE: not observable",
+              "The poses do not determine every parameter that was asked for."};
+    case Outcome::kNotConverged:
+      return {Grade::kBad,
+              "NOT USABLE: not converged",
+              "The fit did not converge or does not explain the readings."};
+    case Outcome::kNotEnough:
+      return {Grade::kBad,
+              "NOT USABLE: not enough poses",
+              "The recording holds fewer poses than the parameters need."};
+    case Outcome::kNotCalled:
+      break;
+  }
+  return {Grade::kBad, "NOT USABLE: nothing was calibrated", "No calibration was run."};
+}
+
+std::vector<Section> SectionsOf(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
+  std::vector<Section> sections;
+  for (Section& section : std::vector<Section>{LimitsSection(calibration),
+                                               MessagesSection(calibration),
+                                               ParametersSection(calibration),
+                                               WeakDirectionsSection(quality),
+                                               HeldOutSection(quality),
+                                               ResidualsSection(calibration),
+                                               CoverageSection(quality)}) {
+    if (!section.blocks.empty()) sections.push_back(std::move(section));
+  }
+  // A reader of a failure wants the reason and the cure before the limits.
+  if (!calibration.IsUsable()) {
+    std::stable_partition(sections.begin(), sections.end(), [](const Section& section) {
+      return section.kind == SectionKind::kMessages || section.kind == SectionKind::kWeakDirections;
+    });
+  }
+  return sections;
+}
+
+Table IdentityTable(const Calibration& calibration) {
+  Table table{{}, "ll", {}};
+  const auto add = [&](const char* label, const std::string& value) {
+    if (!value.empty()) table.rows.push_back({label, value});
+  };
+  add("device", calibration.serial.empty() ? "no serial number" : calibration.serial);
+  add("model", calibration.model);
+  for (const InputFile& input : calibration.inputs) {
+    add("input",
+        input.file + ", " + std::to_string(input.samples) + " samples" +
+            (input.sha256.empty() ? "" : ", sha256 " + input.sha256.substr(0, 12)));
+  }
+  add("body frame",
+      std::string(GaugeName(calibration.gauge)) + ", led by the " +
+          std::string(TriadName(calibration.gauge_sensor)));
+  add("created", calibration.created);
+  add("software",
+      calibration.software_version.empty() ? "" : "truetriad " + calibration.software_version);
+  return table;
+}
+
+Table PoseTable(const Quality& quality) {
+  Table table{{"pose",
+               "sensor",
+               "before",
+               "after",
+               "Δx",
+               "Δy",
+               "Δz",
+               "unit",
+               "normalised",
+               "weight",
+               "direction"},
+              "rlrrrrrlrrr",
+              {}};
+  for (const PoseResidual& pose : quality.pose_residuals) {
+    table.rows.push_back({std::to_string(pose.pose),
+                          std::string(TriadName(pose.triad)),
+                          Significant(pose.norm_error_before, 3),
+                          Significant(pose.norm_error, 3),
+                          Significant(pose.residual.x(), 3),
+                          Significant(pose.residual.y(), 3),
+                          Significant(pose.residual.z(), 3),
+                          TruthUnit(pose.triad),
+                          Fixed(pose.normalized, 2),
+                          Fixed(pose.weight, 2),
+                          Fixed(pose.direction.x(), 2) + ", " + Fixed(pose.direction.y(), 2) +
+                              ", " + Fixed(pose.direction.z(), 2)});
+  }
+  return table;
+}
+
+std::string TriadTitle(Triad triad) {
+  std::string title(TriadName(triad));
+  title.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(title.front())));
+  return title;
+}
+
+std::string TruthUnit(Triad triad) { return DisplayUnit(TruthUnitName(triad)); }
+
+}  // namespace truetriad

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "report/table.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// What a calibration report says and in which order, once for the terminal and for HTML.
+
+enum class Grade { kGood, kCaution, kBad };
+
+struct Verdict {
+  Grade grade = Grade::kBad;
+  std::string headline;     ///< "USABLE, within limits".
+  std::string explanation;  ///< One sentence.
+};
+Verdict VerdictOf(const Calibration& calibration);
+
+/// A title inside a section.
+struct Subtitle {
+  std::string text;
+};
+/// One point of a list.
+struct Bullet {
+  std::string text;
+};
+/// A paragraph, a subtitle, a list point or a table.
+using Block = std::variant<std::string, Subtitle, Bullet, Table>;
+
+/// What a section is about, so that HTML can put its figures there.
+enum class SectionKind {
+  kLimits,
+  kMessages,
+  kParameters,
+  kWeakDirections,
+  kHeldOut,
+  kResiduals,
+  kCoverage,
+};
+
+struct Section {
+  SectionKind kind = SectionKind::kLimits;
+  std::string title;
+  std::vector<Block> blocks;
+};
+
+/// The sections in reading order: limits, messages, parameters with σ, weak directions, held-out
+/// error, residuals, coverage; one with nothing to say is left out. A calibration that is not
+/// usable has no parameters section, whatever numbers it carries.
+std::vector<Section> SectionsOf(const Calibration& calibration);
+
+/// Serial, model, software, inputs, gauge: one row each.
+Table IdentityTable(const Calibration& calibration);
+
+/// Every triad at every pose.
+Table PoseTable(const Quality& quality);
+
+/// "Accelerometer".
+std::string TriadTitle(Triad triad);
+
+/// The true unit of one triad, for display.
+std::string TruthUnit(Triad triad);
+
+}  // namespace truetriad

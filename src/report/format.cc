@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/format.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace truetriad {
+namespace {
+
+constexpr int kMaxDecimals = 8;
+
+std::string Characters(double value, std::chars_format format, int precision) {
+  if (std::isnan(value)) return "n/a";
+  if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
+  // The longest: 309 digits, a point, 17 decimals and a sign.
+  std::array<char, 400> buffer;
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, precision).ptr;
+  std::string text(buffer.data(), end);
+  if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
+  return text;
+}
+
+int DecimalExponent(double value) { return static_cast<int>(std::floor(std::log10(value))); }
+
+}  // namespace
+
+std::string Fixed(double value, int decimals) {
+  return Characters(value, std::chars_format::fixed, decimals);
+}
+
+std::string Significant(double value, int digits) {
+  return Characters(value, std::chars_format::general, digits);
+}
+
+std::string WithSigma(double value, double sigma) {
+  if (!std::isfinite(value) || std::isnan(sigma) || sigma <= 0.0) return Significant(value, 6);
+  if (std::isinf(sigma)) return Significant(value, 3) + " ± ∞";
+  int decimals = 1 - DecimalExponent(sigma);
+  // 0.0996 has become 0.100: one digit too many.
+  if (std::round(sigma * std::pow(10.0, decimals)) >= 100.0) --decimals;
+  if (decimals > kMaxDecimals) {
+    const int exponent = DecimalExponent(std::max(std::abs(value), sigma));
+    const double unit = std::pow(10.0, exponent);
+    const int digits = std::min(decimals + exponent, 15);
+    std::string text(1, '(');
+    text.append(Fixed(value / unit, digits)).append(" ± ").append(Fixed(sigma / unit, digits));
+    return text.append(")e").append(std::to_string(exponent));
+  }
+  // With σ in the hundreds or more the last digits of the value mean nothing: show zeros.
+  const double step = decimals < 0 ? std::pow(10.0, -decimals) : 1.0;
+  decimals = std::max(decimals, 0);
+  return Fixed(decimals == 0 ? std::round(value / step) * step : value, decimals) + " ± " +
+         Fixed(decimals == 0 ? std::round(sigma / step) * step : sigma, decimals);
+}
+
+std::string Percent(double share) { return Significant(100.0 * share, 3) + " %"; }
+
+std::string DisplayUnit(std::string_view unit) {
+  if (unit == "uT") return "µT";
+  const auto square = unit.find("^2");
+  if (square == std::string_view::npos) return std::string(unit);
+  std::string text(unit.substr(0, square));
+  return text.append("²").append(unit.substr(square + 2));
+}
+
+}  // namespace truetriad

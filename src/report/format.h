@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace truetriad {
+
+// Numbers as people read them. Independent of the locale, so the same input gives the same bytes.
+// NaN is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.
+
+/// `decimals` digits after the point. Range: 0…17.
+std::string Fixed(double value, int decimals);
+
+/// `digits` significant digits, in scientific notation when very large or small. Range: 1…17.
+std::string Significant(double value, int digits);
+
+/// "1.2345 ± 0.0012": σ to two digits and the value to the same place, as
+/// "(1.2345 ± 0.0012)e-9" when there would be more than eight decimals. Without a σ (zero or NaN)
+/// the value alone, to six significant digits.
+std::string WithSigma(double value, double sigma);
+
+/// A share as "12.3 %", three significant digits.
+std::string Percent(double share);
+
+/// "m/s^2" -> "m/s²", "uT" -> "µT"; any other unit as it is.
+std::string DisplayUnit(std::string_view unit);
+
+}  // namespace truetriad

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include "report/content.h"
+#include "report/format.h"
+#include "report/table.h"
+#include "truetriad/report/report.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+/// Longer pose tables are cut in the middle.
+constexpr std::size_t kMaxPoseRows = 60;
+/// Poses closer than this say the same thing again; a tilted seat still counts as new.
+constexpr double kDistinctDeg = 5.0;
+/// Smallest eigenvalue of the mean of u u^T (1/3 when even) of poses that lie near a plane.
+constexpr double kPlanar = 0.05;
+/// Two to three times as many equations as unknowns, and enough left over to estimate the noise.
+constexpr int kRecommendedPoses = 20;
+
+/// Where the readings of one triad point, as read: before any calibration.
+struct Directions {
+  std::vector<Eigen::Vector3d> unit;
+  int distinct = 0;
+  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  ///< Ascending, sum 1.
+  double largest_gap_deg = 90.0;
+};
+
+int CountDistinct(const std::vector<Eigen::Vector3d>& unit) {
+  const double limit = std::cos(kDistinctDeg / kDegPerRad);
+  std::vector<Eigen::Vector3d> found;
+  for (const Eigen::Vector3d& u : unit) {
+    if (std::none_of(found.begin(), found.end(), [&](const auto& v) { return u.dot(v) > limit; })) {
+      found.push_back(u);
+    }
+  }
+  return static_cast<int>(found.size());
+}
+
+/// Radius of the largest cap without any ±u, on a Fibonacci grid of the upper half sphere with a
+/// spacing of about 3 degrees.
+double LargestGapDeg(const std::vector<Eigen::Vector3d>& unit) {
+  constexpr int kGrid = 2000;
+  double least = 1.0;
+  for (int i = 0; i < kGrid; ++i) {
+    const double z = (i + 0.5) / kGrid;
+    const double r = std::sqrt(1.0 - z * z);
+    const double longitude = 2.0 * std::numbers::pi * i / std::numbers::phi;
+    const Eigen::Vector3d point(r * std::cos(longitude), r * std::sin(longitude), z);
+    double nearest = 0.0;
+    for (const Eigen::Vector3d& u : unit) nearest = std::max(nearest, std::abs(u.dot(point)));
+    least = std::min(least, nearest);
+  }
+  return std::acos(std::min(least, 1.0)) * kDegPerRad;
+}
+
+Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
+  std::vector<Eigen::Vector3d> readings;
+  for (const StaticPose& pose : poses.poses) {
+    if (pose.triads[triad]) readings.push_back(pose.triads[triad]->mean_raw);
+  }
+  Directions directions;
+  if (readings.empty()) return directions;
+  Eigen::Vector3d low = readings.front();
+  Eigen::Vector3d high = readings.front();
+  for (const Eigen::Vector3d& reading : readings) {
+    low = low.cwiseMin(reading);
+    high = high.cwiseMax(reading);
+  }
+  const Eigen::Vector3d centre = 0.5 * (low + high);
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) {
+    const Eigen::Vector3d centred = reading - centre;
+    if (!(centred.norm() > 0.0)) continue;
+    directions.unit.push_back(centred.normalized());
+    moment += directions.unit.back() * directions.unit.back().transpose();
+  }
+  if (directions.unit.empty()) return directions;
+  moment /= static_cast<double>(directions.unit.size());
+  directions.spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment).eigenvalues();
+  directions.distinct = CountDistinct(directions.unit);
+  directions.largest_gap_deg = LargestGapDeg(directions.unit);
+  return directions;
+}
+
+std::string StreamsText(const PoseSet& poses) {
+  Table counts{{"stream",
+                "unit",
+                "samples",
+                "rate [Hz]",
+                "gaps",
+                "longest [s]",
+                "same time",
+                "dropped rows"},
+               "llrrrrrr",
+               {}};
+  Table values{{"stream", "", "x", "y", "z", "unit"}, "llrrrl", {}};
+  const auto add = [&](const std::string& label,
+                       const std::string& quantity,
+                       const Eigen::Vector3d& v,
+                       int digits,
+                       const std::string& unit) {
+    values.rows.push_back({label,
+                           quantity,
+                           Significant(v.x(), digits),
+                           Significant(v.y(), digits),
+                           Significant(v.z(), digits),
+                           unit});
+  };
+  for (const StreamSummary& stream : poses.streams) {
+    const std::string name(TriadName(stream.triad));
+    const std::string unit = DisplayUnit(stream.unit.name);
+    counts.rows.push_back({name,
+                           unit,
+                           std::to_string(stream.samples),
+                           stream.rate_hz > 0.0 ? Significant(stream.rate_hz, 5) : "no time",
+                           std::to_string(stream.gaps),
+                           Significant(stream.longest_gap_s, 3),
+                           std::to_string(stream.duplicate_times),
+                           std::to_string(stream.dropped_empty)});
+    add(name, "smallest reading", stream.minimum_raw, 5, unit);
+    add("", "largest reading", stream.maximum_raw, 5, unit);
+    if (stream.noise_sigma_raw.maxCoeff() > 0.0) {
+      add("", "noise σ", stream.noise_sigma_raw, 3, unit);
+      add("", "correlation", stream.correlation_inflation, 3, "");
+    }
+  }
+  return "\nStreams\n" + TextOf(counts) + '\n' + TextOf(values) +
+         Wrapped(
+             "Noise is one sample's σ inside rests; correlation multiplies the variance of "
+             "means (1 = white).");
+}
+
+std::string PosesText(const PoseSet& poses, Triad triad) {
+  Table table{{"pose", "start [s]", "lasts [s]", "samples", "mean x", "y", "z", "σ of mean", "°C"},
+              "rrrrrrrrr",
+              {}};
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[triad]) continue;
+    const TriadPose& reading = *pose.triads[triad];
+    table.rows.push_back(
+        {std::to_string(pose.number),
+         poses.has_time ? Fixed(static_cast<double>(pose.start_ns) * 1e-9, 1) : "–",
+         poses.has_time ? Fixed(pose.duration_s(), 1) : "–",
+         std::to_string(reading.samples),
+         Significant(reading.mean_raw.x(), 6),
+         Significant(reading.mean_raw.y(), 6),
+         Significant(reading.mean_raw.z(), 6),
+         reading.has_covariance
+             ? Significant(std::sqrt(reading.mean_covariance_raw.trace() / 3.0), 2)
+             : "–",
+         pose.temperature_degc ? Fixed(*pose.temperature_degc, 1) : "–"});
+  }
+  if (table.rows.empty()) return "";
+  const std::size_t count = table.rows.size();
+  if (count > kMaxPoseRows) {
+    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseRows / 2);
+    table.rows.erase(table.rows.begin() + kHalf, table.rows.end() - kHalf);
+    table.rows.insert(table.rows.begin() + kHalf,
+                      std::vector<std::string>(table.alignment.size(), "…"));
+  }
+  const StreamSummary* stream = poses.Find(triad);
+  return "\nPoses: " + std::string(TriadName(triad)) +
+         (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
+         std::to_string(count) + (count > kMaxPoseRows ? ", the middle left out\n" : "\n") +
+         TextOf(table);
+}
+
+/// Whether poses that point as these do determine `unknowns` parameters of one triad.
+std::string Judgement(const Directions& directions, int unknowns) {
+  const std::string have = std::to_string(directions.distinct);
+  const std::string need = std::to_string(unknowns);
+  if (directions.distinct < unknowns) {
+    return "no: " + have + " distinct directions for " + need + " unknowns";
+  }
+  if (directions.spread(0) < kPlanar) {
+    return "no: the directions lie near a plane; turn the unit about another axis too";
+  }
+  if (directions.distinct < std::max(2 * unknowns, 6)) {
+    return "barely: " + have + " distinct directions for " + need + " unknowns; " +
+           std::to_string(std::max(kRecommendedPoses * unknowns / 9, 6)) + " or more recommended";
+  }
+  return "yes: " + have + " distinct directions for " + need + " unknowns";
+}
+
+/// The lesser of two judgements by its first word.
+std::string Joint(const std::string& a, const std::string& b) {
+  const auto rank = [](const std::string& text) {
+    return text.starts_with("no") ? 0 : text.starts_with("barely") ? 1 : 2;
+  };
+  return rank(a) <= rank(b) ? a : b;
+}
+
+std::string CoverageAndJudgementText(const PoseSet& poses) {
+  Table coverage{
+      {"sensor", "poses", "distinct", "spread along the three axes", "largest gap"}, "lrrrr", {}};
+  Table verdicts{{"calibration", "enough?"}, "ll", {}};
+  PerTriad<Directions> directions;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!poses.Find(triad)) continue;
+    Directions& found = directions[triad];
+    found = DirectionsAsRead(poses, triad);
+    coverage.rows.push_back({std::string(TriadName(triad)),
+                             std::to_string(found.unit.size()),
+                             std::to_string(found.distinct),
+                             Fixed(found.spread(0), 3) + "  " + Fixed(found.spread(1), 3) + "  " +
+                                 Fixed(found.spread(2), 3),
+                             Fixed(found.largest_gap_deg, 0) + " deg"});
+    const std::string name(TriadName(triad));
+    verdicts.rows.push_back({name + ", bias only", Judgement(found, 3)});
+    verdicts.rows.push_back({name + ", diagonal", Judgement(found, 6)});
+    verdicts.rows.push_back({name + ", full", Judgement(found, 9)});
+  }
+  if (poses.Find(Triad::kAccelerometer) && poses.Find(Triad::kMagnetometer)) {
+    verdicts.rows.push_back({"accelerometer and magnetometer, full",
+                             Joint(Judgement(directions[Triad::kAccelerometer], 9),
+                                   Judgement(directions[Triad::kMagnetometer], 9))});
+  }
+  if (poses.Find(Triad::kGyroscope)) {
+    const bool rests = std::any_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
+      return pose.triads[Triad::kGyroscope].has_value();
+    });
+    verdicts.rows.push_back({"gyroscope, bias only", rests ? "yes: it was at rest" : "no rests"});
+  }
+  std::string text;
+  if (!coverage.rows.empty()) {
+    text += "\nCoverage as read, before calibration\n" + TextOf(coverage) +
+            Wrapped("Directions from the middle of the range of the readings, distinct when " +
+                    Significant(kDistinctDeg, 2) +
+                    " deg apart. Spread is 0.333 each when even; the gap is the radius of the "
+                    "largest cap without a direction or its opposite.");
+  }
+  return text + "\nIs it enough?\n" + TextOf(verdicts) +
+         Wrapped("With attitudes unknown each direction gives one equation a sensor; " +
+                 std::to_string(kRecommendedPoses) +
+                 " or more well-spread directions are recommended for a full matrix, so that the "
+                 "noise can be judged as well.");
+}
+
+}  // namespace
+
+std::string InspectionText(const PoseSet& poses) {
+  std::string text =
+      Wrapped(poses.source + (poses.serial.empty() ? "" : ", device " + poses.serial), 0);
+  std::string found = std::to_string(poses.poses.size()) + " poses";
+  if (!poses.how.empty()) found += " by " + poses.how;
+  if (poses.has_time) {
+    found += " in " + Fixed(poses.duration_s, 1) + " s, " + Percent(poses.static_share) +
+             " of it at rest";
+  }
+  text += Wrapped(found + ".", 0);
+  text += Wrapped(poses.temperature_range_degc
+                      ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) + " to " +
+                            Fixed(poses.temperature_range_degc->y(), 1) + " °C."
+                      : "No temperature was recorded.",
+                  0);
+  for (const std::string& warning : poses.warnings) text += Wrapped(warning, 0, "WARNING: ");
+  text += StreamsText(poses);
+  for (const Triad triad : kTriads) text += PosesText(poses, triad);
+  return text + CoverageAndJudgementText(poses);
+}
+
+}  // namespace truetriad

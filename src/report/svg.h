@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace truetriad {
+
+/// `text` with &, <, >, " and ' as entities and control characters left out, for HTML and SVG.
+std::string EscapeMarkup(std::string_view text);
+
+/// A drawing for inlining into HTML; the looks come from the page's style sheet by class name.
+/// Coordinates in user units, y down, written to a tenth of a unit.
+class Svg {
+ public:
+  Svg(double width, double height, std::string_view label);
+
+  void Line(double x1, double y1, double x2, double y2, std::string_view style);
+  void Rectangle(double x, double y, double width, double height, std::string_view style);
+  void Circle(double x, double y, double radius, std::string_view style);
+  /// A diagonal cross of half width `size`.
+  void Cross(double x, double y, double size, std::string_view style);
+  /// `style` "start", "middle" or "end" says where (x, y) is on the text, then further classes.
+  void Text(double x, double y, std::string_view text, std::string_view style);
+  /// A filled cell of the given colour ("#rrggbb") with a tooltip.
+  void Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip);
+  void RotatedText(
+      double x, double y, double degrees, std::string_view text, std::string_view style);
+
+  /// The finished element.
+  std::string Finish() const { return body_ + "</svg>\n"; }
+
+ private:
+  std::string body_;
+};
+
+}  // namespace truetriad

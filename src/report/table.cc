@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/table.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kGap = 3;        // Blanks between columns.
+constexpr std::size_t kMinWords = 24;  // A column of words is never squeezed below this.
+
+/// Code points; the reports hold no wide or combining characters of their own.
+std::size_t DisplayWidth(std::string_view utf8) {
+  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  }));
+}
+
+std::string Printable(std::string_view text) {
+  std::string printable(text);
+  for (char& c : printable) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = c == '\n' || c == '\t' ? ' ' : '?';
+  }
+  return printable;
+}
+
+std::string Padded(const std::string& text, std::size_t width, bool right) {
+  const std::string blanks(width - std::min(width, DisplayWidth(text)), ' ');
+  return right ? blanks + text : text + blanks;
+}
+
+/// Lines of at most `width`; a word that is longer stands alone.
+std::vector<std::string> WrappedLines(std::string_view text, std::size_t width) {
+  const std::string words = Printable(text);
+  std::vector<std::string> lines(1);
+  for (std::size_t begin = 0; begin < words.size();) {
+    const std::size_t end = std::min(words.find(' ', begin), words.size());
+    const std::string word = words.substr(begin, end - begin);
+    begin = end + 1;
+    if (word.empty()) continue;
+    if (lines.back().empty()) {
+      lines.back() = word;
+    } else if (DisplayWidth(lines.back()) + 1 + DisplayWidth(word) <= width) {
+      lines.back() += ' ' + word;
+    } else {
+      lines.push_back(word);
+    }
+  }
+  return lines;
+}
+
+std::string WithoutTrailingBlanks(std::string line) {
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line;
+}
+
+}  // namespace
+
+std::string TextOf(const Table& table, std::size_t indent) {
+  if (table.rows.empty()) return "";
+  std::vector<std::vector<std::string>> rows = table.rows;
+  if (!table.header.empty()) rows.insert(rows.begin(), table.header);
+  std::vector<std::size_t> widths(table.alignment.size(), 0);
+  for (auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      row[c] = Printable(row[c]);
+      widths[c] = std::max(widths[c], DisplayWidth(row[c]));
+    }
+  }
+  const std::size_t last = widths.size() - 1;
+  const std::size_t before_last =
+      std::accumulate(widths.begin(), widths.end() - 1, indent) + kGap * last;
+  const std::size_t last_width =
+      std::max(kMinWords, kTextWidth - std::min(kTextWidth, before_last));
+
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line(indent, ' ');
+    for (std::size_t c = 0; c < last; ++c) {
+      line += Padded(row[c], widths[c], table.alignment[c] == 'r') + std::string(kGap, ' ');
+    }
+    if (table.alignment[last] == 'r') {
+      text += WithoutTrailingBlanks(line + Padded(row[last], widths[last], true)) + '\n';
+      continue;
+    }
+    for (const std::string& words : WrappedLines(row[last], last_width)) {
+      text += WithoutTrailingBlanks(line + words) + '\n';
+      line.assign(before_last, ' ');
+    }
+  }
+  return text;
+}
+
+std::string Wrapped(std::string_view text, std::size_t indent, std::string_view lead) {
+  std::string result;
+  std::string start = std::string(indent, ' ') + std::string(lead);
+  const std::size_t margin = DisplayWidth(start);
+  for (const std::string& line : WrappedLines(text, kTextWidth - margin)) {
+    result += start + line + '\n';
+    start.assign(margin, ' ');
+  }
+  return result;
+}
+
+}  // namespace truetriad

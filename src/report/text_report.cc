@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "report/content.h"
+#include "report/format.h"
+#include "report/table.h"
+#include "truetriad/report/report.h"
+
+namespace truetriad {
+namespace {
+
+/// Two calibrations, or a prediction and its test, disagree below this probability.
+constexpr double kSignificance = 0.01;
+/// Prediction errors up to this multiple of the predicted one count as expected: the ratio of two
+/// RMS over a few dozen poses scatters by some 20 %.
+constexpr double kExpectedRatio = 1.5;
+constexpr std::size_t kWorstPoses = 5;
+
+std::string Underlined(const std::string& title) {
+  return '\n' + title + '\n' + std::string(title.size(), '-') + '\n';
+}
+
+std::string TextOfBlock(const Block& block) {
+  return std::visit(
+      [](const auto& content) -> std::string {
+        using Content = std::decay_t<decltype(content)>;
+        if constexpr (std::is_same_v<Content, Table>) return TextOf(content);
+        if constexpr (std::is_same_v<Content, std::string>) return Wrapped(content);
+        if constexpr (std::is_same_v<Content, Bullet>) return Wrapped(content.text, 2, "- ");
+        if constexpr (std::is_same_v<Content, Subtitle>) return "\n  " + content.text + '\n';
+      },
+      block);
+}
+
+/// The poses that the calibration predicts worst, by normalised residual.
+Table WorstPosesTable(std::vector<PoseResidual> residuals) {
+  std::stable_sort(residuals.begin(), residuals.end(), [](const auto& a, const auto& b) {
+    return std::abs(a.normalized) > std::abs(b.normalized);
+  });
+  residuals.resize(std::min(residuals.size(), kWorstPoses));
+  Table table{{"worst poses", "sensor", "norm error", "unit", "normalised"}, "rlrlr", {}};
+  for (const PoseResidual& pose : residuals) {
+    table.rows.push_back({std::to_string(pose.pose),
+                          std::string(TriadName(pose.triad)),
+                          Significant(pose.norm_error, 3),
+                          TruthUnit(pose.triad),
+                          Fixed(pose.normalized, 2)});
+  }
+  return table;
+}
+
+}  // namespace
+
+std::string CalibrationText(const Calibration& calibration) {
+  const Verdict verdict = VerdictOf(calibration);
+  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) + '\n' +
+                     TextOf(IdentityTable(calibration));
+  for (const Section& section : SectionsOf(calibration)) {
+    text += Underlined(section.title);
+    for (const Block& block : section.blocks) text += TextOfBlock(block);
+  }
+  return text;
+}
+
+std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
+  Table table{
+      {"RMS of |C(y - b)| - reference", "uncalibrated", "calibrated", "predicted", "ratio", "unit"},
+      "lrrrrl",
+      {}};
+  const auto number = [](const std::optional<double>& value) {
+    return value ? Significant(*value, 3) : std::string("–");
+  };
+  std::optional<double> worst_ratio;
+  for (const Triad triad : kTriads) {
+    const std::optional<double>& rms = evaluation.norm_rms[triad];
+    if (!rms) continue;
+    const std::optional<double>& predicted = evaluation.predicted_rms[triad];
+    std::optional<double> ratio;
+    if (predicted && *predicted > 0.0) ratio = *rms / *predicted;
+    if (ratio) worst_ratio = std::max(*ratio, worst_ratio.value_or(0.0));
+    table.rows.push_back({TriadTitle(triad),
+                          number(evaluation.norm_rms_before[triad]),
+                          number(rms),
+                          number(predicted),
+                          number(ratio),
+                          TruthUnit(triad)});
+  }
+  std::string text;
+  if (table.rows.empty()) {
+    text = "NOT EVALUATED: the recording holds no poses of the calibrated sensors\n";
+  } else if (!worst_ratio) {
+    text = "EVALUATED, without a prediction to compare with\n";
+  } else if (*worst_ratio <= kExpectedRatio) {
+    text = "AS PREDICTED: the errors on these poses are what noise and parameter σ let expect\n";
+  } else {
+    text = "WORSE THAN PREDICTED: up to " + Significant(*worst_ratio, 3) +
+           " times the error that noise and parameter σ let expect\n";
+  }
+  text += Wrapped("Calibration of " +
+                      (calibration.serial.empty() ? "a device without serial number"
+                                                  : calibration.serial) +
+                      " tested on " + std::to_string(evaluation.poses) + " poses.",
+                  0) +
+          '\n' + TextOf(table);
+  if (evaluation.angle_std_deg) {
+    text += '\n' + Wrapped("Angle between field and gravity: spread " +
+                           Significant(*evaluation.angle_std_deg, 3) +
+                           " deg (std over the poses; constant in a uniform field).");
+  }
+  if (!evaluation.pose_residuals.empty()) {
+    text += '\n' + TextOf(WorstPosesTable(evaluation.pose_residuals));
+  }
+  return text;
+}
+
+std::string ComparisonText(const Comparison& comparison) {
+  std::string text;
+  if (comparison.dof <= 0) {
+    text = "NOT COMPARED: the two calibrations share no parameter with a σ\n";
+  } else if (comparison.p_value >= kSignificance) {
+    text = "AGREE: the differences are within their uncertainty\n";
+  } else {
+    text = "DIFFER: the differences are larger than their uncertainty\n";
+  }
+  if (comparison.dof > 0) {
+    text += Wrapped(
+        "χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
+            " degrees of freedom, p = " + Significant(comparison.p_value, 2) + " (agreement from " +
+            Significant(kSignificance, 1) + " up); largest difference " +
+            Significant(comparison.largest_in_sigmas, 3) + " σ.",
+        0);
+  }
+  Table table{{"parameter", "a", "b", "difference b - a", "in σ"}, "lrrrr", {}};
+  for (const ComparisonEntry& entry : comparison.entries) {
+    table.rows.push_back(
+        {entry.parameter,
+         Significant(entry.a, 6),
+         Significant(entry.b, 6),
+         WithSigma(entry.difference, entry.sigma),
+         entry.sigma > 0.0 ? Fixed(std::abs(entry.difference) / entry.sigma, 1) : "–"});
+  }
+  if (table.rows.empty()) return text;
+  return text + '\n' + TextOf(table) + '\n' +
+         Wrapped("The gauge is taken out before comparing; the two are taken as independent.");
+}
+
+}  // namespace truetriad

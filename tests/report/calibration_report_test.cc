@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/sample_calibration.h"
+#include "truetriad/report/report.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+/// `parts` appear in `text` in this order.
+void ExpectInOrder(const std::string& text, const std::vector<std::string>& parts) {
+  std::size_t at = 0;
+  for (const std::string& part : parts) {
+    const std::size_t found = text.find(part, at);
+    ASSERT_NE(found, std::string::npos) << part << " is missing or too early in\n" << text;
+    at = found;
+  }
+}
+
+std::size_t Count(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+const std::vector<std::string> kReadingOrder = {"USABLE, within limits",
+                                                "Limits",
+                                                "Parameters and predicted uncertainty",
+                                                "Weak directions",
+                                                "Held-out error",
+                                                "A small residual alone proves nothing",
+                                                "Pose coverage"};
+
+TEST(CalibrationText, StartsWithTheVerdictAndKeepsTheOrder) {
+  const std::string text = CalibrationText(SampleCalibration());
+  EXPECT_THAT(text, StartsWith("USABLE, within limits\n"));
+  ExpectInOrder(text, kReadingOrder);
+}
+
+TEST(CalibrationHtml, KeepsTheSameOrder) {
+  ExpectInOrder(CalibrationHtml(SampleCalibration()), kReadingOrder);
+}
+
+TEST(CalibrationText, FitsATerminalOfAHundredColumns) {
+  std::istringstream lines(CalibrationText(SampleCalibration()));
+  for (std::string line; std::getline(lines, line);) {
+    const auto width = std::count_if(line.begin(), line.end(), [](char c) {
+      return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+    });
+    EXPECT_LE(width, 100) << line;
+  }
+}
+
+TEST(CalibrationText, ShowsParametersWithSigma) {
+  const std::string text = CalibrationText(SampleCalibration());
+  EXPECT_THAT(text, HasSubstr("0.05123 ± 0.00045"));  // bias x
+  EXPECT_THAT(text, HasSubstr("2310 ± 41"));          // scale error x, ppm
+  EXPECT_THAT(text, HasSubstr("65.002 ± 0.040"));     // dip, 1.1345 rad ± 0.0007 rad
+}
+
+TEST(CalibrationText, TakesMisalignmentSigmaFromTheFullCovariance) {
+  Calibration c = SampleCalibration();
+  TriadCalibration& accel = *c.sensors[Triad::kAccelerometer];
+  accel.model.sensitivity << 1, 0, 0, 0.1, 1, 0, 0, 0, 1;
+  accel.sensitivity_sigma.setZero();
+  accel.sensitivity_sigma(1, 0) = accel.sensitivity_sigma(1, 1) = 0.01;
+  // S_yx and S_yy fully correlated: σ of S_yx / S_yy is 0.01 - 0.1 * 0.01 = 9 mrad.
+  c.covariance.parameters = {"accelerometer.sensitivity.yx", "accelerometer.sensitivity.yy"};
+  c.covariance.matrix = Eigen::Matrix2d::Constant(1e-4);
+  EXPECT_THAT(CalibrationText(c), HasSubstr("100.0 ± 9.0"));
+}
+
+TEST(CalibrationText, StatesTheNinetyFivePercentFactorOnce) {
+  // Student's t, 27.4 degrees of freedom: 2.0505.
+  const std::string text = CalibrationText(SampleCalibration());
+  EXPECT_EQ(Count(text, "multiply by 2.05"), 1U);
+  EXPECT_THAT(text, Not(HasSubstr("CAUTION")));
+}
+
+TEST(CalibrationText, WarnsWhenFewDegreesOfFreedomStandBehindSigma) {
+  Calibration c = SampleCalibration();
+  c.quality.effective_dof = 6.0;
+  EXPECT_THAT(CalibrationText(c), HasSubstr("CAUTION"));
+}
+
+TEST(CalibrationText, ShowsTheMatrixWhenAxesArePermuted) {
+  Calibration c = SampleCalibration();
+  c.sensors[Triad::kMagnetometer]->model.sensitivity << 0, 10, 0, 0, 0, 10, 10, 0, 0;
+  EXPECT_THAT(CalibrationText(c), HasSubstr("sensitivity x"));
+}
+
+TEST(CalibrationText, SaysWhenALimitIsExceeded) {
+  Calibration c = SampleCalibration();
+  c.within_limits = false;
+  c.quality.limits.front().pass = false;
+  const std::string text = CalibrationText(c);
+  EXPECT_THAT(text, StartsWith("USABLE, OUTSIDE LIMITS"));
+  EXPECT_THAT(text, HasSubstr("FAIL"));
+}
+
+TEST(CalibrationReport, ShowsNoParametersWhenNotUsable) {
+  const Calibration c = UnusableCalibration();
+  for (const std::string& report : {CalibrationText(c), CalibrationHtml(c)}) {
+    ExpectInOrder(report, {"NOT USABLE", "8 poses lie within 4 deg", "add poses with z"});
+    EXPECT_THAT(report, Not(HasSubstr("Parameters and predicted")));
+    EXPECT_THAT(report, Not(HasSubstr("0.05123")));
+    EXPECT_THAT(report, Not(HasSubstr("Correlation")));
+  }
+}
+
+TEST(CalibrationReport, SaysThatNothingWasCalibratedWhenEmpty) {
+  EXPECT_THAT(CalibrationText({}), StartsWith("NOT USABLE: nothing was calibrated"));
+  EXPECT_THAT(CalibrationHtml({}), HasSubstr("NOT USABLE: nothing was calibrated"));
+}
+
+TEST(CalibrationHtml, EscapesHostileStrings) {
+  const std::string hostile = "</pre><script>alert(\"x\")</script>&'";
+  Calibration c = SampleCalibration();
+  c.serial = c.model = c.config_yaml = c.created = hostile;
+  c.messages = {hostile};
+  c.inputs.front().file = hostile;
+  c.quality.weak_directions.front().description = hostile;
+  c.quality.rejected_poses.front().reason = hostile;
+  c.quality.limits.front().name = hostile;
+  c.covariance.parameters.front() = hostile;
+  c.sensors[Triad::kAccelerometer]->input_unit = hostile;
+  const std::string html = CalibrationHtml(c);
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("\"x\"")));
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(&quot;x&quot;)"));
+}
+
+TEST(CalibrationHtml, NeedsNothingFromOutside) {
+  const std::string html = CalibrationHtml(SampleCalibration());
+  for (const char* outside : {"http:", "https:", "src=", "href=", "url(", "@import", "<script"}) {
+    EXPECT_THAT(html, Not(HasSubstr(outside)));
+  }
+}
+
+TEST(CalibrationHtml, HasTheSameBytesTwice) {
+  EXPECT_EQ(CalibrationHtml(SampleCalibration()), CalibrationHtml(SampleCalibration()));
+}
+
+TEST(CalibrationHtml, LeavesOutWhatWasNotMeasured) {
+  Calibration c = SampleCalibration();
+  c.sensors[Triad::kMagnetometer].reset();
+  std::erase_if(c.quality.pose_residuals,
+                [](const auto& pose) { return pose.triad == Triad::kMagnetometer; });
+  c.quality.held_out.reset();
+  c.quality.coverage.clear();
+  for (PoseResidual& pose : c.quality.pose_residuals) {
+    pose.norm_error = std::numeric_limits<double>::quiet_NaN();
+    pose.direction.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  const std::string html = CalibrationHtml(c);
+  EXPECT_THAT(html, Not(HasSubstr("<h3>Magnetometer")));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+  EXPECT_THAT(html, HasSubstr("no poses were held out"));
+}
+
+TEST(CalibrationHtml, ThinsLongPoseLists) {
+  const std::string small = CalibrationHtml(SampleCalibration(400));
+  const std::string large = CalibrationHtml(SampleCalibration(20000));
+  EXPECT_THAT(large, HasSubstr("it would have 40000 rows"));
+  // Two sensors, each with at most 600 points before, after and on the discs, and one legend.
+  EXPECT_LE(Count(large, "<circle"), 2U * (3U * 600U + 10U));
+  EXPECT_LT(large.size(), 2 * small.size());
+  // The rejected pose is never thinned away: two strokes in the chart.
+  EXPECT_GE(Count(large, "class=\"rejected\""), 2U);
+}
+
+TEST(EvaluationText, JudgesErrorsByThePrediction) {
+  EvaluationSummary evaluation;
+  evaluation.poses = 12;
+  evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
+  evaluation.predicted_rms[Triad::kAccelerometer] = 0.0020;
+  evaluation.angle_std_deg = 0.12;
+  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()), StartsWith("AS PREDICTED"));
+  evaluation.norm_rms[Triad::kAccelerometer] = 0.0121;
+  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()),
+              StartsWith("WORSE THAN PREDICTED: up to 6.05 times"));
+  EXPECT_THAT(EvaluationText({}, SampleCalibration()), StartsWith("NOT EVALUATED"));
+}
+
+TEST(EvaluationText, NamesTheWorstPosesFirst) {
+  Quality quality;
+  AddPoses(12, Triad::kAccelerometer, 0.002, &quality);
+  quality.pose_residuals[4].normalized = 9.87;
+  EvaluationSummary evaluation;
+  evaluation.poses = 12;
+  evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
+  evaluation.pose_residuals = quality.pose_residuals;
+  ExpectInOrder(EvaluationText(evaluation, SampleCalibration()),
+                {"worst poses", "          5   accelerometer", "9.87"});
+}
+
+TEST(ComparisonText, JudgesByTheProbability) {
+  Comparison comparison;
+  comparison.entries = {{"accelerometer.bias.x", 0.0512, 0.0522, 0.001, 0.0005}};
+  comparison.chi2 = 4.0;
+  comparison.dof = 1;
+  comparison.p_value = 0.0455;
+  comparison.largest_in_sigmas = 2.0;
+  EXPECT_THAT(ComparisonText(comparison), StartsWith("AGREE"));
+  EXPECT_THAT(ComparisonText(comparison), HasSubstr("0.00100 ± 0.00050"));
+  comparison.p_value = 0.0001;
+  EXPECT_THAT(ComparisonText(comparison), StartsWith("DIFFER"));
+  EXPECT_THAT(ComparisonText({}), StartsWith("NOT COMPARED"));
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/format.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace truetriad {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+TEST(WithSigma, ShowsTwoDigitsOfSigmaAndTheValueToTheSamePlace) {
+  EXPECT_EQ(WithSigma(0.0512345, 0.00045), "0.05123 ± 0.00045");
+  EXPECT_EQ(WithSigma(-132.44, 0.91), "-132.44 ± 0.91");
+  EXPECT_EQ(WithSigma(132.44, 3.2), "132.4 ± 3.2");
+  EXPECT_EQ(WithSigma(2310.4, 41.0), "2310 ± 41");
+}
+
+TEST(WithSigma, RoundsSigmaUpWithoutAThirdDigit) {
+  EXPECT_EQ(WithSigma(1.0, 0.0996), "1.00 ± 0.10");
+  EXPECT_EQ(WithSigma(1.0, 9.96), "1 ± 10");
+}
+
+TEST(WithSigma, ShowsZerosWhereDigitsMeanNothing) {
+  EXPECT_EQ(WithSigma(123456.0, 4321.0), "123500 ± 4300");
+}
+
+TEST(WithSigma, SharesAnExponentWhenVerySmall) {
+  EXPECT_EQ(WithSigma(1.23456e-9, 1.2e-12), "(1.2346 ± 0.0012)e-9");
+}
+
+TEST(WithSigma, ShowsTheValueAloneWithoutASigma) {
+  EXPECT_EQ(WithSigma(1.0, 0.0), "1");
+  EXPECT_EQ(WithSigma(1.0, kNan), "1");
+  EXPECT_EQ(WithSigma(kNan, 1.0), "n/a");
+  EXPECT_EQ(WithSigma(2.0, kInfinity), "2 ± ∞");
+}
+
+TEST(Fixed, HasNoNegativeZero) {
+  EXPECT_EQ(Fixed(-0.0001, 2), "0.00");
+  EXPECT_EQ(Fixed(-0.01, 2), "-0.01");
+}
+
+TEST(Significant, NamesWhatIsNotANumber) {
+  EXPECT_EQ(Significant(kNan, 3), "n/a");
+  EXPECT_EQ(Significant(-kInfinity, 3), "-∞");
+}
+
+TEST(DisplayUnit, UsesTheSignsOfTheSi) {
+  EXPECT_EQ(DisplayUnit("m/s^2"), "m/s²");
+  EXPECT_EQ(DisplayUnit("uT"), "µT");
+  EXPECT_EQ(DisplayUnit("counts"), "counts");
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "report/sample_calibration.h"
+#include "truetriad/report/report.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+StaticPose PoseAt(int number, const Eigen::Vector3d& direction) {
+  StaticPose pose;
+  pose.number = number;
+  pose.start_ns = number * 5'000'000'000LL;
+  pose.end_ns = pose.start_ns + 4'000'000'000LL;
+  pose.temperature_degc = 24.5;
+  TriadPose reading;
+  reading.samples = 400;
+  reading.mean_raw = 9.8 * direction + Eigen::Vector3d(0.1, -0.2, 0.3);
+  reading.mean_covariance_raw = 1e-6 * Eigen::Matrix3d::Identity();
+  reading.has_covariance = true;
+  pose.triads[Triad::kAccelerometer] = reading;
+  return pose;
+}
+
+PoseSet EmptySet() {
+  PoseSet poses;
+  poses.source = "recording.csv";
+  poses.how = "static detection";
+  poses.duration_s = 120.0;
+  poses.static_share = 0.8;
+  StreamSummary stream;
+  stream.unit.name = "m/s^2";
+  stream.samples = 12000;
+  stream.rate_hz = 100.0;
+  stream.gaps = 3;
+  stream.longest_gap_s = 0.25;
+  stream.noise_sigma_raw.setConstant(0.02);
+  poses.streams = {stream};
+  return poses;
+}
+
+PoseSet EvenPoses(int count) {
+  PoseSet poses = EmptySet();
+  for (int i = 0; i < count; ++i) poses.poses.push_back(PoseAt(i + 1, SpiralDirection(i, count)));
+  return poses;
+}
+
+TEST(InspectionText, SaysWhatWasFound) {
+  PoseSet poses = EvenPoses(24);
+  poses.temperature_range_degc = Eigen::Vector2d(24.0, 31.5);
+  poses.warnings = {"accelerometer x clips at 16 g in 12 samples"};
+  const std::string text = InspectionText(poses);
+  for (const char* part : {"24 poses by static detection in 120.0 s, 80 % of it at rest",
+                           "24.0 to 31.5 °C",
+                           "WARNING: accelerometer x clips",
+                           "accelerometer   m/s²     12000         100      3          0.25"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(text, ContainsRegex("accelerometer, full +yes"));
+  EXPECT_THAT(text, Not(HasSubstr("magnetometer")));
+}
+
+TEST(InspectionText, JudgesEachCalibrationByDistinctDirections) {
+  const std::string text = InspectionText(EvenPoses(7));
+  EXPECT_THAT(text, ContainsRegex("accelerometer, bias only +yes"));
+  EXPECT_THAT(text, ContainsRegex("accelerometer, diagonal +barely: 7 distinct"));
+  EXPECT_THAT(text, ContainsRegex("accelerometer, full +no: 7 distinct directions for 9"));
+}
+
+TEST(InspectionText, CountsARepeatedPoseOnce) {
+  PoseSet poses = EmptySet();
+  for (int i = 0; i < 24; ++i) poses.poses.push_back(PoseAt(i + 1, SpiralDirection(i % 6, 6)));
+  EXPECT_THAT(InspectionText(poses),
+              ContainsRegex("accelerometer, full +no: 6 distinct directions for 9"));
+}
+
+TEST(InspectionText, SeesPosesThatLieInOnePlane) {
+  PoseSet poses = EmptySet();
+  for (int i = 0; i < 24; ++i) {
+    poses.poses.push_back(PoseAt(i + 1, {std::cos(0.26 * i), std::sin(0.26 * i), 0.0}));
+  }
+  EXPECT_THAT(InspectionText(poses),
+              ContainsRegex("accelerometer, full +no: the directions lie near a plane"));
+}
+
+TEST(InspectionText, ShortensLongTablesInTheMiddle) {
+  const std::string text = InspectionText(EvenPoses(100));
+  EXPECT_THAT(text, HasSubstr("100, the middle left out"));
+  EXPECT_THAT(text, ContainsRegex("\n +30 +150.0"));
+  EXPECT_THAT(text, Not(ContainsRegex("\n +31 +155.0")));
+  EXPECT_THAT(text, ContainsRegex("\n +100 +500.0"));
+}
+
+TEST(InspectionText, CopesWithNoPosesAndNoTime) {
+  PoseSet poses = EmptySet();
+  poses.has_time = false;
+  EXPECT_THAT(InspectionText(poses), ContainsRegex("accelerometer, bias only +no: 0 distinct"));
+  EXPECT_THAT(InspectionText({}), HasSubstr("0 poses"));
+}
+
+}  // namespace
+}  // namespace truetriad
