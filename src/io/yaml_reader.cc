@@ -254,9 +254,10 @@ void YamlReader::RejectUnknown() {
   }
 }
 
-void YamlReader::Fail(const std::string& message) {
-  shared_->errors.push_back(shared_->file + ":" + std::to_string(line()) + ": " +
-                            (name_.empty() ? "" : name_ + ": ") + message);
+void YamlReader::Fail(const std::string& message) { shared_->errors.push_back(Place() + message); }
+
+std::string YamlReader::Place() const {
+  return shared_->file + ":" + std::to_string(line()) + ": " + (name_.empty() ? "" : name_ + ": ");
 }
 
 Status YamlReader::status() const {

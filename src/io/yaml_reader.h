@@ -69,8 +69,10 @@ class YamlReader {
   /// Records as errors all keys of this map that nobody asked for.
   void RejectUnknown();
 
-  /// Records an error at this value's line: "file:line: streams.gyroscope.unit: " + message.
+  /// Records an error at this value's place.
   void Fail(const std::string& message);
+  /// "file:line: streams.gyroscope.unit: ", for messages.
+  std::string Place() const;
 
   /// All errors of the whole file so far.
   Status status() const;

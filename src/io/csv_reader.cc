@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/csv_reader.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <utility>
+
+#include "io/decimal.h"
+
+namespace truetriad {
+namespace {
+
+constexpr char kBlankRuns = ' ';
+
+bool IsBlank(char c, char separator) { return c == ' ' || (c == '\t' && separator != '\t'); }
+
+bool IsLineEnd(const char* p) { return *p == '\n' || (*p == '\r' && p[1] == '\n'); }
+
+/// The '\n' of the line at `p`; there is one before `end`.
+const char* LineEnd(const char* p, const char* end) {
+  return static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p)));
+}
+
+std::string_view Trimmed(std::string_view text) {
+  constexpr std::string_view kBlanks = " \t\r\n";
+  const std::size_t begin = text.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+/// The fields of a line, without surrounding blanks.
+std::vector<std::string_view> SplitFields(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  if (separator == kBlankRuns) {
+    constexpr std::string_view kBlanks = " \t\r";
+    for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
+      const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
+      fields.push_back(line.substr(begin, end - begin));
+      begin = line.find_first_not_of(kBlanks, end);
+    }
+    return fields;
+  }
+  for (;;) {
+    const std::size_t end = line.find(separator);
+    fields.push_back(Trimmed(line.substr(0, end)));
+    if (end == std::string_view::npos) return fields;
+    line.remove_prefix(end + 1);
+  }
+}
+
+char FindSeparator(std::string_view line) {
+  for (const char separator : {';', ',', '\t'}) {
+    if (Trimmed(line).find(separator) != std::string_view::npos) return separator;
+  }
+  return kBlankRuns;
+}
+
+bool EqualsIgnoringCase(std::string_view text, std::string_view lower_case) {
+  return std::equal(
+      text.begin(), text.end(), lower_case.begin(), lower_case.end(), [](char a, char b) {
+        return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b;
+      });
+}
+
+bool IsNumber(std::string_view field) {
+  if (EqualsIgnoringCase(field, "nan")) return true;
+  const std::string terminated = std::string(field) + '\n';
+  Decimal decimal;
+  return ScanDecimal(terminated.c_str(), &decimal) && *decimal.end == '\n';
+}
+
+/// A line that names columns holds no number at all; a line of data holds at least one.
+bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
+  return std::none_of(fields.begin(), fields.end(), IsNumber) &&
+         std::any_of(fields.begin(), fields.end(), [](std::string_view f) { return !f.empty(); });
+}
+
+/// At most 40 characters of `text`, with unprintable ones made visible.
+std::string Quoted(std::string_view text) {
+  constexpr std::size_t kShown = 40;
+  constexpr std::string_view kHex = "0123456789abcdef";
+  std::string quoted = "`";
+  for (const char c : text.substr(0, kShown)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7F) {
+      quoted += {'\\', 'x', kHex[byte >> 4U], kHex[byte & 15U]};
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + (text.size() > kShown ? "…`" : "`");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
+                                                   const CsvLayout& layout) {
+  Result<std::unique_ptr<TextFile>> file = TextFile::Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  std::unique_ptr<CsvReader> reader(new CsvReader(std::move(*file), layout));
+  TRUETRIAD_RETURN_IF_ERROR(reader->ReadHeader());
+  return reader;
+}
+
+CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
+    : file_(std::move(file)), layout_(layout), rows_(kMaxRows), lines_(kMaxRows) {}
+
+Status CsvReader::ReadHeader() {
+  const Result<std::string_view> chunk = file_->Next();
+  TRUETRIAD_RETURN_IF_ERROR(chunk);
+  struct Line {
+    std::string_view text;
+    std::int64_t number = 0;
+  };
+  const char* next = chunk->data();
+  chunk_end_ = next + chunk->size();
+  std::int64_t number = 0;
+  // The first two lines that say something, and the last comment before them.
+  std::vector<Line> lines;
+  Line comment;
+  while (lines.size() < 2 && next != chunk_end_) {
+    const char* const begin = std::exchange(next, LineEnd(next, chunk_end_) + 1);
+    const Line line = {{begin, static_cast<std::size_t>(next - begin - 1)}, ++number};
+    const std::string_view content = Trimmed(line.text);
+    if (number <= layout_.skip_lines || content.empty()) continue;
+    if (content[0] != '#') {
+      lines.push_back(line);
+    } else if (lines.empty()) {
+      comment = {content.substr(1), number};
+    }
+  }
+  const bool looks_like_header =
+      !lines.empty() && LooksLikeHeader(SplitFields(lines[0].text, FindSeparator(lines[0].text)));
+  Line header;
+  if (layout_.header == CsvLayout::Header::kPresent && !looks_like_header && comment.number > 0) {
+    header = comment;  // Some loggers write their header as a comment.
+  } else if (!lines.empty() &&
+             (layout_.header == CsvLayout::Header::kPresent ||
+              (layout_.header == CsvLayout::Header::kAuto && looks_like_header))) {
+    header = lines[0];
+    lines.erase(lines.begin());
+  }
+  if (lines.empty()) {
+    return BadInputError(
+        path() +
+        (header.number > 0 ? ": has a header but no rows of numbers" : ": has no rows of numbers") +
+        " in its first lines; is the log empty, or `skip_lines` too large?");
+  }
+  const Line& data = lines[0];
+  if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
+  if (header.number > 0) {
+    for (const std::string_view name : SplitFields(header.text, layout_.separator)) {
+      header_.emplace_back(name);
+    }
+  }
+  header_line_ = header.number;
+  columns_.resize(header_.empty() ? SplitFields(data.text, layout_.separator).size()
+                                  : header_.size());
+  cursor_ = data.text.data();
+  line_ = data.number - 1;
+  return {};
+}
+
+std::string CsvReader::ColumnName(std::size_t column) const {
+  if (column < header_.size() && !header_[column].empty())
+    return "column `" + header_[column] + "`";
+  return "column " + std::to_string(column) + " (counted from 0)";
+}
+
+Status CsvReader::Map(std::size_t column, Kind kind, int power) {
+  Column& mapped = columns_[column];
+  if (mapped.kind != Kind::kSkip && (mapped.kind != kind || mapped.power != power)) {
+    return BadInputError(path() + ": " + ColumnName(column) +
+                         " is asked for in two ways; as a time and as a reading, or in two units");
+  }
+  mapped.kind = kind;
+  mapped.power = power;
+  if (kind == Kind::kNumber) mapped.numbers.resize(kMaxRows);
+  if (kind == Kind::kTime) mapped.times.resize(kMaxRows);
+  if (kind == Kind::kText) mapped.texts.resize(kMaxRows);
+  return {};
+}
+
+Result<std::size_t> CsvReader::Read() {
+  for (;;) {
+    if (cursor_ == chunk_end_) {
+      const Result<std::string_view> chunk = file_->Next();
+      TRUETRIAD_RETURN_IF_ERROR(chunk);
+      if (chunk->empty()) return 0;
+      cursor_ = chunk->data();
+      chunk_end_ = cursor_ + chunk->size();
+    }
+    for (Column& column : columns_) column.any_missing = false;
+    const Result<std::size_t> count =
+        layout_.separator == kBlankRuns ? ReadRows<true>() : ReadRows<false>();
+    if (!count || *count > 0) return count;
+  }
+}
+
+template <bool kBlanks>
+Result<std::size_t> CsvReader::ReadRows() {
+  const char separator = layout_.separator;
+  const auto skip_blanks = [separator](const char* p) {
+    while (IsBlank(*p, separator)) ++p;
+    return p;
+  };
+  const auto ends_field = [separator](const char* p) {
+    return kBlanks ? IsBlank(*p, separator) || IsLineEnd(p) : *p == separator || IsLineEnd(p);
+  };
+  std::size_t row = 0;
+  const char* p = cursor_;
+  while (row < kMaxRows && p != chunk_end_) {
+    const char* const line_begin = p;
+    ++line_;
+    p = skip_blanks(p);
+    if (*p == '#' || IsLineEnd(p)) {
+      p = LineEnd(p, chunk_end_) + 1;
+      continue;
+    }
+    std::size_t column = 0;
+    for (;;) {
+      Column& target = columns_[column];
+      if (target.kind == Kind::kSkip || target.kind == Kind::kText) {
+        const char* const begin = p;
+        while (!ends_field(p)) ++p;
+        if (target.kind == Kind::kText) {
+          target.texts[row] = Trimmed({begin, static_cast<std::size_t>(p - begin)});
+        }
+      } else if (!kBlanks && ends_field(p)) {
+        SetMissing(&target, row);
+      } else {
+        p = ParseValue(p, &target, row);
+        if (p == nullptr) return FieldError(line_begin, column);
+      }
+      const char* const value_end = p;
+      p = skip_blanks(p);
+      if (IsLineEnd(p)) break;
+      if (kBlanks ? p == value_end : *p != separator) return FieldError(line_begin, column);
+      if (!kBlanks) p = skip_blanks(p + 1);
+      if (++column == columns_.size()) break;
+    }
+    if (column != columns_.size() - 1) {
+      if (!layout_.ragged) return FieldCountError(line_begin);
+      for (++column; column < columns_.size(); ++column) SetMissing(&columns_[column], row);
+    }
+    p = LineEnd(p, chunk_end_) + 1;
+    rows_[row] = rows_read_++;
+    lines_[row] = line_;
+    ++row;
+  }
+  cursor_ = p;
+  return row;
+}
+
+void CsvReader::SetMissing(Column* column, std::size_t row) {
+  switch (column->kind) {
+    case Kind::kNumber:
+      column->numbers[row] = std::numeric_limits<double>::quiet_NaN();
+      break;
+    case Kind::kTime:
+      column->times[row] = kMissingTime;
+      break;
+    case Kind::kText:
+      column->texts[row] = {};
+      break;
+    case Kind::kSkip:
+      break;
+  }
+  column->any_missing = true;
+}
+
+const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row) {
+  Decimal decimal;
+  if (!ScanDecimal(p, &decimal)) {
+    p += *p == '-' || *p == '+' ? 1 : 0;
+    constexpr std::string_view kNan = "nan";
+    for (const char expected : kNan) {  // Stops at the '\n' at the latest.
+      if (*p != expected && *p != expected - 'a' + 'A') return nullptr;
+      ++p;
+    }
+    SetMissing(column, row);
+    return p;
+  }
+  if (column->kind == Kind::kTime) {
+    const std::optional<std::int64_t> time = ToInteger(decimal, column->power);
+    if (!time) return nullptr;
+    column->times[row] = *time;
+  } else {
+    const std::optional<double> number = ToDouble(decimal);
+    if (!number) return nullptr;
+    column->numbers[row] = *number;
+  }
+  return decimal.end;
+}
+
+Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
+  const std::string_view line(
+      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
+  const std::string_view field = column < fields.size() ? fields[column] : std::string_view();
+  if (IsCutOff(line)) return CutOffError();
+  std::string message = Place() + ColumnName(column) + ": " + Quoted(field);
+  std::string_view word = field;
+  if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
+  if (EqualsIgnoringCase(word, "inf") || EqualsIgnoringCase(word, "infinity")) {
+    return BadInputError(message + " is not a reading; leave the field empty where there is none");
+  }
+  if (IsNumber(field)) {
+    return BadInputError(message + (columns_[column].kind == Kind::kTime
+                                        ? " is out of the range of times; is the unit right?"
+                                        : " is out of the range of a double"));
+  }
+  message += " is not a number";
+  if (field.find('\0') != std::string_view::npos) {
+    message += "; NUL bytes are what a log that was not closed ends with: cut them off";
+  } else if (layout_.separator != ',' && field.find(',') != std::string_view::npos) {
+    message += "; decimals need a point, not a comma";
+  }
+  return BadInputError(message);
+}
+
+Error CsvReader::FieldCountError(const char* line_begin) const {
+  const std::string_view line(
+      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  if (IsCutOff(line)) return CutOffError();
+  return BadInputError(
+      Place() + "has " + std::to_string(SplitFields(line, layout_.separator).size()) + " fields, " +
+      std::to_string(columns_.size()) + " are expected as in " +
+      (header_.empty() ? "the first row"
+                       : "the header (line " + std::to_string(header_line_) + ")") +
+      "; a manifest can say `ragged: allow`");
+}
+
+bool CsvReader::IsCutOff(std::string_view line) const {
+  return file_->ended_mid_line() && line.data() + line.size() + 1 == chunk_end_;
+}
+
+Error CsvReader::CutOffError() const {
+  return BadInputError(path() + ": looks truncated at line " + std::to_string(line_) +
+                       ": the last line is incomplete; copy the log again, or delete that line");
+}
+
+std::string CsvReader::Place() const { return path() + ":" + std::to_string(line_) + ": "; }
+
+}  // namespace truetriad

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "io/text_file.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// How a text table is laid out; what is not stated is found from its first lines.
+struct CsvLayout {
+  enum class Header { kAuto, kPresent, kAbsent };
+
+  char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: found.
+  std::int64_t skip_lines = 0;  ///< Lines of a preamble. Range: >= 0.
+  Header header = Header::kAuto;
+  bool ragged = false;  ///< Rows may have fewer fields (read as empty) or more (ignored).
+
+  bool operator==(const CsvLayout&) const = default;
+};
+
+/// A text table (CSV, TSV, blank-separated), streamed into typed column buffers.
+///
+/// Only mapped columns are parsed, straight into buffers that are used again for each block; other
+/// columns may hold anything. Lines starting with '#' and empty lines are passed over.
+class CsvReader {
+ public:
+  enum class Kind : std::uint8_t {
+    kSkip,
+    kNumber,  ///< A double; NaN where the field is empty or `nan`.
+    kTime,    ///< An integer of a decimal's value * 10^power; kMissingTime where empty or `nan`.
+    kText,    ///< The characters, without surrounding blanks.
+  };
+  static constexpr std::int64_t kMissingTime = std::numeric_limits<std::int64_t>::min();
+  static constexpr std::size_t kMaxRows = 4096;
+
+  /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
+  static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
+
+  const std::string& path() const { return file_->path(); }
+  const CsvLayout& layout() const { return layout_; }  ///< With the separator that was found.
+  const std::vector<std::string>& header() const { return header_; }  ///< Empty without.
+  std::int64_t header_line() const { return header_line_; }
+  std::size_t column_count() const { return columns_.size(); }
+  /// "column `ax`" or, without a header, "column 3 (counted from 0)".
+  std::string ColumnName(std::size_t column) const;
+
+  /// Asks for a column. Error: it is mapped as something else already.
+  Status Map(std::size_t column, Kind kind, int power = 0);
+
+  /// Reads the next rows, at most kMaxRows; 0 at the end. Error: anything but numbers in a number's
+  /// place, infinities, ragged rows, each with file:line and column.
+  Result<std::size_t> Read();
+
+  /// The block that Read filled; valid until its next call.
+  const double* Numbers(std::size_t column) const { return columns_[column].numbers.data(); }
+  const std::int64_t* Times(std::size_t column) const { return columns_[column].times.data(); }
+  const std::string_view* Texts(std::size_t column) const { return columns_[column].texts.data(); }
+  /// True when a number or time of the block is missing.
+  bool AnyMissing(std::size_t column) const { return columns_[column].any_missing; }
+  const std::int64_t* Rows() const { return rows_.data(); }  ///< 0-based data rows of the file.
+  std::int64_t Line(std::size_t row_in_block) const { return lines_[row_in_block]; }
+  std::int64_t rows_read() const { return rows_read_; }
+
+  double progress() const { return file_->progress(); }
+  std::string Sha256() const { return file_->Sha256(); }
+
+ private:
+  struct Column {
+    Kind kind = Kind::kSkip;
+    int power = 0;
+    bool any_missing = false;
+    std::vector<double> numbers;
+    std::vector<std::int64_t> times;
+    std::vector<std::string_view> texts;
+  };
+
+  CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout);
+  Status ReadHeader();
+  template <bool kBlanks>
+  Result<std::size_t> ReadRows();
+  /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
+  const char* ParseValue(const char* p, Column* column, std::size_t row);
+  static void SetMissing(Column* column, std::size_t row);
+  Error FieldError(const char* line_begin, std::size_t column) const;
+  Error FieldCountError(const char* line_begin) const;
+  Error CutOffError() const;
+  /// True for a last line without its end: half-written, when it is also malformed.
+  bool IsCutOff(std::string_view line) const;
+  std::string Place() const;  ///< "file:line: "
+
+  std::unique_ptr<TextFile> file_;
+  CsvLayout layout_;
+  std::vector<std::string> header_;
+  std::int64_t header_line_ = 0;
+  std::vector<Column> columns_;
+  std::vector<std::int64_t> rows_;
+  std::vector<std::int64_t> lines_;
+  const char* cursor_ = nullptr;     ///< The next line of the chunk.
+  const char* chunk_end_ = nullptr;  ///< After the chunk's last '\n'.
+  std::int64_t line_ = 0;            ///< Lines begun so far.
+  std::int64_t rows_read_ = 0;
+};
+
+}  // namespace truetriad

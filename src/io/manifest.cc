@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "io/recording_layout.h"
+#include "io/text_file.h"
+#include "io/yaml_reader.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+/// A column as a manifest names it, and where it does.
+struct ColumnReference {
+  std::string text;   ///< A header name or a 0-based index.
+  std::string place;  ///< "recording.yaml:7: streams.gyroscope.x: "
+};
+
+struct ManifestStream {
+  StreamLayout layout;  ///< Columns not resolved yet.
+  CsvLayout csv;
+  std::string place;
+  std::optional<ColumnReference> time;
+  std::array<ColumnReference, 3> axes;
+  std::optional<ColumnReference> temperature;
+};
+
+struct Manifest {
+  std::string sha256;
+  std::string serial;
+  std::vector<ManifestStream> streams;
+  std::optional<PoseSelection> poses;
+  std::optional<ColumnReference> pose_column;
+};
+
+std::string Resolved(const std::string& manifest_path, const std::string& file) {
+  return (std::filesystem::path(manifest_path).parent_path() / file).lexically_normal().string();
+}
+
+/// The column that `key` names; an error is recorded when there is none.
+ColumnReference ReadColumn(YamlReader* yaml, std::string_view key) {
+  ColumnReference column;
+  YamlReader value = yaml->RequireChild(key);
+  value.Read(&column.text);
+  column.place = value.Place();
+  return column;
+}
+
+void ReadTime(YamlReader time, ManifestStream* stream) {
+  if (!time) return;
+  TimeColumn& layout = stream->layout.time;
+  std::string unit;
+  if (time.Require("unit", &unit)) {
+    if (unit == "samples") {
+      if (time.Require("rate_hz", &layout.rate_hz) && !(layout.rate_hz > 0.0)) {
+        time.Fail("rate_hz must be above zero");
+      }
+    } else if (const std::optional<int> power = TimePower(unit)) {
+      layout.power = *power;
+    } else {
+      time.Child("unit").Fail("`" + unit +
+                              "` is not a unit of time; expected s, ms, us, ns or samples");
+    }
+  }
+  if (unit == "samples" && !time.Child("column")) {
+    layout.kind = TimeColumn::Kind::kRowNumber;
+  } else {
+    layout.kind = TimeColumn::Kind::kColumn;
+    stream->time = ReadColumn(&time, "column");
+  }
+  time.RejectUnknown();
+}
+
+void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
+  std::string text;
+  if (yaml->Optional("separator", &text)) {
+    if (text == "," || text == ";" || text == "\t" || text == " ") {
+      layout->separator = text[0];
+    } else if (text == "tab") {
+      layout->separator = '\t';
+    } else if (text == "blank") {
+      layout->separator = ' ';
+    } else {
+      yaml->Child("separator").Fail("`" + text + "` is none of \",\" \";\" tab blank");
+    }
+  }
+  if (yaml->Optional("skip_lines", &layout->skip_lines) && layout->skip_lines < 0) {
+    yaml->Child("skip_lines").Fail("must not be negative");
+  }
+  if (yaml->Optional("header", &text)) {
+    if (text == "true" || text == "false") {
+      layout->header = text == "true" ? CsvLayout::Header::kPresent : CsvLayout::Header::kAbsent;
+    } else if (text != "auto") {
+      yaml->Child("header").Fail("`" + text + "` is none of true, false, auto");
+    }
+  }
+  if (yaml->Optional("ragged", &text)) {
+    layout->ragged = text == "allow";
+    if (text != "allow" && text != "refuse") {
+      yaml->Child("ragged").Fail("`" + text + "` is neither allow nor refuse");
+    }
+  }
+}
+
+ManifestStream ReadStream(YamlReader yaml, Triad triad) {
+  ManifestStream stream;
+  StreamInfo& info = stream.layout.info;
+  stream.place = yaml.Place();
+  info.triad = triad;
+  std::string file;
+  if (yaml.Require("file", &file)) info.file = Resolved(yaml.file(), file);
+  ReadTime(yaml.Child("time"), &stream);
+  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    stream.axes[axis] = ReadColumn(&yaml, kAxes[axis]);
+  }
+  std::string unit_name;
+  if (yaml.Require("unit", &unit_name)) {
+    const Result<Unit> unit = ParseTriadUnit(triad, unit_name);
+    if (unit) {
+      info.unit = *unit;
+    } else {
+      yaml.Child("unit").Fail(unit.error().message);
+    }
+  }
+  if (YamlReader temperature = yaml.Child("temperature")) {
+    stream.temperature = ReadColumn(&temperature, "column");
+    std::string name;
+    if (temperature.Require("unit", &name)) {
+      const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(name);
+      if (!unit) temperature.Child("unit").Fail("`" + name + "` is neither degC nor K");
+      stream.layout.temperature_unit = unit.value_or(TemperatureUnit{});
+    }
+    temperature.RejectUnknown();
+    info.has_temperature = true;
+  }
+  double si_per_count = 0.0;
+  if (yaml.Optional("si_per_count", &si_per_count)) {
+    if (!(si_per_count > 0.0)) yaml.Child("si_per_count").Fail("must be above zero");
+    if (!info.unit.is_counts) yaml.Child("si_per_count").Fail("needs `unit: counts`");
+    info.si_per_count = si_per_count;
+  }
+  ReadCsvLayout(&yaml, &stream.csv);
+  yaml.RejectUnknown();
+  return stream;
+}
+
+void ReadApplied(YamlReader applied) {
+  std::string text;
+  if (!applied) return;
+  if (applied.IsMap()) {
+    const std::vector<std::string> keys = applied.Keys();
+    applied.Fail("the recording says that corrections were applied to its readings (" +
+                 (keys.empty() ? std::string("none named") : keys.front()) +
+                 "); undoing them is not supported yet. Record raw readings, or convert the log to "
+                 "raw readings and say `applied: none`");
+  } else if (applied.Read(&text) && text != "none") {
+    applied.Fail(
+        text == "unknown"
+            ? "it is unknown which corrections the readings already have, so a calibration "
+              "of them could be wrong by as much; find out, and say `applied: none` when "
+              "they are raw"
+            : "`" + text + "` is neither none, unknown nor a map of corrections");
+  }
+}
+
+Status ReadPoses(YamlReader poses, Manifest* manifest) {
+  if (!poses) return {};
+  PoseSelection selection;
+  std::string text;
+  if (poses.IsScalar()) {
+    poses.Read(&text);
+    selection.kind = PoseSelectionKind::kEveryRow;
+    if (text != "every_row") poses.Fail("`" + text + "` is not known; did you mean every_row?");
+  } else {
+    YamlReader file = poses.Child("file");
+    if (poses.Optional("every", &selection.every)) {
+      selection.kind = PoseSelectionKind::kEveryN;
+      if (selection.every < 1) poses.Child("every").Fail("must be at least 1");
+    }
+    if (poses.Child("column")) {
+      selection.kind = PoseSelectionKind::kColumn;
+      manifest->pose_column = ReadColumn(&poses, "column");
+    }
+    poses.RejectUnknown();
+    if (poses.IsMap() && poses.Keys().size() != 1) {
+      poses.Fail("expected one of every_row, {every: N}, {column: name}, {file: poses.yaml}");
+    }
+    if (file.Read(&text)) {
+      selection.kind = PoseSelectionKind::kRanges;
+      Result<std::vector<PoseRange>> ranges = ReadPoseRanges(Resolved(poses.file(), text));
+      TRUETRIAD_RETURN_IF_ERROR(ranges);
+      selection.ranges = std::move(*ranges);
+    }
+  }
+  manifest->poses = std::move(selection);
+  return {};
+}
+
+Result<Manifest> ReadManifest(const std::string& path) {
+  const Result<std::string> text = ReadSmallFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(text);
+  Result<YamlReader> file = YamlReader::FromText(*text, path);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  YamlReader& yaml = *file;
+  Manifest manifest;
+  manifest.sha256 = Sha256Hex(*text);
+  int version = 0;
+  if (yaml.Require("recording", &version) && version != 1) {
+    yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
+  }
+  yaml.Optional("serial", &manifest.serial);
+  yaml.Child("source");  // For people; nothing depends on them.
+  yaml.Child("frame");
+  ReadApplied(yaml.Child("applied"));
+  YamlReader streams = yaml.RequireChild("streams");
+  for (const Triad triad : kTriads) {
+    if (YamlReader stream = streams.Child(TriadName(triad))) {
+      manifest.streams.push_back(ReadStream(stream, triad));
+    }
+  }
+  streams.RejectUnknown();
+  if (streams.IsMap() && manifest.streams.empty()) {
+    streams.Fail("expected at least one of accelerometer, gyroscope, magnetometer");
+  }
+  for (const ManifestStream& stream : manifest.streams) {
+    if ((stream.layout.time.kind == TimeColumn::Kind::kNone) !=
+        (manifest.streams[0].layout.time.kind == TimeColumn::Kind::kNone)) {
+      streams.Fail("some streams have a `time` and some do not; give all of them one, or none");
+      break;
+    }
+  }
+  TRUETRIAD_RETURN_IF_ERROR(ReadPoses(yaml.Child("poses"), &manifest));
+  yaml.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(yaml.status());
+  return manifest;
+}
+
+/// The columns called `text`, or the one at that 0-based index.
+std::vector<std::size_t> FindColumns(const CsvReader& csv, const std::string& text) {
+  std::vector<std::size_t> found;
+  for (std::size_t column = 0; column < csv.header().size(); ++column) {
+    if (csv.header()[column] == text) found.push_back(column);
+  }
+  std::size_t index = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, index);
+  if (found.empty() && error == std::errc() && stop == end && index < csv.column_count()) {
+    found.push_back(index);
+  }
+  return found;
+}
+
+Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& reference) {
+  const std::vector<std::size_t> found = FindColumns(csv, reference.text);
+  if (found.size() == 1) return found[0];
+  std::string names;
+  for (const std::string& name : csv.header()) names += (names.empty() ? "" : ", ") + name;
+  return BadInputError(reference.place + csv.path() + " has " +
+                       (found.empty() ? "no" : "more than one") + " column `" + reference.text +
+                       "`; " + (names.empty() ? "it has no header" : "its header is " + names) +
+                       ", and columns 0 to " + std::to_string(csv.column_count() - 1) +
+                       " by number");
+}
+
+/// Fills in the columns of `stream`, now that its file is open.
+Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
+  StreamLayout& layout = stream->layout;
+  for (std::size_t axis = 0; axis < layout.axes.size(); ++axis) {
+    const Result<std::size_t> column = ResolveColumn(csv, stream->axes[axis]);
+    TRUETRIAD_RETURN_IF_ERROR(column);
+    layout.axes[axis] = *column;
+    for (std::size_t other = 0; other < axis; ++other) {
+      if (layout.axes[other] == *column) {
+        return BadInputError(stream->axes[axis].place + "is the same column as another axis");
+      }
+    }
+  }
+  if (stream->time) {
+    const Result<std::size_t> column = ResolveColumn(csv, *stream->time);
+    TRUETRIAD_RETURN_IF_ERROR(column);
+    layout.time.column = *column;
+  }
+  if (stream->temperature) {
+    const Result<std::size_t> column = ResolveColumn(csv, *stream->temperature);
+    TRUETRIAD_RETURN_IF_ERROR(column);
+    layout.temperature = *column;
+  }
+  return {};
+}
+
+/// The file of the layout that holds `stream`, opened at its first use.
+Result<FileLayout*> FileOf(const ManifestStream& stream,
+                           std::vector<CsvLayout>* stated,
+                           std::vector<FileLayout>* files) {
+  for (std::size_t i = 0; i < files->size(); ++i) {
+    FileLayout& file = (*files)[i];
+    if (file.csv->path() != stream.layout.info.file) continue;
+    if ((*stated)[i] != stream.csv) {
+      return BadInputError(stream.place + "shares " + file.csv->path() +
+                           " with another stream; separator, skip_lines, header and ragged must be "
+                           "stated alike for both");
+    }
+    return &file;
+  }
+  Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(stream.layout.info.file, stream.csv);
+  if (!csv) return BadInputError(stream.place + csv.error().message);
+  stated->push_back(stream.csv);
+  files->push_back({std::move(*csv), {}});
+  return &files->back();
+}
+
+}  // namespace
+
+bool IsManifest(const std::string& path) {
+  return path.ends_with(".yaml") || path.ends_with(".yml");
+}
+
+bool IsFace(std::string_view text) {
+  return text.size() == 2 && (text[0] == '+' || text[0] == '-') && text[1] >= 'x' && text[1] <= 'z';
+}
+
+Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {
+  Result<Manifest> manifest = ReadManifest(path);
+  TRUETRIAD_RETURN_IF_ERROR(manifest);
+  RecordingLayout layout;
+  layout.manifest = InputFile{path, manifest->sha256, 0};
+  layout.info.path = path;
+  layout.info.serial = manifest->serial;
+  std::vector<CsvLayout> stated;
+  for (ManifestStream& stream : manifest->streams) {
+    const Result<FileLayout*> file = FileOf(stream, &stated, &layout.files);
+    TRUETRIAD_RETURN_IF_ERROR(file);
+    TRUETRIAD_RETURN_IF_ERROR(ResolveColumns(*(*file)->csv, &stream));
+    layout.info.has_time = stream.layout.time.kind != TimeColumn::Kind::kNone;
+    (*file)->streams.push_back(std::move(stream.layout));
+  }
+
+  // Not every file of a recording needs to number the poses, but one has to.
+  std::optional<ColumnReference> pose = manifest->pose_column;
+  if (!pose_column.empty()) pose = ColumnReference{pose_column, path + ": "};
+  bool found = false;
+  for (FileLayout& file : layout.files) {
+    for (StreamLayout& stream : file.streams) {
+      if (pose && FindColumns(*file.csv, pose->text).size() == 1) {
+        stream.pose = FindColumns(*file.csv, pose->text)[0];
+        stream.info.has_pose_column = found = true;
+      }
+      layout.info.streams.push_back(stream.info);
+    }
+  }
+  if (pose && !found) return ResolveColumn(*layout.files[0].csv, *pose).error();
+  return layout;
+}
+
+Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& path) {
+  if (!IsManifest(path)) return std::optional<PoseSelection>();
+  Result<Manifest> manifest = ReadManifest(path);
+  TRUETRIAD_RETURN_IF_ERROR(manifest);
+  return std::move(manifest->poses);
+}
+
+Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
+  Result<YamlReader> file = YamlReader::FromFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  std::vector<PoseRange> ranges;
+  for (YamlReader& item : file->RequireChild("poses").Items()) {
+    PoseRange range;
+    if (item.Require("first", &range.first) && item.Require("last", &range.last)) {
+      if (range.first < 0 || range.last < range.first) {
+        item.Fail("rows " + std::to_string(range.first) + " to " + std::to_string(range.last) +
+                  " are not a range; 0 <= first <= last is expected");
+      } else if (!ranges.empty() && range.first <= ranges.back().last) {
+        item.Fail("begins at row " + std::to_string(range.first) +
+                  ", inside or before the range above it; list the poses in the file's order");
+      }
+    }
+    item.Optional("id", &range.id);
+    if (item.Optional("face", &range.face_up) && !IsFace(range.face_up)) {
+      item.Child("face").Fail("`" + range.face_up + "` is none of +x -x +y -y +z -z");
+    }
+    item.RejectUnknown();
+    ranges.push_back(std::move(range));
+  }
+  file->RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(file->status());
+  if (ranges.empty()) return BadInputError(path + ": `poses` is empty; list at least one pose");
+  return ranges;
+}
+
+}  // namespace truetriad

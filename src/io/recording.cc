@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/io/recording.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "io/recording_layout.h"
+
+namespace truetriad {
+namespace {
+
+/// Turns the blocks of a file into the samples of one of its triads.
+class Stream {
+ public:
+  /// Maps the columns. Error: a column is needed as two different things.
+  static Result<Stream> Create(StreamLayout layout, CsvReader* csv) {
+    using Kind = CsvReader::Kind;
+    std::vector<std::size_t> numbers(layout.axes.begin(), layout.axes.end());
+    if (layout.temperature) numbers.push_back(*layout.temperature);
+    if (layout.pose) numbers.push_back(*layout.pose);
+    for (const std::size_t column : numbers) {
+      TRUETRIAD_RETURN_IF_ERROR(csv->Map(column, Kind::kNumber));
+    }
+    if (layout.time.kind == TimeColumn::Kind::kColumn) {
+      TRUETRIAD_RETURN_IF_ERROR(csv->Map(layout.time.column, Kind::kTime, layout.time.power));
+    }
+    return Stream(std::move(layout));
+  }
+
+  Triad triad() const { return layout_.info.triad; }
+  const StreamCounts& counts() const { return counts_; }
+  /// Time of the last sample handed over; the smallest of all before the first.
+  std::int64_t last_time_ns() const { return last_time_ns_; }
+
+  /// The samples in the `row_count` rows that `csv` has just read.
+  /// Error: time going backwards, a pose that is not a number of a pose.
+  Result<SampleBlock> Take(const CsvReader& csv, std::size_t row_count) {
+    SelectRows(csv, row_count);
+    SampleBlock block;
+    block.triad = triad();
+    block.x = Selected(csv.Numbers(layout_.axes[0]), &axes_[0]);
+    block.y = Selected(csv.Numbers(layout_.axes[1]), &axes_[1]);
+    block.z = Selected(csv.Numbers(layout_.axes[2]), &axes_[2]);
+    block.row = Selected(csv.Rows(), &rows_);
+    block.time_ns = Times(csv, block.row);
+    TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
+    if (layout_.temperature) block.temperature_degc = Temperatures(csv, row_count);
+    if (layout_.pose) {
+      TRUETRIAD_RETURN_IF_ERROR(ReadPoses(csv));
+      block.pose = poses_;
+    }
+    counts_.samples += static_cast<std::int64_t>(selected_count_);
+    counts_.dropped_empty += static_cast<std::int64_t>(row_count - selected_count_);
+    return block;
+  }
+
+ private:
+  explicit Stream(StreamLayout layout) : layout_(std::move(layout)) {}
+
+  /// Finds the rows that have this triad's time and readings.
+  void SelectRows(const CsvReader& csv, std::size_t row_count) {
+    const bool has_time_column = layout_.time.kind == TimeColumn::Kind::kColumn;
+    all_ = !(has_time_column && csv.AnyMissing(layout_.time.column)) &&
+           std::none_of(layout_.axes.begin(), layout_.axes.end(), [&](std::size_t column) {
+             return csv.AnyMissing(column);
+           });
+    selected_count_ = row_count;
+    if (all_) return;
+    selection_.clear();
+    for (std::size_t row = 0; row < row_count; ++row) {
+      const bool has_time =
+          !has_time_column || csv.Times(layout_.time.column)[row] != CsvReader::kMissingTime;
+      const bool has_readings =
+          std::none_of(layout_.axes.begin(), layout_.axes.end(), [&](std::size_t column) {
+            return std::isnan(csv.Numbers(column)[row]);
+          });
+      if (has_time && has_readings) selection_.push_back(row);
+    }
+    selected_count_ = selection_.size();
+  }
+
+  std::size_t SelectedRow(std::size_t sample) const { return all_ ? sample : selection_[sample]; }
+
+  /// The selected rows of a column: the reader's own buffer when they are all.
+  template <typename T>
+  std::span<const T> Selected(const T* column, std::vector<T>* buffer) const {
+    if (all_) return {column, selected_count_};
+    buffer->resize(selected_count_);
+    for (std::size_t i = 0; i < selected_count_; ++i) (*buffer)[i] = column[selection_[i]];
+    return *buffer;
+  }
+
+  std::span<const std::int64_t> Times(const CsvReader& csv, std::span<const std::int64_t> rows) {
+    const TimeColumn& time = layout_.time;
+    if (time.kind == TimeColumn::Kind::kNone) return rows;
+    if (time.kind == TimeColumn::Kind::kColumn) {
+      const std::span<const std::int64_t> stated = Selected(csv.Times(time.column), &times_);
+      if (time.rate_hz == 1.0) return stated;
+      if (stated.data() != times_.data()) times_.assign(stated.begin(), stated.end());
+    } else {
+      times_.assign(rows.begin(), rows.end());
+      for (std::int64_t& value : times_) value *= 1'000'000'000;
+    }
+    // Sample numbers, in units of 1e-9: long double has the 64 bits that they may need.
+    for (std::int64_t& value : times_) {
+      value =
+          std::llround(static_cast<long double>(value) / static_cast<long double>(time.rate_hz));
+    }
+    return times_;
+  }
+
+  Status CheckTimeOrder(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
+    for (std::size_t i = 0; i < times_ns.size(); ++i) {
+      if (times_ns[i] < last_time_ns_) {
+        return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
+                             csv.ColumnName(layout_.time.column) + ": time goes backwards, to " +
+                             std::to_string(times_ns[i]) + " ns after " +
+                             std::to_string(last_time_ns_) +
+                             " ns; sort the log, or split it where the clock was set");
+      }
+      last_time_ns_ = times_ns[i];
+    }
+    return {};
+  }
+
+  /// A temperature that is logged more rarely holds until the next one.
+  std::span<const double> Temperatures(const CsvReader& csv, std::size_t row_count) {
+    const double* const stated = csv.Numbers(*layout_.temperature);
+    const TemperatureUnit& unit = layout_.temperature_unit;
+    temperatures_.resize(selected_count_);
+    std::size_t sample = 0;
+    for (std::size_t row = 0; row < row_count; ++row) {
+      if (!std::isnan(stated[row])) last_temperature_degc_ = unit.scale * stated[row] + unit.offset;
+      if (sample < selected_count_ && SelectedRow(sample) == row) {
+        temperatures_[sample++] = last_temperature_degc_;
+      }
+    }
+    return temperatures_;
+  }
+
+  Status ReadPoses(const CsvReader& csv) {
+    const double* const stated = csv.Numbers(*layout_.pose);
+    poses_.resize(selected_count_);
+    for (std::size_t i = 0; i < selected_count_; ++i) {
+      const double value = stated[SelectedRow(i)];
+      if (!(value >= 0.0) || value > std::numeric_limits<std::int32_t>::max() ||
+          value != std::floor(value)) {
+        return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
+                             csv.ColumnName(*layout_.pose) +
+                             " is not the number of a pose; whole numbers are expected, 0 while "
+                             "moving");
+      }
+      poses_[i] = static_cast<std::int32_t>(value);
+    }
+    return {};
+  }
+
+  StreamLayout layout_;
+  StreamCounts counts_;
+  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
+  double last_temperature_degc_ = std::numeric_limits<double>::quiet_NaN();
+
+  bool all_ = true;  ///< Every row of the block is selected; then selection_ is not used.
+  std::vector<std::size_t> selection_;
+  std::size_t selected_count_ = 0;
+  std::array<std::vector<double>, 3> axes_;
+  std::vector<std::int64_t> rows_, times_;
+  std::vector<double> temperatures_;
+  std::vector<std::int32_t> poses_;
+};
+
+struct File {
+  std::unique_ptr<CsvReader> csv;
+  std::vector<Stream> streams;
+  bool done = false;
+
+  std::int64_t last_time_ns() const {
+    std::int64_t last = std::numeric_limits<std::int64_t>::min();
+    for (const Stream& stream : streams) last = std::max(last, stream.last_time_ns());
+    return last;
+  }
+};
+
+class RecordingSource : public SampleSource {
+ public:
+  static Result<std::unique_ptr<SampleSource>> Create(RecordingLayout layout) {
+    std::vector<File> files;
+    for (FileLayout& file_layout : layout.files) {
+      File file;
+      file.csv = std::move(file_layout.csv);
+      for (StreamLayout& stream_layout : file_layout.streams) {
+        Result<Stream> stream = Stream::Create(std::move(stream_layout), file.csv.get());
+        TRUETRIAD_RETURN_IF_ERROR(stream);
+        file.streams.push_back(std::move(*stream));
+      }
+      files.push_back(std::move(file));
+    }
+    return std::unique_ptr<SampleSource>(
+        new RecordingSource(std::move(layout.info), std::move(files), std::move(layout.manifest)));
+  }
+
+  const RecordingInfo& info() const override { return info_; }
+
+  Result<bool> Next(std::vector<SampleBlock>* blocks) override {
+    blocks->clear();
+    while (File* const file = MostLagging()) {
+      const Result<std::size_t> row_count = file->csv->Read();
+      TRUETRIAD_RETURN_IF_ERROR(row_count);
+      file->done = *row_count == 0;
+      for (Stream& stream : file->streams) {
+        const Result<SampleBlock> block = stream.Take(*file->csv, *row_count);
+        TRUETRIAD_RETURN_IF_ERROR(block);
+        if (!block->x.empty()) blocks->push_back(*block);
+      }
+      if (!blocks->empty()) return true;
+    }
+    return false;
+  }
+
+  double progress() const override {
+    double sum = 0.0;
+    for (const File& file : files_) sum += file.csv->progress();
+    return sum / static_cast<double>(files_.size());
+  }
+
+  StreamCounts counts(Triad triad) const override {
+    for (const File& file : files_) {
+      for (const Stream& stream : file.streams) {
+        if (stream.triad() == triad) return stream.counts();
+      }
+    }
+    return {};
+  }
+
+  std::vector<InputFile> inputs() const override {
+    std::vector<InputFile> inputs;
+    for (const File& file : files_) {
+      std::int64_t samples = 0;
+      for (const Stream& stream : file.streams) {
+        samples = std::max(samples, stream.counts().samples);
+      }
+      inputs.push_back({file.csv->path(), file.csv->Sha256(), samples});
+    }
+    if (manifest_) inputs.push_back(*manifest_);
+    return inputs;
+  }
+
+ private:
+  RecordingSource(RecordingInfo info, std::vector<File> files, std::optional<InputFile> manifest)
+      : info_(std::move(info)), files_(std::move(files)), manifest_(std::move(manifest)) {}
+
+  /// The file that is least far on in time; null when all are read.
+  File* MostLagging() {
+    File* lagging = nullptr;
+    for (File& file : files_) {
+      if (!file.done && (lagging == nullptr || file.last_time_ns() < lagging->last_time_ns())) {
+        lagging = &file;
+      }
+    }
+    return lagging;
+  }
+
+  RecordingInfo info_;
+  std::vector<File> files_;
+  std::optional<InputFile> manifest_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
+                                                    const OpenRecordingOptions& options) {
+  Result<RecordingLayout> layout = IsManifest(path) ? OpenManifest(path, options.pose_column)
+                                                    : OpenSelfDescribing(path, options.pose_column);
+  TRUETRIAD_RETURN_IF_ERROR(layout);
+  return RecordingSource::Create(std::move(*layout));
+}
+
+}  // namespace truetriad

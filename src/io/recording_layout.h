@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/csv_reader.h"
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// Where the time of a stream comes from.
+struct TimeColumn {
+  enum class Kind { kNone, kColumn, kRowNumber };
+
+  Kind kind = Kind::kNone;
+  std::size_t column = 0;
+  int power = 9;         ///< time_ns = value * 10^power / rate.
+  double rate_hz = 1.0;  ///< Other than 1 only for a column of sample numbers, or row numbers.
+};
+
+/// Which columns of a file hold one triad.
+struct StreamLayout {
+  StreamInfo info;
+  TimeColumn time;
+  std::array<std::size_t, 3> axes{};
+  std::optional<std::size_t> temperature;
+  TemperatureUnit temperature_unit;
+  std::optional<std::size_t> pose;
+};
+
+/// One file and the streams that it holds; their columns are mapped.
+struct FileLayout {
+  std::unique_ptr<CsvReader> csv;
+  std::vector<StreamLayout> streams;
+};
+
+/// A recording, opened, before any row is read.
+struct RecordingLayout {
+  RecordingInfo info;
+  std::vector<FileLayout> files;
+  std::optional<InputFile> manifest;
+};
+
+/// True when `path` names a YAML file, so a manifest.
+bool IsManifest(const std::string& path);
+
+/// Opens a CSV that names quantity, axis and unit in its header. interface.md "Recordings".
+Result<RecordingLayout> OpenSelfDescribing(const std::string& path, const std::string& pose_column);
+
+/// Opens a manifest and the files it names. formats.md §1.
+Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column);
+
+/// True for a face of the six-face block: +x, -x, +y, -y, +z, -z.
+bool IsFace(std::string_view text);
+
+/// A column of a self-describing header: "accel_x[m/s^2]" → name "accel_x", unit "m/s^2".
+struct HeaderColumn {
+  std::string name;
+  std::string unit;  ///< Empty when not stated.
+};
+HeaderColumn ParseHeaderColumn(const std::string& field);
+
+/// Reads the columns of a self-describing header one by one, each at most once.
+class HeaderColumns {
+ public:
+  /// Error: duplicate names.
+  static Result<HeaderColumns> Of(const CsvReader& csv);
+
+  /// The position of the column called `name`, if there is one; it counts as known from then on.
+  std::optional<std::size_t> Take(const std::string& name);
+  /// The unit of a column. Error when there is none: says how to state it, as in `name[example]`.
+  Result<std::string> UnitOf(std::size_t column, std::string_view example) const;
+  /// The unit of several columns, which must be the same.
+  Result<std::string> CommonUnitOf(const std::vector<std::size_t>& columns,
+                                   std::string_view example) const;
+  /// "file:line: column `accel_x`: " + message.
+  Error Fail(std::size_t column, const std::string& message) const;
+  /// Error when a column was never taken; lists the names that were asked for.
+  Status RejectUnknown() const;
+
+  /// The three axes `prefix`_x, _y, _z and their unit; nullopt without any. Error: some missing, or
+  /// not one and the same unit of `triad`.
+  struct Axes {
+    std::array<std::size_t, 3> columns{};
+    Unit unit;
+  };
+  Result<std::optional<Axes>> TakeAxes(Triad triad, const std::string& prefix);
+
+ private:
+  std::string place_;  ///< "file:line: "
+  std::vector<HeaderColumn> columns_;
+  std::vector<bool> taken_;
+  std::vector<std::string> asked_;
+};
+
+/// The time column of a self-describing header; kNone without. The unit is s, ms, us or ns.
+Result<TimeColumn> TakeTime(HeaderColumns* header);
+
+/// The temperature column and its unit.
+struct TemperatureColumn {
+  std::size_t column = 0;
+  TemperatureUnit unit;
+};
+Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header);
+
+/// 10^power ns make one `unit`; nullopt when it is none of s, ms, us, ns.
+std::optional<int> TimePower(std::string_view unit);
+
+}  // namespace truetriad

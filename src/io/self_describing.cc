@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "io/recording_layout.h"
+
+namespace truetriad {
+namespace {
+
+/// A unit to show people who forgot theirs.
+std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
+
+}  // namespace
+
+HeaderColumn ParseHeaderColumn(const std::string& field) {
+  const std::size_t open = field.find('[');
+  if (open == std::string::npos || field.back() != ']') return {field, ""};
+  const std::size_t name_end = field.find_last_not_of(" \t", open == 0 ? 0 : open - 1) + 1;
+  return {field.substr(0, std::min(open, name_end)),
+          field.substr(open + 1, field.size() - open - 2)};
+}
+
+std::optional<int> TimePower(std::string_view unit) {
+  const std::optional<double> nanoseconds = NanosecondsPer(unit);
+  if (!nanoseconds) return std::nullopt;
+  return static_cast<int>(std::lround(std::log10(*nanoseconds)));
+}
+
+Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
+  HeaderColumns header;
+  header.place_ = csv.path() + ":" + std::to_string(csv.header_line()) + ": ";
+  if (csv.header().empty()) {
+    return BadInputError(csv.path() +
+                         ": has no header; the first line must name the columns with their units, "
+                         "like `time[s],accel_x[m/s^2],…`, or a manifest recording.yaml say them");
+  }
+  for (const std::string& field : csv.header()) {
+    HeaderColumn column = ParseHeaderColumn(field);
+    for (const HeaderColumn& other : header.columns_) {
+      if (other.name == column.name) {
+        return BadInputError(header.place_ + "column `" + column.name + "` is there twice");
+      }
+    }
+    header.columns_.push_back(std::move(column));
+  }
+  header.taken_.resize(header.columns_.size());
+  return header;
+}
+
+std::optional<std::size_t> HeaderColumns::Take(const std::string& name) {
+  asked_.push_back(name);
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    if (columns_[column].name == name) {
+      taken_[column] = true;
+      return column;
+    }
+  }
+  return std::nullopt;
+}
+
+Error HeaderColumns::Fail(std::size_t column, const std::string& message) const {
+  return BadInputError(place_ + "column `" + columns_[column].name + "`: " + message);
+}
+
+Result<std::string> HeaderColumns::UnitOf(std::size_t column, std::string_view example) const {
+  const HeaderColumn& stated = columns_[column];
+  if (stated.unit.empty()) {
+    return Fail(column,
+                "has no unit; state it in the header, like `" + stated.name + "[" +
+                    std::string(example) + "]`");
+  }
+  return stated.unit;
+}
+
+Result<std::string> HeaderColumns::CommonUnitOf(const std::vector<std::size_t>& columns,
+                                                std::string_view example) const {
+  Result<std::string> common = UnitOf(columns.front(), example);
+  for (const std::size_t column : columns) {
+    const Result<std::string> unit = UnitOf(column, example);
+    TRUETRIAD_RETURN_IF_ERROR(unit);
+    if (*unit != *common) {
+      return Fail(column,
+                  "is in " + *unit + ", but `" + columns_[columns.front()].name + "` is in " +
+                      *common + "; one sensor has one unit");
+    }
+  }
+  return common;
+}
+
+Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
+                                                                   const std::string& prefix) {
+  std::vector<std::size_t> found;
+  std::string missing;
+  for (const char* axis : {"_x", "_y", "_z"}) {
+    if (const std::optional<std::size_t> column = Take(prefix + axis)) {
+      found.push_back(*column);
+    } else {
+      missing = prefix + axis;
+    }
+  }
+  if (found.empty()) return std::optional<Axes>();
+  if (!missing.empty()) {
+    return Fail(found.front(), "is there, but `" + missing + "` is not; all three axes are needed");
+  }
+  const Result<std::string> name = CommonUnitOf(found, ExampleUnit(triad));
+  TRUETRIAD_RETURN_IF_ERROR(name);
+  const Result<Unit> unit = ParseTriadUnit(triad, *name);
+  if (!unit) return Fail(found.front(), unit.error().message);
+  return std::optional<Axes>({{found[0], found[1], found[2]}, *unit});
+}
+
+Status HeaderColumns::RejectUnknown() const {
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    if (taken_[column]) continue;
+    std::string known;
+    for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
+    return Fail(column,
+                "is not known here; the known ones are " + known +
+                    " (each with its unit). A manifest recording.yaml can map other names");
+  }
+  return {};
+}
+
+Result<TimeColumn> TakeTime(HeaderColumns* header) {
+  const std::optional<std::size_t> column = header->Take("time");
+  if (!column) return TimeColumn{};
+  const Result<std::string> unit = header->UnitOf(*column, "s");
+  TRUETRIAD_RETURN_IF_ERROR(unit);
+  const std::optional<int> power = TimePower(*unit);
+  if (!power) {
+    return header->Fail(*column, "`" + *unit + "` is not a unit of time; expected s, ms, us or ns");
+  }
+  return TimeColumn{TimeColumn::Kind::kColumn, *column, *power, 1.0};
+}
+
+Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header) {
+  const std::optional<std::size_t> column = header->Take("temperature");
+  if (!column) return std::optional<TemperatureColumn>();
+  const Result<std::string> name = header->UnitOf(*column, "degC");
+  TRUETRIAD_RETURN_IF_ERROR(name);
+  const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(*name);
+  if (!unit) {
+    return header->Fail(*column,
+                        "`" + *name + "` is not a unit of temperature; expected degC or K");
+  }
+  return std::optional<TemperatureColumn>({*column, *unit});
+}
+
+Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
+                                           const std::string& pose_column) {
+  Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, {});
+  TRUETRIAD_RETURN_IF_ERROR(csv);
+  Result<HeaderColumns> header = HeaderColumns::Of(**csv);
+  TRUETRIAD_RETURN_IF_ERROR(header);
+
+  StreamLayout common;
+  const Result<TimeColumn> time = TakeTime(&*header);
+  TRUETRIAD_RETURN_IF_ERROR(time);
+  common.time = *time;
+  const Result<std::optional<TemperatureColumn>> temperature = TakeTemperature(&*header);
+  TRUETRIAD_RETURN_IF_ERROR(temperature);
+  if (*temperature) {
+    common.temperature = (*temperature)->column;
+    common.temperature_unit = (*temperature)->unit;
+  }
+  const std::string pose = pose_column.empty() ? "pose" : pose_column;
+  common.pose = header->Take(pose);
+  if (!common.pose && !pose_column.empty()) {
+    return BadInputError(path + ": has no column `" + pose_column + "` that numbers the poses");
+  }
+  common.info.file = path;
+  common.info.has_temperature = common.temperature.has_value();
+  common.info.has_pose_column = common.pose.has_value();
+
+  RecordingLayout layout;
+  layout.info.path = path;
+  layout.info.has_time = common.time.kind != TimeColumn::Kind::kNone;
+  FileLayout file;
+  for (const Triad triad : kTriads) {
+    const Result<std::optional<HeaderColumns::Axes>> axes =
+        header->TakeAxes(triad, std::string(TriadPrefix(triad)));
+    TRUETRIAD_RETURN_IF_ERROR(axes);
+    if (!*axes) continue;
+    StreamLayout stream = common;
+    stream.info.triad = triad;
+    stream.info.unit = (*axes)->unit;
+    stream.axes = (*axes)->columns;
+    layout.info.streams.push_back(stream.info);
+    file.streams.push_back(std::move(stream));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(header->RejectUnknown());
+  if (file.streams.empty()) {
+    return BadInputError(
+        path +
+        ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
+        "mag_…, each with its unit");
+  }
+  file.csv = std::move(*csv);
+  layout.files.push_back(std::move(file));
+  return layout;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/text_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <nettle/sha2.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+namespace truetriad {
+namespace {
+
+/// Bytes read at a time: small enough to be still in the second-level cache when they are parsed
+/// after hashing, large enough to make system calls rare.
+constexpr std::size_t kChunkBytes = 256U << 10;
+/// No log has longer lines; without a bound a binary file without '\n' would fill the memory.
+constexpr std::size_t kMaxLineBytes = 4U << 20;
+
+struct Magic {
+  std::string_view bytes;
+  std::string_view format;
+};
+
+using std::string_view_literals::operator""sv;
+
+/// First bytes of formats that people have at hand and may give by mistake.
+constexpr std::array<Magic, 17> kForeignFormats = {{
+    {"ULog\x01\x12\x35"sv, "a PX4 ULog file"},
+    {"\xA3\x95"sv, "an ArduPilot DataFlash log"},
+    {"#ROSBAG V"sv, "a ROS 1 bag"},
+    {"SQLite format 3\0"sv, "an SQLite file (a ROS 2 bag?)"},
+    {"\x89MCAP"sv, "an MCAP file"},
+    {"\x89HDF"sv, "an HDF5 file (or MATLAB v7.3)"},
+    {"MATLAB 5.0 MAT-file"sv, "a MATLAB .mat file"},
+    {"H Product:Blackbox"sv, "a Betaflight blackbox log"},
+    {"PAR1"sv, "a Parquet file"},
+    {"PK\x03\x04"sv, "a zip archive (or a spreadsheet)"},
+    {"BZh"sv, "a bzip2 file"},
+    {"\xFD\x37zXZ"sv, "an xz file"},
+    {"\x28\xB5\x2F\xFD"sv, "a zstd file"},
+    {"\xFF\xFE"sv, "UTF-16 text; save it as UTF-8"},
+    {"\xFE\xFF"sv, "UTF-16 text; save it as UTF-8"},
+    {"{"sv, "a JSON file"},
+    {"["sv, "a JSON file"},
+}};
+
+class Hasher {
+ public:
+  Hasher() { sha256_init(&context_); }
+  void Update(std::string_view bytes) {
+    sha256_update(&context_, bytes.size(), reinterpret_cast<const std::uint8_t*>(bytes.data()));
+  }
+  std::string Finish() {
+    std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
+    sha256_digest(&context_, digest.size(), digest.data());
+    constexpr std::string_view kHex = "0123456789abcdef";
+    std::string hex;
+    for (const std::uint8_t byte : digest) hex += {kHex[byte >> 4U], kHex[byte & 15U]};
+    return hex;
+  }
+
+ private:
+  sha256_ctx context_;
+};
+
+}  // namespace
+
+/// The file's bytes as stored, hashed as they are read.
+class TextFile::Bytes {
+ public:
+  Bytes(int descriptor, std::int64_t size) : descriptor_(descriptor), size_(size) {}
+  ~Bytes() { close(descriptor_); }
+  Bytes(const Bytes&) = delete;
+  Bytes& operator=(const Bytes&) = delete;
+
+  /// Reads up to `capacity` bytes; 0 at the end, -1 with errno on failure.
+  ssize_t Read(char* data, std::size_t capacity) {
+    ssize_t count = 0;
+    do {
+      count = read(descriptor_, data, capacity);
+    } while (count < 0 && errno == EINTR);
+    if (count > 0) {
+      hash_.Update({data, static_cast<std::size_t>(count)});
+      read_ += count;
+    } else if (count == 0 && digest_.empty()) {
+      digest_ = hash_.Finish();
+    }
+    return count;
+  }
+
+  double progress() const {
+    return size_ > 0 ? std::min(1.0, static_cast<double>(read_) / static_cast<double>(size_)) : 1.0;
+  }
+  const std::string& digest() const { return digest_; }
+
+ private:
+  int descriptor_;
+  std::int64_t size_;
+  std::int64_t read_ = 0;
+  Hasher hash_;
+  std::string digest_;
+};
+
+/// Streaming gzip decompression; a file of several gzip members is their texts one after another.
+class TextFile::Inflater {
+ public:
+  explicit Inflater(std::string_view first_bytes)
+      : input_(std::max(kChunkBytes, first_bytes.size())) {
+    std::copy(first_bytes.begin(), first_bytes.end(), input_.begin());
+    stream_.next_in = Input();
+    stream_.avail_in = static_cast<unsigned>(first_bytes.size());
+    constexpr int kGzipWithLargestWindow = 15 + 16;
+    ready_ = inflateInit2(&stream_, kGzipWithLargestWindow) == Z_OK;
+  }
+  ~Inflater() { inflateEnd(&stream_); }
+  Inflater(const Inflater&) = delete;
+  Inflater& operator=(const Inflater&) = delete;
+
+  /// Fills `data` from `bytes`; fewer than `capacity` only at the end.
+  Result<std::size_t> Read(Bytes* bytes, char* data, std::size_t capacity) {
+    if (!ready_) return BadInputError("cannot be decompressed: no memory for zlib");
+    stream_.next_out = reinterpret_cast<Bytef*>(data);
+    stream_.avail_out = static_cast<unsigned>(capacity);
+    while (stream_.avail_out > 0) {
+      if (stream_.avail_in == 0) {
+        const ssize_t count = bytes->Read(input_.data(), input_.size());
+        if (count < 0) return BadInputError(std::string("cannot be read: ") + std::strerror(errno));
+        if (count == 0) {
+          if (!between_members_) {
+            return BadInputError(
+                "is a gzip file that ends early: it was not copied or closed completely");
+          }
+          break;
+        }
+        stream_.next_in = Input();
+        stream_.avail_in = static_cast<unsigned>(count);
+      }
+      if (between_members_) inflateReset(&stream_);
+      const int status = inflate(&stream_, Z_NO_FLUSH);
+      if (status != Z_OK && status != Z_STREAM_END) {
+        return BadInputError(std::string("is a damaged gzip file: ") +
+                             (stream_.msg != nullptr ? stream_.msg : zError(status)));
+      }
+      between_members_ = status == Z_STREAM_END;
+    }
+    return capacity - stream_.avail_out;
+  }
+
+ private:
+  Bytef* Input() { return reinterpret_cast<Bytef*>(input_.data()); }
+
+  std::vector<char> input_;
+  z_stream stream_{};
+  bool ready_ = false;
+  bool between_members_ = false;
+};
+
+Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return BadInputError(path + ": cannot be opened: " + std::strerror(errno));
+  struct stat about {};
+  const bool known = fstat(descriptor, &about) == 0;
+  auto bytes = std::make_unique<Bytes>(descriptor, known ? about.st_size : 0);
+  if (known && S_ISDIR(about.st_mode)) {
+    return BadInputError(path + ": is a folder; give a CSV file or a recording.yaml in it");
+  }
+  if (!known || !S_ISREG(about.st_mode)) {
+    return BadInputError(path + ": is not a regular file; write the log to a file first");
+  }
+  posix_fadvise(descriptor, 0, 0, POSIX_FADV_SEQUENTIAL);  // A hint; its failure does no harm.
+  std::unique_ptr<TextFile> file(new TextFile(path, std::move(bytes)));
+  TRUETRIAD_RETURN_IF_ERROR(file->RecogniseContent());
+  return file;
+}
+
+TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes)
+    : path_(std::move(path)), bytes_(std::move(bytes)), buffer_(2 * kChunkBytes, '\0') {}
+
+TextFile::~TextFile() = default;
+
+Status TextFile::RecogniseContent() {
+  TRUETRIAD_RETURN_IF_ERROR(Fill());
+  constexpr std::string_view kGzip = "\x1F\x8B";
+  if (std::string_view(buffer_.data(), filled_).starts_with(kGzip)) {
+    inflater_ = std::make_unique<Inflater>(std::string_view(buffer_.data(), filled_));
+    filled_ = 0;
+    at_end_ = false;
+    TRUETRIAD_RETURN_IF_ERROR(Fill());
+  }
+  const std::string_view start(buffer_.data(), filled_);
+  if (start.empty()) return BadInputError(path_ + ": is empty; a log with a header is expected");
+  for (const Magic& magic : kForeignFormats) {
+    if (start.starts_with(magic.bytes)) {
+      return BadInputError(path_ + ": is " + std::string(magic.format) +
+                           ", not CSV; convert it to CSV first");
+    }
+  }
+  constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.
+  if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
+    return BadInputError(path_ + ": is a binary file; CSV text is expected");
+  }
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (start.starts_with(kByteOrderMark)) handed_over_ = kByteOrderMark.size();
+  return {};
+}
+
+Status TextFile::Fill() {
+  const std::size_t wanted = std::min(buffer_.size() - filled_, kChunkBytes);
+  std::size_t count = 0;
+  if (inflater_ != nullptr) {
+    const Result<std::size_t> inflated =
+        inflater_->Read(bytes_.get(), buffer_.data() + filled_, wanted);
+    if (!inflated) return BadInputError(path_ + ": " + inflated.error().message);
+    count = *inflated;
+  } else {
+    const ssize_t read = bytes_->Read(buffer_.data() + filled_, wanted);
+    if (read < 0) return BadInputError(path_ + ": cannot be read: " + std::strerror(errno));
+    count = static_cast<std::size_t>(read);
+  }
+  filled_ += count;
+  at_end_ = count == 0;
+  return {};
+}
+
+Result<std::string_view> TextFile::Next() {
+  // What follows the last whole line moves to the front.
+  std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(handed_over_),
+            buffer_.begin() + static_cast<std::ptrdiff_t>(filled_),
+            buffer_.begin());
+  filled_ -= handed_over_;
+  handed_over_ = 0;
+  std::size_t searched = 0;
+  for (;;) {
+    const std::string_view fresh(buffer_.data() + searched, filled_ - searched);
+    const std::size_t newline = fresh.rfind('\n');
+    if (newline != std::string_view::npos) {
+      handed_over_ = searched + newline + 1;
+      break;
+    }
+    if (at_end_) {
+      if (filled_ == 0) break;
+      ended_mid_line_ = true;
+      buffer_.resize(std::max(buffer_.size(), filled_ + 1));
+      buffer_[filled_++] = '\n';
+      handed_over_ = filled_;
+      break;
+    }
+    searched = filled_;
+    if (filled_ > kMaxLineBytes) {
+      return BadInputError(path_ + ": has a line of more than " + std::to_string(kMaxLineBytes) +
+                           " bytes; is it a text log?");
+    }
+    if (buffer_.size() - filled_ < kChunkBytes) buffer_.resize(filled_ + 2 * kChunkBytes);
+    TRUETRIAD_RETURN_IF_ERROR(Fill());
+  }
+  return std::string_view(buffer_.data(), handed_over_);
+}
+
+double TextFile::progress() const { return bytes_->progress(); }
+
+std::string TextFile::Sha256() const { return bytes_->digest(); }
+
+std::string Sha256Hex(std::string_view bytes) {
+  Hasher hash;
+  hash.Update(bytes);
+  return hash.Finish();
+}
+
+}  // namespace truetriad

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// A text file, plain or gzip (known by its first bytes, not its name), read once from front to
+/// back in runs of whole lines, and hashed on the way while the bytes are in the cache.
+///
+/// Memory does not depend on the file's length. The bytes are read, not mapped: a log that another
+/// program cuts short meanwhile is then an error and not a signal, and pages do not pile up.
+class TextFile {
+ public:
+  /// Error: missing, unreadable, a folder or device, empty, or (named where known) a binary format.
+  static Result<std::unique_ptr<TextFile>> Open(const std::string& path);
+  ~TextFile();
+  TextFile(const TextFile&) = delete;
+  TextFile& operator=(const TextFile&) = delete;
+
+  /// The next lines, each with its '\n' (added when the file's last line lacks it); empty at the
+  /// end. A byte-order mark is left out. Valid until the next call.
+  /// Error: damaged or truncated gzip, read failure, an endless line.
+  Result<std::string_view> Next();
+
+  /// True once the last lines were handed over and the file did not end with '\n'.
+  bool ended_mid_line() const { return ended_mid_line_; }
+
+  /// Share of the file's bytes already read, 0…1.
+  double progress() const;
+
+  /// SHA-256 of the file's bytes (as stored, so of the compressed ones of a gzip), lower-case hex;
+  /// complete once Next has returned nothing.
+  std::string Sha256() const;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  class Bytes;
+  class Inflater;
+
+  TextFile(std::string path, std::unique_ptr<Bytes> bytes);
+  Status RecogniseContent();
+  /// Appends to the buffer what fits; sets at_end_ when there is no more.
+  Status Fill();
+
+  std::string path_;
+  std::unique_ptr<Bytes> bytes_;
+  std::unique_ptr<Inflater> inflater_;  ///< Null for plain text.
+  std::string buffer_;
+  std::size_t handed_over_ = 0;  ///< Bytes of the buffer that the last Next returned.
+  std::size_t filled_ = 0;       ///< Bytes of the buffer that hold text.
+  bool at_end_ = false;
+  bool ended_mid_line_ = false;
+};
+
+/// SHA-256 of `bytes`, lower-case hex.
+std::string Sha256Hex(std::string_view bytes);
+
+}  // namespace truetriad
