@@ -82,6 +82,17 @@ class Panel {
     svg_.Text(kLeft, middle_ - half_height_ - 6.0, title, "start title");
   }
 
+  /// Ticks under the panel: every so many poses, a dozen at most.
+  void DrawPoseNumbers(int last_pose) {
+    const double y = middle_ + half_height_;
+    const int step = std::max(1, static_cast<int>(TickStep((last_pose - first_ + 1) / 2.5)));
+    for (int pose = (first_ + step - 1) / step * step; pose <= last_pose; pose += step) {
+      svg_.Line(X(pose), y, X(pose), y + 4.0, "zero");
+      svg_.Text(X(pose), y + 17.0, std::to_string(pose), "middle");
+    }
+    svg_.Text(kLeft - 6.0, y + 17.0, "pose", "end");
+  }
+
   void DrawBand(double half_width) {
     svg_.Rectangle(kLeft, Y(half_width), kWidth, Y(-half_width) - Y(half_width), "band");
   }
@@ -199,7 +210,7 @@ std::string ResidualChart(const Quality& quality, Triad triad, double sigma) {
   const auto range_for = [](double largest) { return largest > 0.0 ? 1.1 * largest : 1.0; };
   if (!before.empty()) {
     Panel panel(svg, top, kBeforeHeight, first, last, range_for(LargestOf(before)));
-    panel.DrawAxis("before [" + unit + "]");
+    panel.DrawAxis(TriadTitle(triad) + ", before calibration [" + unit + "]");
     panel.DrawPoints(Thinned(before), "before");
     top += kBeforeHeight + kTitle + 8.0;
   }
@@ -207,13 +218,10 @@ std::string ResidualChart(const Quality& quality, Triad triad, double sigma) {
   const double largest = std::max(LargestOf(after.empty() ? rejected : after), 2.2 * sigma);
   Panel panel(svg, top, kAfterHeight, first, last, range_for(largest));
   if (sigma > 0.0) panel.DrawBand(2.0 * sigma);
-  panel.DrawAxis("after [" + unit + "]");
+  panel.DrawAxis(TriadTitle(triad) + ", after calibration [" + unit + "]");
   panel.DrawPoints(Thinned(after), "after");
   panel.DrawCrosses(Thinned(rejected));
-  const double bottom = top + kAfterHeight + 16.0;
-  svg.Text(panel.X(first), bottom, std::to_string(first), "middle");
-  if (last > first) svg.Text(panel.X(last), bottom, std::to_string(last), "middle");
-  svg.Text(Panel::kLeft + Panel::kWidth / 2.0, bottom, "pose", "middle");
+  panel.DrawPoseNumbers(last);
   return svg.Finish();
 }
 

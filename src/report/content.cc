@@ -278,15 +278,17 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad) {
 std::string IntervalSentence(double dof) {
   if (!(dof > 0.0)) return "The ± are one standard deviation (σ).";
   const double factor = dof < kManyDof ? StudentQuantile(0.975, dof) : NormalQuantile(0.975);
-  std::string text = "The ± are one standard deviation (σ); for 95 % multiply by " +
-                     Significant(factor, 3) + " (Student's t with " +
-                     (dof < kManyDof ? Significant(dof, 3) : "very many") +
-                     " effective degrees of freedom).";
-  if (dof < kFewDof) {
-    text += " CAUTION: with so few degrees of freedom the σ themselves are known to about " +
-            Percent(1.0 / std::sqrt(2.0 * dof)) + " only; take more poses.";
-  }
-  return text;
+  return "The ± are one standard deviation (σ); for 95 % multiply by " + Significant(factor, 3) +
+         " (Student's t with " + (dof < kManyDof ? Significant(dof, 3) : "very many") +
+         " effective degrees of freedom).";
+}
+
+/// A caution where the σ themselves are hardly known, or empty.
+std::string FewDofSentence(double dof) {
+  if (!(dof > 0.0) || dof >= kFewDof) return "";
+  return "CAUTION: only " + Significant(dof, 2) +
+         " degrees of freedom stand behind the σ, which are themselves known to about " +
+         Percent(1.0 / std::sqrt(2.0 * dof)) + "; take more poses.";
 }
 
 Table ReferenceTable(const Calibration& calibration, const Propagation& propagation) {
@@ -395,6 +397,13 @@ Section LimitsSection(const Calibration& calibration) {
                           check.pass ? "pass" : "FAIL"});
   }
   section.blocks.emplace_back(std::move(table));
+  if (std::any_of(limits.begin(), limits.end(), [](const LimitCheck& check) {
+        return !check.pass && std::abs(check.worst) <= check.limit;
+      })) {
+    section.blocks.emplace_back(
+        std::string("A guard band was asked for: a value passes only when it is inside its limit "
+                    "by a multiple of its σ."));
+  }
   return section;
 }
 
@@ -410,7 +419,11 @@ Section ParametersSection(const Calibration& calibration) {
   Section section{SectionKind::kParameters, "Parameters and predicted uncertainty", {}};
   if (!calibration.IsUsable()) return section;
   const Propagation propagation(calibration.covariance);
-  section.blocks.emplace_back(IntervalSentence(calibration.quality.effective_dof));
+  const double dof = calibration.quality.effective_dof;
+  section.blocks.emplace_back(IntervalSentence(dof));
+  if (std::string caution = FewDofSentence(dof); !caution.empty()) {
+    section.blocks.emplace_back(Bullet{std::move(caution)});
+  }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
@@ -525,7 +538,7 @@ Section CoverageSection(const Quality& quality) {
     const Eigen::Vector3d& spread = coverage.eigenvalues;
     table.rows.push_back(
         {TriadTitle(coverage.triad),
-         Fixed(spread(0), 3) + "  " + Fixed(spread(1), 3) + "  " + Fixed(spread(2), 3),
+         Fixed(spread(0), 3) + " · " + Fixed(spread(1), 3) + " · " + Fixed(spread(2), 3),
          Fixed(coverage.largest_gap_deg, 0) + " deg",
          spread(0) < 0.05   ? "nearly in one plane"
          : spread(0) < 0.15 ? "uneven"
@@ -534,8 +547,16 @@ Section CoverageSection(const Quality& quality) {
   section.blocks.emplace_back(std::move(table));
   section.blocks.emplace_back(std::string(
       "Spread: eigenvalues of the mean of u uᵀ over the pose directions u, 0.333 each "
-      "when even. Gap: radius of the largest cap without a direction or its opposite."));
+      "when even. Gap: radius of the largest cap of the sphere that holds no direction."));
   return section;
+}
+
+std::string FailedLimits(const Quality& quality) {
+  std::string names;
+  for (const LimitCheck& check : quality.limits) {
+    if (!check.pass) names += (names.empty() ? "" : ", ") + check.name;
+  }
+  return names.empty() ? "see the limits" : names;
 }
 
 }  // namespace
@@ -554,7 +575,8 @@ Verdict VerdictOf(const Calibration& calibration) {
       }
       return {Grade::kCaution,
               "USABLE, OUTSIDE LIMITS",
-              "Converged and every parameter is determined, but a limit is exceeded."};
+              "Converged and every parameter is determined, but not within limits: " +
+                  FailedLimits(calibration.quality) + "."};
     case Outcome::kNotObservable:
       return {Grade::kBad,
               "NOT USABLE: not observable",

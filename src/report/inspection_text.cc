@@ -32,7 +32,7 @@ struct Directions {
   std::vector<Eigen::Vector3d> unit;
   int distinct = 0;
   Eigen::Vector3d spread = Eigen::Vector3d::Zero();  ///< Ascending, sum 1.
-  double largest_gap_deg = 90.0;
+  double largest_gap_deg = 180.0;
 };
 
 int CountDistinct(const std::vector<Eigen::Vector3d>& unit) {
@@ -46,21 +46,21 @@ int CountDistinct(const std::vector<Eigen::Vector3d>& unit) {
   return static_cast<int>(found.size());
 }
 
-/// Radius of the largest cap without any ±u, on a Fibonacci grid of the upper half sphere with a
-/// spacing of about 3 degrees.
+/// Radius of the largest cap without any u, on a Fibonacci grid with a spacing of about 4 degrees.
+/// Opposite directions do not stand in for each other: only both together show the bias.
 double LargestGapDeg(const std::vector<Eigen::Vector3d>& unit) {
   constexpr int kGrid = 2000;
   double least = 1.0;
   for (int i = 0; i < kGrid; ++i) {
-    const double z = (i + 0.5) / kGrid;
+    const double z = 1.0 - (2.0 * i + 1.0) / kGrid;
     const double r = std::sqrt(1.0 - z * z);
     const double longitude = 2.0 * std::numbers::pi * i / std::numbers::phi;
     const Eigen::Vector3d point(r * std::cos(longitude), r * std::sin(longitude), z);
-    double nearest = 0.0;
-    for (const Eigen::Vector3d& u : unit) nearest = std::max(nearest, std::abs(u.dot(point)));
+    double nearest = -1.0;
+    for (const Eigen::Vector3d& u : unit) nearest = std::max(nearest, u.dot(point));
     least = std::min(least, nearest);
   }
-  return std::acos(std::min(least, 1.0)) * kDegPerRad;
+  return std::acos(std::clamp(least, -1.0, 1.0)) * kDegPerRad;
 }
 
 Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
@@ -140,7 +140,21 @@ std::string StreamsText(const PoseSet& poses) {
              "means (1 = white).");
 }
 
+/// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
+/// that its columns line up.
+int MeanDecimals(const PoseSet& poses, Triad triad) {
+  double largest = 0.0;
+  for (const StaticPose& pose : poses.poses) {
+    if (pose.triads[triad]) {
+      largest = std::max(largest, pose.triads[triad]->mean_raw.cwiseAbs().maxCoeff());
+    }
+  }
+  if (!(largest > 0.0) || !std::isfinite(largest)) return 3;
+  return std::clamp(5 - static_cast<int>(std::floor(std::log10(largest))), 0, 12);
+}
+
 std::string PosesText(const PoseSet& poses, Triad triad) {
+  const int decimals = MeanDecimals(poses, triad);
   Table table{{"pose", "start [s]", "lasts [s]", "samples", "mean x", "y", "z", "σ of mean", "°C"},
               "rrrrrrrrr",
               {}};
@@ -152,9 +166,9 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
          poses.has_time ? Fixed(static_cast<double>(pose.start_ns) * 1e-9, 1) : "–",
          poses.has_time ? Fixed(pose.duration_s(), 1) : "–",
          std::to_string(reading.samples),
-         Significant(reading.mean_raw.x(), 6),
-         Significant(reading.mean_raw.y(), 6),
-         Significant(reading.mean_raw.z(), 6),
+         Fixed(reading.mean_raw.x(), decimals),
+         Fixed(reading.mean_raw.y(), decimals),
+         Fixed(reading.mean_raw.z(), decimals),
          reading.has_covariance
              ? Significant(std::sqrt(reading.mean_covariance_raw.trace() / 3.0), 2)
              : "–",
@@ -212,7 +226,7 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
     coverage.rows.push_back({std::string(TriadName(triad)),
                              std::to_string(found.unit.size()),
                              std::to_string(found.distinct),
-                             Fixed(found.spread(0), 3) + "  " + Fixed(found.spread(1), 3) + "  " +
+                             Fixed(found.spread(0), 3) + " · " + Fixed(found.spread(1), 3) + " · " +
                                  Fixed(found.spread(2), 3),
                              Fixed(found.largest_gap_deg, 0) + " deg"});
     const std::string name(TriadName(triad));
@@ -237,7 +251,7 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
             Wrapped("Directions from the middle of the range of the readings, distinct when " +
                     Significant(kDistinctDeg, 2) +
                     " deg apart. Spread is 0.333 each when even; the gap is the radius of the "
-                    "largest cap without a direction or its opposite.");
+                    "largest cap of the sphere that holds no direction.");
   }
   return text + "\nIs it enough?\n" + TextOf(verdicts) +
          Wrapped("With attitudes unknown each direction gives one equation a sensor; " +
