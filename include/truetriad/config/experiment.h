@@ -21,23 +21,41 @@ struct PosesConfig {
   std::string file;         ///< Resolved against the experiment file.
 };
 
+/// `reference: {position: …}` of an experiment: where it took place.
+struct SitePosition {
+  double latitude_deg = 0.0;
+  double longitude_deg = 0.0;
+  double height_m = 0.0;  ///< Above the ellipsoid.
+  std::string date;       ///< "2026-01-31"; empty when not given.
+};
+
 /// One experiment YAML, resolved. interface.md "Experiment files".
 struct Experiment {
   std::string path;
   std::string input;             ///< Resolved against the experiment file; empty when not given.
   std::string serial;
   std::string model;
+  std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
   CalibrateOptions options;
   PosesConfig poses;
   std::string attitudes_file;    ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
-  PerTriad<bool> fixed_identity{};     ///< `fixed: {matrix: identity}`.
+  /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
+  /// the recording's unit.
+  PerTriad<bool> fixed_identity{};
   std::string forces_file;       ///< `initialise: {forces: …}`, resolved; empty when not given.
-  std::string resolved_yaml;     ///< The experiment with every default written out.
+  /// The experiment with every default written out and presets filled in; paths as they were
+  /// written. Reads back as an experiment with the same options.
+  std::string resolved_yaml;
 };
 
-/// Reads an experiment; `overrides` are `key.sub=value` pairs (the `--set` flag), applied before
-/// checking. Unknown and duplicate keys and wrong types are errors with file:line.
+/// Reads an experiment, or the one inside a calibration.yaml.
+///
+/// `overrides` are `key.sub=value` pairs (the `--set` flag), the value in YAML flow style; they take
+/// the place of what the file says before anything is checked. Paths are relative to the file, in
+/// overrides too. A sensor's `preset:` names a file of defaults for that sensor (configs/sensors).
+/// Errors (bad input), all of them at once: unknown and duplicate keys, wrong types and values out
+/// of range, with file:line or the override; what this version cannot do.
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 

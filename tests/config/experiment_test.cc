@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/config/experiment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr const char* kMinimal = "experiment: 1\nsensors: { accelerometer: {} }\n";
+
+const std::filesystem::path& ConfigFolder() {
+  static const std::filesystem::path folder =
+      std::filesystem::path(TRUETRIAD_SOURCE_DIR) / "configs";
+  return folder;
+}
+
+/// A folder of its own for each test, to write experiments in.
+class ExperimentConfig : public ::testing::Test {
+ protected:
+  ExperimentConfig() { std::filesystem::create_directories(folder_); }
+  ~ExperimentConfig() override { std::filesystem::remove_all(folder_); }
+
+  std::string Write(const std::string& text, const std::string& name = "experiment.yaml") const {
+    const std::string path = (folder_ / name).string();
+    EXPECT_TRUE(WriteFileAtomically(path, text));
+    return path;
+  }
+
+  Result<Experiment> Load(const std::string& text,
+                          const std::vector<std::string>& overrides = {}) const {
+    return ReadExperiment(Write(text), overrides);
+  }
+
+  /// The experiment, or a default one and a failed test.
+  Experiment LoadWell(const std::string& text,
+                      const std::vector<std::string>& overrides = {}) const {
+    Result<Experiment> experiment = Load(text, overrides);
+    EXPECT_TRUE(experiment) << experiment.error().message;
+    return experiment ? *experiment : Experiment();
+  }
+
+  std::string ErrorOf(const std::string& text,
+                      const std::vector<std::string>& overrides = {}) const {
+    const Result<Experiment> experiment = Load(text, overrides);
+    return experiment ? "no error" : experiment.error().message;
+  }
+
+  const std::filesystem::path folder_ =
+      std::filesystem::path(::testing::TempDir()) /
+      (std::string("experiment_") +
+       ::testing::UnitTest::GetInstance()->current_test_info()->name());
+};
+
+/// Everything that an experiment can say, nothing of it the default.
+constexpr const char* kEverything = R"(experiment: 1
+input: data/log.csv
+device: { serial: "007", model: "a: b" }
+reference:
+  gravity_mps2: { value: 9.81, sigma: 1e-4 }
+  position: { latitude_deg: -33.1, longitude_deg: 151.2, height_m: 58, date: 2026-01-31 }
+  field: { strength_ut: { value: 57.1, sigma: 0.3 }, dip_deg: -64.3, hemisphere: south }
+  temperature_degc: 20.5
+gauge: accel-z
+sensors:
+  accelerometer:
+    model: diagonal
+    sign: gravity
+    noise: { sigma: [0.1, 0.2, 0.3], excess: { sigma: 0.01 }, source: datasheet }
+    prior:
+      bias: [1, 2, 3]
+      bias_sigma: 0.5
+      sensitivity: [[1, 0, 0], [0, 2, 0], [0, 0, 3]]
+      sensitivity_sigma: [[0.1, .inf, .inf], [.inf, 0.1, .inf], [.inf, .inf, 0.1]]
+    fixed: { bias: [0.1, 0.2, 0.3] }
+  magnetometer:
+    model: bias
+    noise: { excess: none }
+    fixed: { matrix: identity }
+poses: { every: 100 }
+attitudes: { six_face: { tilt_sigma_deg: 0.7, seat_sigma_deg: 0 } }
+robust: { loss: none, scale: 2.5 }
+initialise: { method: six-position, only: true, forces: forces.csv }
+limits: { accelerometer.bias: 0.5, magnetometer.scale_error: 0.1, decision: { guard_band_k: 2 } }
+cross_validation: { folds: 0 }
+observable_sigma: 0.1
+)";
+
+TEST_F(ExperimentConfig, NeedsOnlyTheVersionAndTheSensors) {
+  const Experiment experiment = LoadWell(kMinimal);
+  const CalibrateOptions defaults;
+  EXPECT_TRUE(experiment.options.triads[Triad::kAccelerometer].enabled);
+  EXPECT_FALSE(experiment.options.triads[Triad::kMagnetometer].enabled);
+  EXPECT_EQ(experiment.options.reference.gravity_mps2.value, kStandardGravityMps2);
+  EXPECT_EQ(experiment.options.reference.gravity_mps2.sigma, 0.0);
+  EXPECT_FALSE(experiment.options.reference.field_ut.known());
+  EXPECT_EQ(experiment.options.gauge, defaults.gauge);
+  EXPECT_EQ(experiment.options.robust.scale, defaults.robust.scale);
+  EXPECT_EQ(experiment.options.observable_sigma, defaults.observable_sigma);
+  EXPECT_FALSE(experiment.poses.given);
+  EXPECT_THAT(experiment.input, IsEmpty());
+}
+
+TEST_F(ExperimentConfig, ReadsEveryKey) {
+  const Experiment experiment = LoadWell(kEverything);
+  const CalibrateOptions& options = experiment.options;
+  EXPECT_EQ(experiment.input, (folder_ / "data/log.csv").string());
+  EXPECT_EQ(experiment.forces_file, (folder_ / "forces.csv").string());
+  EXPECT_EQ(experiment.serial, "007");
+  EXPECT_EQ(experiment.model, "a: b");
+  EXPECT_EQ(options.reference.gravity_mps2.value, 9.81);
+  EXPECT_EQ(options.reference.gravity_mps2.sigma, 1e-4);
+  EXPECT_EQ(experiment.position->date, "2026-01-31");
+  EXPECT_EQ(options.reference.field_ut.value, 57.1);
+  EXPECT_EQ(options.reference.field_ut.sigma, 0.3);
+  EXPECT_DOUBLE_EQ(*options.reference.dip_rad.value, -64.3 * std::numbers::pi / 180.0);
+  EXPECT_FALSE(options.reference.northern_hemisphere);
+  EXPECT_EQ(options.gauge, Gauge::kAccelZ);
+  const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
+  EXPECT_EQ(accelerometer.model, MatrixModel::kDiagonal);
+  EXPECT_EQ(accelerometer.sign, AccelerometerSign::kGravity);
+  EXPECT_EQ(accelerometer.noise_sigma_raw, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_EQ(accelerometer.noise_source, NoiseSource::kDatasheet);
+  EXPECT_EQ(accelerometer.excess, ExcessNoise::kGiven);
+  EXPECT_EQ(accelerometer.excess_sigma, 0.01);
+  EXPECT_EQ(accelerometer.prior->bias_sigma, Eigen::Vector3d::Constant(0.5));
+  EXPECT_EQ(accelerometer.prior->sensitivity(1, 1), 2.0);
+  EXPECT_TRUE(std::isinf(accelerometer.prior->sensitivity_sigma(0, 1)));
+  EXPECT_EQ(accelerometer.fixed_bias, Eigen::Vector3d(0.1, 0.2, 0.3));
+  EXPECT_TRUE(experiment.fixed_identity[Triad::kMagnetometer]);
+  EXPECT_EQ(options.triads[Triad::kMagnetometer].excess, ExcessNoise::kNone);
+  EXPECT_EQ(experiment.poses.kind, PoseSelectionKind::kEveryN);
+  EXPECT_EQ(experiment.poses.every, 100);
+  EXPECT_EQ(options.attitudes.kind, AttitudeKind::kSixFace);
+  EXPECT_EQ(options.attitudes.tilt_sigma_deg, 0.7);
+  EXPECT_FALSE(options.robust.enabled);
+  EXPECT_EQ(options.initialise.method, InitialiseMethod::kSixPosition);
+  EXPECT_TRUE(options.initialise.only);
+  EXPECT_THAT(options.limits.limits, SizeIs(2));
+  EXPECT_EQ(options.limits.guard_band_k, 2.0);
+  EXPECT_EQ(options.cross_validation_folds, 0);
+}
+
+/// The text without the marks of defaults, which are gone once they are written out.
+std::string WithoutMarks(std::string text) {
+  const std::string mark = "  # default";
+  for (std::size_t at = 0; (at = text.find(mark)) != std::string::npos;)
+    text.erase(at, mark.size());
+  return text;
+}
+
+TEST_F(ExperimentConfig, ResolvesToAnExperimentWithTheSameOptions) {
+  for (const std::string& text :
+       {std::string(kMinimal),
+        std::string(kEverything),
+        std::string(kMinimal) + "reference: { position: { latitude_deg: 45, height_m: 0 } }\n",
+        std::string(kMinimal) + "attitudes: { file: a.csv, sigma_deg: 0.1 }\nposes: every_row\n",
+        std::string(kMinimal) + "poses: { column: 'a \"b\"' }\n",
+        std::string(kMinimal) + "poses: { file: poses.yaml }\n"}) {
+    const Experiment first = LoadWell(text);
+    const Experiment second = LoadWell(first.resolved_yaml);
+    EXPECT_EQ(second.resolved_yaml, WithoutMarks(first.resolved_yaml));
+    EXPECT_EQ(second.input, first.input);
+    EXPECT_EQ(second.options.gauge, first.options.gauge);
+    EXPECT_EQ(second.options.reference.gravity_mps2.value,
+              first.options.reference.gravity_mps2.value);
+    EXPECT_EQ(second.options.reference.gravity_mps2.sigma,
+              first.options.reference.gravity_mps2.sigma);
+    EXPECT_EQ(second.options.reference.dip_rad.value, first.options.reference.dip_rad.value);
+    EXPECT_EQ(second.attitudes_file, first.attitudes_file);
+    EXPECT_EQ(second.poses.given, first.poses.given);
+    EXPECT_EQ(second.poses.column, first.poses.column);
+    EXPECT_EQ(second.poses.file, first.poses.file);
+  }
+}
+
+TEST_F(ExperimentConfig, MarksDefaultsAndNothingElse) {
+  const std::string resolved = LoadWell(
+                                   "experiment: 1\nsensors: { magnetometer: {} }\n"
+                                   "robust: { scale: 3.0 }\n")
+                                   .resolved_yaml;
+  EXPECT_THAT(resolved, HasSubstr("  loss: huber  # default\n  scale: 3\n"));
+  EXPECT_THAT(resolved, HasSubstr("    model: full  # default\n"));
+}
+
+TEST_F(ExperimentConfig, LoadsBackFromACalibration) {
+  Calibration calibration;
+  calibration.config_yaml = LoadWell(kEverything).resolved_yaml;
+  const Experiment experiment = LoadWell(CalibrationToYaml(calibration));
+  EXPECT_EQ(experiment.resolved_yaml, WithoutMarks(calibration.config_yaml));
+}
+
+TEST_F(ExperimentConfig, TakesNormalGravityFromThePosition) {
+  // Check values of formats.md §4, given to 8 decimals.
+  for (const auto& [latitude_deg, height_m, expected_mps2] :
+       {std::tuple("45", "0", 9.80619777), std::tuple("52.5", "1000", 9.80982840)}) {
+    const Knowledge gravity =
+        LoadWell(std::string(kMinimal) + "reference: { position: { latitude_deg: " + latitude_deg +
+                 ", height_m: " + height_m + " } }\n")
+            .options.reference.gravity_mps2;
+    EXPECT_NEAR(*gravity.value, expected_mps2, 0.5e-8);
+    EXPECT_EQ(gravity.sigma, 5e-4);
+  }
+}
+
+TEST_F(ExperimentConfig, PrefersMeasuredGravityToThePosition) {
+  const std::string position = "position: { latitude_deg: 45, height_m: 0 }";
+  const Knowledge measured =
+      LoadWell(kMinimal + ("reference: { gravity_mps2: 9.8, " + position + " }\n"))
+          .options.reference.gravity_mps2;
+  EXPECT_EQ(measured.value, 9.8);
+  EXPECT_EQ(measured.sigma, 0.0);
+  const Knowledge stated_sigma =
+      LoadWell(kMinimal + ("reference: { gravity_mps2: { sigma: 1e-5 }, " + position + " }\n"))
+          .options.reference.gravity_mps2;
+  EXPECT_NEAR(*stated_sigma.value, 9.80619777, 0.5e-8);
+  EXPECT_EQ(stated_sigma.sigma, 1e-5);
+}
+
+TEST_F(ExperimentConfig, StatesTheResultInTheFixtureWhenAttitudesAreGiven) {
+  const std::string attitudes = "attitudes: { six_face: {} }\n";
+  EXPECT_EQ(LoadWell(kMinimal + attitudes).options.gauge, Gauge::kFixture);
+  EXPECT_EQ(LoadWell(kMinimal + attitudes + "gauge: symmetric\n").options.gauge, Gauge::kSymmetric);
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: fixture\n"), HasSubstr("needs attitudes"));
+}
+
+TEST_F(ExperimentConfig, RejectsUnknownKeyWithItsLine) {
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gage: accel-x\n"),
+              AllOf(HasSubstr("experiment.yaml:3: gage"), HasSubstr("gauge")));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    nois: {}\n"),
+              HasSubstr("experiment.yaml:4: sensors.accelerometer.nois"));
+  EXPECT_THAT(
+      ErrorOf(std::string(kMinimal) + "limits: { accelerometer.drift: 1 }\n"),
+      AllOf(HasSubstr("limits.accelerometer.drift"), HasSubstr("accelerometer.misalignment_rad")));
+}
+
+TEST_F(ExperimentConfig, RejectsDuplicateKeyWithItsLine) {
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: accel-x\ngauge: accel-z\n"),
+              HasSubstr("experiment.yaml:4: gauge"));
+}
+
+TEST_F(ExperimentConfig, RejectsWrongTypeAndRangeSayingWhatIsExpected) {
+  const auto error = [this](const std::string& line) { return ErrorOf(kMinimal + line); };
+  EXPECT_THAT(error("reference: { gravity_mps2: fast }\n"), HasSubstr("not a finite number"));
+  EXPECT_THAT(error("reference: { gravity_mps2: 9810 }\n"),
+              AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("`9810`"), HasSubstr("9.7 to 9.9")));
+  EXPECT_THAT(error("reference: { gravity_mps2: unknown }\n"), HasSubstr("`unknown`"));
+  EXPECT_THAT(error("reference: { field: { strength_ut: 0 } }\n"), HasSubstr("a positive number"));
+  EXPECT_THAT(error("reference: { field: { strength_ut: .inf } }\n"), Not(HasSubstr("no error")));
+  EXPECT_THAT(error("reference: { field: { dip_deg: 91 } }\n"), HasSubstr("-90 to 90"));
+  EXPECT_THAT(error("reference: { field: { dip_deg: { sigma: 1 } } }\n"),
+              HasSubstr("reference.field.dip_deg: has a sigma but no value"));
+  EXPECT_THAT(error("gauge: accel-y\n"), HasSubstr("accel-x, accel-z, symmetric, fixture"));
+  EXPECT_THAT(error("poses: { every: 0 }\n"), HasSubstr("at least 1 row"));
+  EXPECT_THAT(error("poses: { every: 10, column: pose }\n"), HasSubstr("one of detect"));
+  EXPECT_THAT(error("attitudes: {}\n"), HasSubstr("one of six_face, file"));
+  EXPECT_THAT(error("cross_validation: { folds: 1 }\n"), HasSubstr("at least 2"));
+  EXPECT_THAT(error("observable_sigma: 1\n"), HasSubstr("between 0 and 1"));
+  EXPECT_THAT(error("robust:\n"), HasSubstr(": robust: a map is expected"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { noise: { sigma: [1, 2] } } }\n"),
+              HasSubstr("three numbers"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { magnetometer: { sign: gravity } }\n"),
+              HasSubstr("sensors.magnetometer.sign"));
+}
+
+TEST_F(ExperimentConfig, ListsAllErrorsAtOnce) {
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: left\nrobust: { scale: -1 }\n"),
+              AllOf(HasSubstr(":3: gauge"), HasSubstr(":4: robust.scale")));
+}
+
+TEST_F(ExperimentConfig, RejectsHalfAPrior) {
+  EXPECT_THAT(
+      ErrorOf("experiment: 1\nsensors: { accelerometer: { prior: { bias: [0, 0, 0] } } }\n"),
+      HasSubstr("bias_sigma belong together"));
+}
+
+TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
+  EXPECT_THAT(ErrorOf("experiment: 1\n"), HasSubstr("sensors: is missing; list what"));
+  EXPECT_THAT(ErrorOf("sensors: { accelerometer: {} }\n"), HasSubstr("experiment: is missing"));
+  EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"), HasSubstr("reads 1"));
+}
+
+TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
+  const std::string head = "experiment: 1\nsensors:\n";
+  for (const std::string& text : {head + "  gyroscope: { g_sensitivity: true }\n",
+                                  head + "  accelerometer: { thermal: { bias_order: 3 } }\n",
+                                  head + "  magnetometer: { model: auto }\n",
+                                  kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
+                                  kMinimal + std::string("attitudes: { file: a.csv, "
+                                                         "fixture_rotation: unknown }\n")}) {
+    const Result<Experiment> experiment = Load(text);
+    ASSERT_FALSE(experiment) << text;
+    EXPECT_EQ(experiment.error().code, ErrorCode::kBadInput);
+    EXPECT_THAT(experiment.error().message,
+                AllOf(HasSubstr("not available in this version"), HasSubstr("experiment.yaml:3")));
+  }
+}
+
+TEST_F(ExperimentConfig, AppliesOverridesBeforeChecking) {
+  const Experiment experiment =
+      LoadWell("experiment: 1\nsensors: { accelerometer: { model: auto } }\ngauge: left\n",
+               {"gauge=accel-z", "sensors.accelerometer.model=full"});
+  EXPECT_EQ(experiment.options.gauge, Gauge::kAccelZ);
+  EXPECT_EQ(experiment.options.triads[Triad::kAccelerometer].model, MatrixModel::kFull);
+}
+
+TEST_F(ExperimentConfig, AppliesOverridesOfNestedKeys) {
+  const Experiment experiment = LoadWell(kEverything,
+                                         {"reference.gravity_mps2.sigma=2e-4",
+                                          "reference.field.dip_deg=unknown",
+                                          "sensors.accelerometer.noise.sigma=[4, 5, 6]",
+                                          "limits.accelerometer.bias=0.25",
+                                          "limits.decision=simple",
+                                          "robust=huber",
+                                          "device.serial=B=2"});
+  EXPECT_EQ(experiment.options.reference.gravity_mps2.value, 9.81);
+  EXPECT_EQ(experiment.options.reference.gravity_mps2.sigma, 2e-4);
+  EXPECT_FALSE(experiment.options.reference.dip_rad.known());
+  EXPECT_EQ(experiment.options.triads[Triad::kAccelerometer].noise_sigma_raw,
+            Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(experiment.options.limits.limits.at("accelerometer.bias"), 0.25);
+  EXPECT_EQ(experiment.options.limits.guard_band_k, 0.0);
+  EXPECT_TRUE(experiment.options.robust.enabled);
+  EXPECT_EQ(experiment.serial, "B=2");
+}
+
+TEST_F(ExperimentConfig, NamesTheOverrideInsteadOfALine) {
+  EXPECT_THAT(
+      ErrorOf(kMinimal, {"robust.scal=2"}),
+      AllOf(HasSubstr("--set=robust.scal=2: robust.scal"), Not(HasSubstr("experiment.yaml"))));
+  EXPECT_THAT(ErrorOf(kMinimal, {"gauge=left"}), HasSubstr("--set=gauge=left: gauge"));
+  EXPECT_THAT(ErrorOf(kMinimal, {"sensors.gyroscope.model=full"}), HasSubstr("--set=sensors.gyr"));
+  EXPECT_THAT(ErrorOf(kMinimal, {"gauge"}), HasSubstr("key.sub=value is expected"));
+  EXPECT_THAT(ErrorOf(kMinimal, {"gauge=[1"}), HasSubstr("--set=gauge=[1"));
+}
+
+TEST_F(ExperimentConfig, LaysTheExperimentOverItsPreset) {
+  Write("sensor_preset: 1\naccelerometer: { model: diagonal, noise: { sigma: 0.5 } }\n",
+        "preset.yaml");
+  const TriadOptions options =
+      LoadWell(
+          "experiment: 1\n"
+          "sensors: { accelerometer: { model: symmetric, preset: preset.yaml } }\n")
+          .options.triads[Triad::kAccelerometer];
+  EXPECT_EQ(options.model, MatrixModel::kSymmetric);
+  EXPECT_EQ(options.noise_sigma_raw, Eigen::Vector3d::Constant(0.5));
+}
+
+TEST_F(ExperimentConfig, ReadsPresetsAsStrictly) {
+  const std::string path =
+      Write("sensor_preset: 1\naccelerometer:\n  model: lopsided\n  sgn: gravity\n", "preset.yaml");
+  const std::string head = "experiment: 1\nsensors: ";
+  EXPECT_THAT(ErrorOf(head + "{ accelerometer: { preset: preset.yaml } }\n"),
+              AllOf(HasSubstr("preset.yaml:3: accelerometer.model"),
+                    HasSubstr("preset.yaml:4: accelerometer.sgn")));
+  EXPECT_THAT(ErrorOf(head + "{ magnetometer: { preset: preset.yaml } }\n"),
+              HasSubstr("magnetometer: is missing"));
+  EXPECT_THAT(ErrorOf(head + "{ magnetometer: { preset: none.yaml } }\n"), HasSubstr("none.yaml"));
+}
+
+TEST(ShippedConfigs, Load) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(ConfigFolder() / "experiments")) {
+    const Result<Experiment> experiment = ReadExperiment(entry.path().string());
+    EXPECT_TRUE(experiment) << experiment.error().message;
+    ++count;
+  }
+  EXPECT_GE(count, 5);
+}
+
+TEST_F(ExperimentConfig, LoadsEveryShippedPresetForEachSensorThatItDescribes) {
+  for (const auto& [file, sensor] : {std::pair("mpu-9250-like.yaml", "accelerometer"),
+                                     std::pair("mpu-9250-like.yaml", "magnetometer"),
+                                     std::pair("mti-like-counts.yaml", "accelerometer")}) {
+    const Experiment experiment =
+        LoadWell("experiment: 1\nsensors: { " + std::string(sensor) + ": { preset: \"" +
+                 (ConfigFolder() / "sensors" / file).string() + "\" } }\n");
+    EXPECT_TRUE(experiment.options.triads[*TriadFromName(sensor)].noise_sigma_raw);
+  }
+}
+
+}  // namespace
+}  // namespace truetriad
