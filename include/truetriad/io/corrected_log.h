@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
@@ -14,11 +15,18 @@ namespace truetriad {
 struct CorrectedLogSummary {
   std::int64_t rows = 0;
   std::int64_t clamped_temperature = 0;  ///< Rows corrected at an end of the calibrated range.
+  /// Rows with a triad left empty, because its correction needs a temperature or force that the log
+  /// had not stated yet.
+  std::int64_t not_corrected = 0;
+  std::vector<Triad> left_out;  ///< Triads of the log that the calibration does not have.
 };
 
 /// Streams `source` through `calibration` into a self-describing CSV in true units (m/s^2, rad/s,
-/// uT), written beside `path` and renamed when whole. Triads without a calibration are left out
-/// and named in an error unless at least one can be corrected.
+/// uT), written beside `path` and renamed when whole. A row for each time at which some triad has a
+/// sample; fields of the others stay empty. Triads without a calibration are left out (see the
+/// summary). Thermal terms are evaluated at the row's temperature, clamped to the calibrated range.
+/// Error: no triad can be corrected, the calibration is not usable, a unit that does not fit, a
+/// temperature column or accelerometer that the calibration needs is missing, bad rows.
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,

@@ -28,8 +28,8 @@ Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& pa
 /// Reads `poses.yaml`: `poses: [ { first, last, id?, face? }, … ]`.
 Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path);
 
-/// True when the file is a pose table: a self-describing CSV without a time column, or one with
-/// sigma or attitude columns. `inputs` etc. are as for recordings.
+/// True when the file is a pose table: a self-describing CSV without a time column (and without
+/// `pose`, which numbers rests of several rows), or one with sigma or attitude columns.
 Result<bool> IsPoseTable(const std::string& path);
 
 /// A pose table: one row a pose, `accel_x[m/s^2],…`, optional `accel_sigma[m/s^2]` or

@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/io/corrected_log.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <unistd.h>
+
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// A file that appears under its name only when it is whole. A device (/dev/stdout) is written to
+/// directly: replacing it by a file is not what anybody means.
+class WholeFile {
+ public:
+  explicit WholeFile(std::string path) : path_(std::move(path)) {
+    std::error_code failure;
+    const std::filesystem::file_status target = std::filesystem::status(path_, failure);
+    const bool replaceable =
+        !std::filesystem::exists(target) || std::filesystem::is_regular_file(target);
+    written_path_ = replaceable ? path_ + ".tmp" + std::to_string(getpid()) : path_;
+    file_.reset(std::fopen(written_path_.c_str(), "wbe"));
+    if (!file_) failure_ = errno;
+  }
+  ~WholeFile() {
+    if (!committed_ && file_opened() && written_path_ != path_) std::remove(written_path_.c_str());
+  }
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+
+  void Write(std::string_view text) {
+    if (failure_ == 0 && std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) {
+      failure_ = errno;
+    }
+  }
+
+  /// Why the file cannot be written, if so.
+  Status status() const {
+    if (failure_ == 0) return {};
+    return BadInputError(path_ + ": cannot be written: " + std::strerror(failure_));
+  }
+
+  Status Commit() {
+    if (failure_ == 0 && std::fflush(file_.get()) != 0) failure_ = errno;
+    if (failure_ == 0 && written_path_ != path_ &&
+        std::rename(written_path_.c_str(), path_.c_str()) != 0) {
+      failure_ = errno;
+    }
+    committed_ = failure_ == 0;
+    return status();
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  bool file_opened() const { return file_ != nullptr; }
+
+  std::string path_;
+  std::string written_path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  int failure_ = 0;
+  bool committed_ = false;
+};
+
+/// Corrects the readings of one triad: truth = S(T)^-1 (raw - b(T) - G f). model.md §3.
+class Corrector {
+ public:
+  /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
+  static Result<Corrector> Create(const TriadCalibration& calibration, const StreamInfo& stream) {
+    const std::string name(TriadName(stream.triad));
+    const Result<Unit> calibrated = ParseTriadUnit(stream.triad, calibration.input_unit);
+    TRUETRIAD_RETURN_IF_ERROR(calibrated);
+    if (calibrated->is_counts != stream.unit.is_counts) {
+      return BadInputError(stream.file + ": the " + name + " is in " + stream.unit.name +
+                           ", but it was calibrated in " + calibrated->name +
+                           "; record it in the same unit");
+    }
+    if (calibration.thermal) {
+      const ThermalTerms& thermal = *calibration.thermal;
+      if (!stream.has_temperature) {
+        return BadInputError(stream.file + ": has no temperature, but the calibration of the " +
+                             name + " depends on it; a temperature column is needed");
+      }
+      if (thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross) {
+        return BadInputError("the calibration of the " + name +
+                             " depends on the rate of temperature; applying that is not supported");
+      }
+    }
+    return Corrector(calibration, stream.unit.truth_per_raw / calibrated->truth_per_raw);
+  }
+
+  bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
+  bool is_thermal() const { return calibration_.thermal.has_value(); }
+
+  /// `force_mps2` is the corrected specific force, used only when needs_force().
+  Eigen::Vector3d Correct(const Eigen::Vector3d& raw,
+                          double temperature_degc,
+                          const Eigen::Vector3d& force_mps2) {
+    if (is_thermal()) SetTemperature(temperature_degc);
+    Eigen::Vector3d reading = raw_scale_ * raw - bias_;
+    if (needs_force()) reading -= *calibration_.g_sensitivity * force_mps2;
+    return correction_ * reading;
+  }
+
+  /// True when the last correction used an end of the calibrated temperature range.
+  bool clamped() const { return clamped_; }
+
+ private:
+  Corrector(const TriadCalibration& calibration, double raw_scale)
+      : calibration_(calibration),
+        raw_scale_(raw_scale),
+        bias_(calibration.model.bias),
+        correction_(calibration.model.Correction()) {}
+
+  void SetTemperature(double temperature_degc) {
+    if (temperature_degc == temperature_degc_) return;  // Temperatures are logged in steps.
+    temperature_degc_ = temperature_degc;
+    const ThermalTerms& thermal = *calibration_.thermal;
+    const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);
+    clamped_ = !std::isnan(temperature_degc) && used != temperature_degc;
+    const double tau = used - thermal.reference_degc;
+    TriadModel<double> model = calibration_.model;
+    double power = 1.0;
+    for (std::size_t i = 0; i < std::max(thermal.bias.size(), thermal.sensitivity.size()); ++i) {
+      power *= tau;
+      if (i < thermal.bias.size()) model.bias += power * thermal.bias[i];
+      if (i < thermal.sensitivity.size()) model.sensitivity += power * thermal.sensitivity[i];
+    }
+    bias_ = model.bias;
+    correction_ = model.Correction();
+  }
+
+  TriadCalibration calibration_;
+  double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
+  double temperature_degc_ = kUnknown;
+  Eigen::Vector3d bias_;
+  Eigen::Matrix3d correction_;
+  bool clamped_ = false;
+};
+
+struct Sample {
+  std::int64_t time_ns = 0;
+  Eigen::Vector3d raw = Eigen::Vector3d::Zero();
+  double temperature_degc = kUnknown;
+  std::int32_t pose = 0;
+};
+
+/// A triad that is written, with the samples that wait for those of the others.
+struct Channel {
+  Triad triad = Triad::kAccelerometer;
+  Corrector corrector;
+  std::deque<Sample> waiting;
+};
+
+void AppendNumber(double value, std::string* text) {
+  std::array<char, 32> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  text->append(digits.data(), end);
+}
+
+/// Nanoseconds as decimal seconds, exactly.
+void AppendSeconds(std::int64_t time_ns, std::string* text) {
+  constexpr std::uint64_t kPerSecond = 1'000'000'000;
+  const auto bits = static_cast<std::uint64_t>(time_ns);
+  const std::uint64_t magnitude = time_ns < 0 ? 0 - bits : bits;
+  if (time_ns < 0) *text += '-';
+  *text += std::to_string(magnitude / kPerSecond);
+  std::string fraction = std::to_string(kPerSecond + magnitude % kPerSecond);
+  fraction[0] = '.';
+  fraction.resize(fraction.find_last_not_of('0') + 1);
+  if (fraction.size() > 1) *text += fraction;
+}
+
+/// Merges the channels by time into rows of text.
+class RowWriter {
+ public:
+  RowWriter(const RecordingInfo& info, std::vector<Channel> channels)
+      : has_time_(info.has_time), channels_(std::move(channels)) {
+    for (const StreamInfo& stream : info.streams) {
+      has_temperature_ = has_temperature_ || stream.has_temperature;
+      has_pose_ = has_pose_ || stream.has_pose_column;
+    }
+  }
+
+  std::string Header() const {
+    std::string text = has_time_ ? "time[s]," : "";
+    for (const Channel& channel : channels_) {
+      for (const char* axis : {"_x[", "_y[", "_z["}) {
+        text.append(TriadPrefix(channel.triad)).append(axis);
+        text.append(TruthUnitName(channel.triad)).append("],");
+      }
+    }
+    if (has_temperature_) text += "temperature[degC],";
+    if (has_pose_) text += "pose,";
+    text.back() = '\n';
+    return text;
+  }
+
+  void Add(const SampleBlock& block) {
+    for (Channel& channel : channels_) {
+      if (channel.triad != block.triad) continue;
+      for (std::size_t i = 0; i < block.x.size(); ++i) {
+        channel.waiting.push_back(
+            {block.time_ns[i],
+             {block.x[i], block.y[i], block.z[i]},
+             block.temperature_degc.empty() ? kUnknown : block.temperature_degc[i],
+             block.pose.empty() ? 0 : block.pose[i]});
+      }
+    }
+  }
+
+  /// Appends the rows whose samples are all there; at the end of the recording, all that wait.
+  Status TakeRows(bool at_end, std::string* text, CorrectedLogSummary* summary) {
+    while (at_end || NothingMissing()) {
+      const Channel* next = nullptr;
+      for (const Channel& channel : channels_) {
+        if (!channel.waiting.empty() &&
+            (next == nullptr || channel.waiting.front().time_ns < next->waiting.front().time_ns)) {
+          next = &channel;
+        }
+      }
+      if (next == nullptr) break;
+      const std::int64_t time_ns = next->waiting.front().time_ns;
+      if (time_ns < last_time_ns_) {
+        return BadInputError("the " + std::string(TriadName(next->triad)) +
+                             " comes too late in the log for its rows to be put in the order of "
+                             "time; sort the log, or give each sensor a file of its own");
+      }
+      last_time_ns_ = time_ns;
+      AppendRow(time_ns, text, summary);
+    }
+    return {};
+  }
+
+ private:
+  /// No sample can come any more that belongs before the first one waiting. A triad that has ended,
+  /// or is silent for long, must not make the others wait: the memory is bounded.
+  bool NothingMissing() const {
+    constexpr std::size_t kMaxWaiting = 1U << 18U;
+    bool any_empty = false;
+    bool any_full = false;
+    for (const Channel& channel : channels_) {
+      any_empty = any_empty || channel.waiting.empty();
+      any_full = any_full || channel.waiting.size() > kMaxWaiting;
+    }
+    return !any_empty || any_full;
+  }
+
+  void AppendRow(std::int64_t time_ns, std::string* text, CorrectedLogSummary* summary) {
+    if (has_time_) {
+      AppendSeconds(time_ns, text);
+      *text += ',';
+    }
+    double temperature_degc = kUnknown;
+    std::optional<std::int32_t> pose;
+    bool clamped = false;
+    bool unknown_temperature = false;
+    // The accelerometer comes first, so that its force is there for the gyroscope's row.
+    for (Channel& channel : channels_) {
+      if (channel.waiting.empty() || channel.waiting.front().time_ns != time_ns) {
+        *text += ",,,";
+        continue;
+      }
+      const Sample sample = channel.waiting.front();
+      channel.waiting.pop_front();
+      if (std::isnan(temperature_degc)) temperature_degc = sample.temperature_degc;
+      if (!pose) pose = sample.pose;
+      const Eigen::Vector3d truth =
+          channel.corrector.Correct(sample.raw, sample.temperature_degc, force_mps2_);
+      if (channel.triad == Triad::kAccelerometer) force_mps2_ = truth;
+      clamped = clamped || channel.corrector.clamped();
+      unknown_temperature = unknown_temperature || truth.hasNaN();
+      for (const double value : truth) {
+        if (!std::isnan(value)) AppendNumber(value, text);
+        *text += ',';
+      }
+    }
+    if (has_temperature_) {
+      if (!std::isnan(temperature_degc)) AppendNumber(temperature_degc, text);
+      *text += ',';
+    }
+    if (has_pose_) *text += std::to_string(pose.value_or(0)) + ',';
+    text->back() = '\n';
+    ++summary->rows;
+    summary->clamped_temperature += clamped ? 1 : 0;
+    summary->not_corrected += unknown_temperature ? 1 : 0;
+  }
+
+  bool has_time_;
+  bool has_temperature_ = false;
+  bool has_pose_ = false;
+  std::vector<Channel> channels_;
+  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kUnknown);  ///< The last one known.
+  std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
+};
+
+/// The triads of the recording that the calibration covers.
+Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
+                                          const Calibration& calibration,
+                                          CorrectedLogSummary* summary) {
+  if (!calibration.IsUsable()) {
+    return BadInputError("the calibration is not usable: its outcome is " +
+                         std::string(OutcomeName(calibration.outcome)));
+  }
+  std::vector<Channel> channels;
+  for (const Triad triad : kTriads) {
+    const StreamInfo* const stream = info.Find(triad);
+    if (stream == nullptr) continue;
+    if (!calibration.sensors[triad]) {
+      summary->left_out.push_back(triad);
+      continue;
+    }
+    Result<Corrector> corrector = Corrector::Create(*calibration.sensors[triad], *stream);
+    TRUETRIAD_RETURN_IF_ERROR(corrector);
+    if (corrector->needs_force() &&
+        (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
+      return BadInputError(info.path + ": the calibration of the " + std::string(TriadName(triad)) +
+                           " has a g-sensitivity, which needs the accelerometer's readings too");
+    }
+    channels.push_back({triad, std::move(*corrector), {}});
+  }
+  if (channels.empty()) {
+    std::string names;
+    for (const Triad triad : summary->left_out) {
+      names += (names.empty() ? "" : ", ") + std::string(TriadName(triad));
+    }
+    return BadInputError(info.path + ": holds " + names +
+                         ", and the calibration has none of these sensors");
+  }
+  return channels;
+}
+
+}  // namespace
+
+Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
+                                              const Calibration& calibration,
+                                              const std::string& path,
+                                              const ProgressCallback& progress) {
+  CorrectedLogSummary summary;
+  Result<std::vector<Channel>> channels = MakeChannels(source.info(), calibration, &summary);
+  TRUETRIAD_RETURN_IF_ERROR(channels);
+  RowWriter rows(source.info(), std::move(*channels));
+  WholeFile file(path);
+  TRUETRIAD_RETURN_IF_ERROR(file.status());
+  std::string text = rows.Header();
+  std::vector<SampleBlock> blocks;
+  for (bool at_end = false; !at_end;) {
+    const Result<bool> more = source.Next(&blocks);
+    TRUETRIAD_RETURN_IF_ERROR(more);
+    at_end = !*more;
+    for (const SampleBlock& block : blocks) rows.Add(block);
+    TRUETRIAD_RETURN_IF_ERROR(rows.TakeRows(at_end, &text, &summary));
+    file.Write(text);
+    TRUETRIAD_RETURN_IF_ERROR(file.status());
+    text.clear();
+    if (progress) progress(source.progress());
+  }
+  TRUETRIAD_RETURN_IF_ERROR(file.Commit());
+  return summary;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <unordered_map>
+#include <utility>
+
+#include "io/recording_layout.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+/// More rows than anybody averages poses: a log without its time column.
+constexpr std::size_t kMaxPoses = 100'000;
+
+constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
+
+struct TriadColumns {
+  Triad triad = Triad::kAccelerometer;
+  std::array<std::size_t, 3> axes{};
+  std::optional<std::array<std::size_t, 3>> sigma;  ///< One column three times when it is common.
+  double raw_per_sigma_unit = 1.0;
+};
+
+struct Columns {
+  TimeColumn time;
+  std::optional<TemperatureColumn> temperature;
+  std::vector<TriadColumns> triads;
+  std::optional<std::array<std::size_t, 4>> attitude;
+  std::optional<std::size_t> id;
+  std::optional<std::size_t> face;
+};
+
+/// The σ columns of a triad: `accel_sigma` for all axes, or `accel_sigma_x`, _y, _z.
+Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
+  const std::string prefix = std::string(TriadPrefix(triad->triad)) + "_sigma";
+  const std::optional<std::size_t> common = header->Take(prefix);
+  const Result<std::optional<HeaderColumns::Axes>> axes = header->TakeAxes(triad->triad, prefix);
+  TRUETRIAD_RETURN_IF_ERROR(axes);
+  if (!common && !*axes) return {};
+  if (common && *axes) {
+    return header->Fail(*common, "is there together with `" + prefix + "_x`; keep one of the two");
+  }
+  Unit sigma_unit;
+  if (common) {
+    const Result<std::string> name = header->UnitOf(*common, unit.name);
+    TRUETRIAD_RETURN_IF_ERROR(name);
+    const Result<Unit> parsed = ParseTriadUnit(triad->triad, *name);
+    if (!parsed) return header->Fail(*common, parsed.error().message);
+    sigma_unit = *parsed;
+    triad->sigma = {*common, *common, *common};
+  } else {
+    sigma_unit = (*axes)->unit;
+    triad->sigma = (*axes)->columns;
+  }
+  if (sigma_unit.is_counts != unit.is_counts) {
+    return header->Fail((*triad->sigma)[0],
+                        "is in " + sigma_unit.name + ", but the readings are in " + unit.name);
+  }
+  triad->raw_per_sigma_unit = sigma_unit.truth_per_raw / unit.truth_per_raw;
+  return {};
+}
+
+/// Reads the header; the streams found go into `poses`.
+Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
+  Result<HeaderColumns> header = HeaderColumns::Of(csv);
+  TRUETRIAD_RETURN_IF_ERROR(header);
+  Columns columns;
+  const Result<TimeColumn> time = TakeTime(&*header);
+  TRUETRIAD_RETURN_IF_ERROR(time);
+  columns.time = *time;
+  const Result<std::optional<TemperatureColumn>> temperature = TakeTemperature(&*header);
+  TRUETRIAD_RETURN_IF_ERROR(temperature);
+  columns.temperature = *temperature;
+  columns.id = header->Take("id");
+  columns.face = header->Take("face");
+  std::array<std::size_t, 4> attitude{};
+  std::size_t attitude_columns = 0;
+  for (const std::string_view name : kAttitude) {
+    if (const std::optional<std::size_t> column = header->Take(std::string(name))) {
+      attitude[attitude_columns++] = *column;
+    }
+  }
+  if (attitude_columns == attitude.size()) {
+    columns.attitude = attitude;
+  } else if (attitude_columns > 0) {
+    return header->Fail(attitude[0], "is there, but an attitude needs all of qw, qx, qy, qz");
+  }
+  for (const Triad triad : kTriads) {
+    const Result<std::optional<HeaderColumns::Axes>> axes =
+        header->TakeAxes(triad, std::string(TriadPrefix(triad)));
+    TRUETRIAD_RETURN_IF_ERROR(axes);
+    if (!*axes) continue;
+    TriadColumns& found = columns.triads.emplace_back();
+    found.triad = triad;
+    found.axes = (*axes)->columns;
+    TRUETRIAD_RETURN_IF_ERROR(TakeSigma(&*header, (*axes)->unit, &found));
+    StreamSummary& stream = poses->streams.emplace_back();
+    stream.triad = triad;
+    stream.unit = (*axes)->unit;
+  }
+  TRUETRIAD_RETURN_IF_ERROR(header->RejectUnknown());
+  if (columns.triads.empty()) {
+    return BadInputError(
+        csv.path() +
+        ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
+        "mag_…, each with its unit");
+  }
+  return columns;
+}
+
+Status MapColumns(const Columns& columns, CsvReader* csv) {
+  using Kind = CsvReader::Kind;
+  std::vector<std::size_t> numbers;
+  for (const TriadColumns& triad : columns.triads) {
+    numbers.insert(numbers.end(), triad.axes.begin(), triad.axes.end());
+    if (triad.sigma) numbers.insert(numbers.end(), triad.sigma->begin(), triad.sigma->end());
+  }
+  if (columns.attitude) {
+    numbers.insert(numbers.end(), columns.attitude->begin(), columns.attitude->end());
+  }
+  if (columns.temperature) numbers.push_back(columns.temperature->column);
+  for (const std::size_t column : numbers) {
+    TRUETRIAD_RETURN_IF_ERROR(csv->Map(column, Kind::kNumber));
+  }
+  if (columns.time.kind == TimeColumn::Kind::kColumn) {
+    TRUETRIAD_RETURN_IF_ERROR(csv->Map(columns.time.column, Kind::kTime, columns.time.power));
+  }
+  if (columns.id) TRUETRIAD_RETURN_IF_ERROR(csv->Map(*columns.id, Kind::kText));
+  if (columns.face) TRUETRIAD_RETURN_IF_ERROR(csv->Map(*columns.face, Kind::kText));
+  return {};
+}
+
+/// One row of the block that `csv` has just read.
+class Row {
+ public:
+  Row(const CsvReader& csv, const Columns& columns, std::size_t row)
+      : csv_(csv), columns_(columns), row_(row) {}
+
+  std::int64_t line() const { return csv_.Line(row_); }
+
+  Result<StaticPose> Read() const {
+    StaticPose pose;
+    pose.first_row = pose.last_row = csv_.Rows()[row_];
+    if (columns_.id) pose.id = csv_.Texts(*columns_.id)[row_];
+    if (columns_.face) {
+      pose.face_up = csv_.Texts(*columns_.face)[row_];
+      if (!pose.face_up.empty() && !IsFace(pose.face_up)) {
+        return Fail(*columns_.face, "`" + pose.face_up + "` is none of +x -x +y -y +z -z");
+      }
+    }
+    if (columns_.time.kind == TimeColumn::Kind::kColumn) {
+      pose.start_ns = pose.end_ns = csv_.Times(columns_.time.column)[row_];
+      if (pose.start_ns == CsvReader::kMissingTime) return Fail(columns_.time.column, "is empty");
+    }
+    if (columns_.temperature && !std::isnan(Number(columns_.temperature->column))) {
+      const TemperatureUnit& unit = columns_.temperature->unit;
+      pose.temperature_degc = unit.scale * Number(columns_.temperature->column) + unit.offset;
+    }
+    for (const TriadColumns& triad : columns_.triads) {
+      const Eigen::Vector3d mean = Numbers(triad.axes);
+      if (mean.hasNaN()) continue;
+      TriadPose& reading = pose.triads[triad.triad].emplace();
+      reading.samples = 1;
+      reading.mean_raw = mean;
+      if (!triad.sigma) continue;
+      const Eigen::Vector3d sigma = Numbers(*triad.sigma) * triad.raw_per_sigma_unit;
+      if (sigma.hasNaN()) continue;
+      if (!(sigma.array() > 0.0).all()) {
+        return Fail((*triad.sigma)[0], "must be above zero; leave it empty where it is unknown");
+      }
+      reading.mean_covariance_raw = sigma.array().square().matrix().asDiagonal();
+      reading.has_covariance = true;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(ReadAttitude(&pose));
+    return pose;
+  }
+
+ private:
+  Status ReadAttitude(StaticPose* pose) const {
+    if (!columns_.attitude) return {};
+    Eigen::Vector4d wxyz;
+    for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
+    if (wxyz.array().isNaN().all()) return {};
+    // Quaternions are written with four digits or more.
+    constexpr double kRounding = 1e-3;
+    if (!(std::abs(wxyz.norm() - 1.0) < kRounding)) {
+      return Fail((*columns_.attitude)[0],
+                  "the attitude qw,qx,qy,qz is not a unit quaternion; all four numbers are needed, "
+                  "with squares that sum to 1");
+    }
+    pose->attitude.emplace().world_from_body =
+        Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized();
+    return {};
+  }
+
+  double Number(std::size_t column) const { return csv_.Numbers(column)[row_]; }
+  Eigen::Vector3d Numbers(const std::array<std::size_t, 3>& columns) const {
+    return {Number(columns[0]), Number(columns[1]), Number(columns[2])};
+  }
+  Error Fail(std::size_t column, const std::string& message) const {
+    return BadInputError(csv_.path() + ":" + std::to_string(line()) + ": " +
+                         csv_.ColumnName(column) + ": " + message);
+  }
+
+  const CsvReader& csv_;
+  const Columns& columns_;
+  std::size_t row_;
+};
+
+/// Finds rows whose readings equal those of an earlier row to the last bit. Real sensors have
+/// noise: such rows are a stuck sensor or pasted data.
+class DuplicateFinder {
+ public:
+  void Add(const StaticPose& pose, std::int64_t line) {
+    constexpr std::size_t kBytes = 3 * sizeof(double);
+    std::string bits(3 * kBytes + 3, '\0');
+    for (const Triad triad : kTriads) {
+      const auto index = static_cast<std::size_t>(triad);
+      if (!pose.triads[triad]) continue;
+      bits[3 * kBytes + index] = 1;
+      std::memcpy(bits.data() + index * kBytes, pose.triads[triad]->mean_raw.data(), kBytes);
+    }
+    const auto [first, is_new] = line_of_.emplace(std::move(bits), line);
+    if (is_new) return;
+    ++count_;
+    constexpr std::int64_t kNamed = 5;
+    if (count_ <= kNamed) {
+      lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second) + " and " +
+                std::to_string(line);
+    } else if (count_ == kNamed + 1) {
+      lines_ += ", …";
+    }
+  }
+
+  std::int64_t count() const { return count_; }
+  std::string Describe() const {
+    return std::to_string(count_) +
+           " rows repeat the readings of another row to the last digit (lines " + lines_ +
+           "): a stuck sensor, or rows pasted twice?";
+  }
+
+ private:
+  std::unordered_map<std::string, std::int64_t> line_of_;
+  std::int64_t count_ = 0;
+  std::string lines_;
+};
+
+void Extend(const StaticPose& pose, StreamSummary* stream) {
+  const std::optional<TriadPose>& reading = pose.triads[stream->triad];
+  if (!reading) {
+    ++stream->dropped_empty;
+    return;
+  }
+  const bool first = stream->samples++ == 0;
+  const Eigen::Vector3d& mean = reading->mean_raw;
+  stream->minimum_raw = first ? mean : stream->minimum_raw.cwiseMin(mean);
+  stream->maximum_raw = first ? mean : stream->maximum_raw.cwiseMax(mean);
+}
+
+void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
+  if (!pose.temperature_degc) return;
+  const double degc = *pose.temperature_degc;
+  Eigen::Vector2d range = poses->temperature_range_degc.value_or(Eigen::Vector2d(degc, degc));
+  poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
+}
+
+}  // namespace
+
+Result<bool> IsPoseTable(const std::string& path) {
+  if (IsManifest(path)) return false;
+  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, {});
+  TRUETRIAD_RETURN_IF_ERROR(csv);
+  bool is_log = (*csv)->header().empty();
+  for (const std::string& field : (*csv)->header()) {
+    const std::string name = ParseHeaderColumn(field).name;
+    if (name.find("_sigma") != std::string::npos ||
+        std::find(kAttitude.begin(), kAttitude.end(), name) != kAttitude.end()) {
+      return true;
+    }
+    is_log = is_log || name == "time" || name == "pose";
+  }
+  return !is_log;
+}
+
+Result<PoseTable> ReadPoseTable(const std::string& path) {
+  Result<std::unique_ptr<CsvReader>> opened = CsvReader::Open(path, {});
+  TRUETRIAD_RETURN_IF_ERROR(opened);
+  CsvReader& csv = **opened;
+  PoseTable table;
+  PoseSet& poses = table.poses;
+  const Result<Columns> columns = ReadColumns(csv, &poses);
+  TRUETRIAD_RETURN_IF_ERROR(columns);
+  TRUETRIAD_RETURN_IF_ERROR(MapColumns(*columns, &csv));
+  poses.source = path;
+  poses.has_time = columns->time.kind != TimeColumn::Kind::kNone;
+  poses.static_share = 1.0;
+  poses.how = "every row";
+
+  DuplicateFinder duplicates;
+  for (;;) {
+    const Result<std::size_t> count = csv.Read();
+    TRUETRIAD_RETURN_IF_ERROR(count);
+    if (*count == 0) break;
+    for (std::size_t i = 0; i < *count; ++i) {
+      const Row row(csv, *columns, i);
+      Result<StaticPose> pose = row.Read();
+      TRUETRIAD_RETURN_IF_ERROR(pose);
+      for (StreamSummary& stream : poses.streams) Extend(*pose, &stream);
+      if (std::none_of(pose->triads.begin(), pose->triads.end(), [](const auto& triad) {
+            return triad.has_value();
+          })) {
+        continue;
+      }
+      duplicates.Add(*pose, row.line());
+      ExtendTemperature(*pose, &poses);
+      pose->number = static_cast<int>(poses.poses.size()) + 1;
+      poses.poses.push_back(std::move(*pose));
+    }
+    if (poses.poses.size() > kMaxPoses) {
+      return BadInputError(path + ": has more than " + std::to_string(kMaxPoses) +
+                           " rows without a time column; a log needs `time[s]`, or a manifest that "
+                           "states its rate");
+    }
+  }
+  if (duplicates.count() > 0) {
+    if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
+      return BadInputError(path + ": " + duplicates.Describe() +
+                           " So many cannot be readings; look at how the table was made");
+    }
+    poses.warnings.push_back(duplicates.Describe());
+  }
+  if (poses.has_time && !poses.poses.empty()) {
+    const auto [first, last] = std::minmax_element(
+        poses.poses.begin(), poses.poses.end(), [](const StaticPose& a, const StaticPose& b) {
+          return a.start_ns < b.start_ns;
+        });
+    poses.duration_s = static_cast<double>(last->end_ns - first->start_ns) * 1e-9;
+  }
+  table.inputs.push_back({path, csv.Sha256(), csv.rows_read()});
+  return table;
+}
+
+}  // namespace truetriad
