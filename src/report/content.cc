@@ -25,6 +25,9 @@ constexpr double kFewDof = 10.0;
 /// Correlations above this are worth a sentence.
 constexpr double kStrongCorrelation = 0.9;
 
+/// More rejected poses than this are counted, not listed.
+constexpr std::size_t kMaxRejectedRows = 50;
+
 constexpr char kAxisNames[] = "xyz";
 
 std::string AxisName(int axis) { return {kAxisNames[axis]}; }
@@ -380,6 +383,10 @@ std::string LimitUnit(const std::string& name) {
 
 Section LimitsSection(const Calibration& calibration) {
   Section section{SectionKind::kLimits, "Limits", {}};
+  if (!calibration.IsUsable()) {
+    section.blocks.emplace_back(std::string("Not judged: the calibration is not usable."));
+    return section;
+  }
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   if (limits.empty()) {
     section.blocks.emplace_back(
@@ -519,13 +526,18 @@ Section ResidualsSection(const Calibration& calibration) {
   }
   section.blocks.emplace_back(fit + ".");
   if (!quality.rejected_poses.empty()) {
-    section.blocks.emplace_back(Subtitle{"Rejected poses"});
+    const std::size_t count = quality.rejected_poses.size();
+    section.blocks.emplace_back(Subtitle{"Rejected poses (" + std::to_string(count) + ")"});
     Table rejected{{"pose", "sensor", "reason"}, "rll", {}};
-    for (const RejectedPose& pose : quality.rejected_poses) {
+    for (std::size_t i = 0; i < std::min(count, kMaxRejectedRows); ++i) {
+      const RejectedPose& pose = quality.rejected_poses[i];
       rejected.rows.push_back(
           {std::to_string(pose.pose), std::string(TriadName(pose.triad)), pose.reason});
     }
     section.blocks.emplace_back(std::move(rejected));
+    if (count > kMaxRejectedRows) {
+      section.blocks.emplace_back("… and " + std::to_string(count - kMaxRejectedRows) + " more.");
+    }
   }
   return section;
 }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 #include <variant>
+#include <vector>
 
 #include "report/charts.h"
 #include "report/content.h"
@@ -117,7 +118,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
   std::string html;
   switch (kind) {
     case SectionKind::kLimits:
-      return Figure(LimitChart(quality.limits),
+      return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
                     "Worst value of each limit (bar) with ±2σ (line) against what is allowed.");
     case SectionKind::kParameters:
       return Figure(CorrelationChart(calibration.covariance),

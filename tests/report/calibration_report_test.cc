@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
-#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -116,8 +114,18 @@ TEST(CalibrationReport, ShowsNoParametersWhenNotUsable) {
     ExpectInOrder(report, {"NOT USABLE", "8 poses lie within 4 deg", "add poses with z"});
     EXPECT_THAT(report, Not(HasSubstr("Parameters and predicted")));
     EXPECT_THAT(report, Not(HasSubstr("0.05123")));
+    EXPECT_THAT(report, Not(HasSubstr("0.0345")));  // A limit's worst value is a parameter.
     EXPECT_THAT(report, Not(HasSubstr("Correlation")));
   }
+}
+
+TEST(CalibrationText, CountsManyRejectedPosesInsteadOfListingThem) {
+  Calibration c = SampleCalibration();
+  c.quality.rejected_poses.assign(300, {9, Triad::kAccelerometer, "moved during the rest"});
+  const std::string text = CalibrationText(c);
+  EXPECT_THAT(text, HasSubstr("Rejected poses (300)"));
+  EXPECT_THAT(text, HasSubstr("and 250 more"));
+  EXPECT_EQ(Count(text, "moved during the rest"), 50U);
 }
 
 TEST(CalibrationReport, SaysThatNothingWasCalibratedWhenEmpty) {

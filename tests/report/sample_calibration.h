@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <utility>
 
 #include "truetriad/model/calibration.h"
 
