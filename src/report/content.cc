@@ -4,20 +4,17 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
-#include <map>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "report/format.h"
+#include "report/parameter_table.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
 /// Below this many, the σ themselves are worth little. model.md §2.
@@ -27,227 +24,6 @@ constexpr double kStrongCorrelation = 0.9;
 
 /// More rejected poses than this are counted, not listed.
 constexpr std::size_t kMaxRejectedRows = 50;
-
-constexpr char kAxisNames[] = "xyz";
-
-std::string AxisName(int axis) { return {kAxisNames[axis]}; }
-
-/// σ of a linear combination of named parameters.
-class Propagation {
- public:
-  explicit Propagation(const NamedCovariance& covariance) : covariance_(covariance) {
-    const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
-    if (covariance.matrix.rows() != size || covariance.matrix.cols() != size) return;
-    for (Eigen::Index i = 0; i < size; ++i) {
-      index_[covariance.parameters[static_cast<std::size_t>(i)]] = i;
-    }
-  }
-
-  using Term = std::pair<std::string, double>;
-
-  /// sqrt(J P J^T) for the derivatives J by name; nullopt when a name is not in the covariance.
-  std::optional<double> Sigma(const std::vector<Term>& derivatives) const {
-    double variance = 0.0;
-    for (const auto& [row_name, row] : derivatives) {
-      for (const auto& [column_name, column] : derivatives) {
-        const auto i = index_.find(row_name);
-        const auto j = index_.find(column_name);
-        if (i == index_.end() || j == index_.end()) return std::nullopt;
-        variance += row * column * covariance_.matrix(i->second, j->second);
-      }
-    }
-    return std::sqrt(std::max(variance, 0.0));
-  }
-
-  bool Has(const std::string& name) const { return index_.contains(name); }
-
- private:
-  const NamedCovariance& covariance_;
-  std::map<std::string, Eigen::Index> index_;
-};
-
-std::string BiasName(Triad triad, int axis) {
-  return std::string(TriadName(triad)) + ".bias." + AxisName(axis);
-}
-
-std::string SensitivityName(Triad triad, int row, int column) {
-  return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
-}
-
-/// σ of numerator / scale, from the covariance or, where that lacks the names, from the σ alone.
-double QuotientSigma(const Propagation& propagation,
-                     const std::string& numerator_name,
-                     const std::string& scale_name,
-                     double quotient,
-                     double numerator_sigma,
-                     double scale,
-                     double scale_sigma) {
-  const auto sigma =
-      propagation.Sigma({{numerator_name, 1.0 / scale}, {scale_name, -quotient / scale}});
-  return sigma.value_or(std::hypot(numerator_sigma / scale, quotient * scale_sigma / scale));
-}
-
-/// Value and σ, or the value marked as fixed: by the gauge or on request.
-std::string Entry(double value, double sigma) {
-  return sigma > 0.0 ? WithSigma(value, sigma) : Significant(value, 6) + " fixed";
-}
-
-/// True units in one raw unit by the unit's definition or the recording's word; nullopt for counts.
-std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad) {
-  if (sensor.si_per_count) return sensor.si_per_count;
-  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
-  if (!unit || unit->is_counts) return std::nullopt;
-  return unit->truth_per_raw;
-}
-
-/// Gains on the diagonal and small angles off it describe only a chip whose axes are those of the
-/// body; a permuted one is shown as its matrix.
-bool AxesAreAligned(const Eigen::Matrix3d& sensitivity) {
-  return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
-      .all();
-}
-
-/// The rows of one triad's parameter table, in the making.
-class ParameterRows {
- public:
-  ParameterRows(const TriadCalibration& sensor, Triad triad, const Propagation& propagation)
-      : sensor_(sensor),
-        triad_(triad),
-        propagation_(propagation),
-        truth_unit_(TruthUnit(triad)),
-        raw_unit_(DisplayUnit(sensor.input_unit)) {
-    table_ = {{"", "x", "y", "z", "unit"}, "lrrrl", {}};
-    AddBias();
-    if (AxesAreAligned(sensor.model.sensitivity)) {
-      AddScale();
-      AddMisalignment(1e3, "mrad");
-      AddMisalignment(kDegPerRad, "deg");
-    } else {
-      AddSensitivity();
-    }
-    if (sensor.g_sensitivity) {
-      AddMatrix("g-sensitivity", *sensor.g_sensitivity, raw_unit_ + " per m/s²");
-    }
-    if (sensor.thermal) AddThermal(*sensor.thermal);
-    AddVector("rest noise σ", sensor.noise.sigma, raw_unit_);
-  }
-
-  Table Take() { return std::move(table_); }
-
- private:
-  template <typename CellOfAxis>
-  void Add(std::string label, const CellOfAxis& cell, std::string unit) {
-    table_.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
-  }
-
-  void AddVector(std::string label, const Eigen::Vector3d& values, std::string unit) {
-    Add(
-        std::move(label), [&](int i) { return Significant(values(i), 4); }, std::move(unit));
-  }
-
-  void AddMatrix(const std::string& label, const Eigen::Matrix3d& values, const std::string& unit) {
-    for (int i = 0; i < 3; ++i) AddVector(label + " " + AxisName(i), values.row(i), unit);
-  }
-
-  double ScaleSigma(int i) const { return sensor_.sensitivity_sigma(i, i); }
-
-  void AddBias() {
-    Add(
-        "bias",
-        [&](int i) { return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i)); },
-        raw_unit_);
-    if (raw_unit_ == truth_unit_ || !AxesAreAligned(sensor_.model.sensitivity)) return;
-    Add(
-        "bias / scale",
-        [&](int i) {
-          const double scale = sensor_.Scale()(i);
-          const double bias = sensor_.model.bias(i) / scale;
-          return Entry(bias,
-                       QuotientSigma(propagation_,
-                                     BiasName(triad_, i),
-                                     SensitivityName(triad_, i, i),
-                                     bias,
-                                     sensor_.bias_sigma(i),
-                                     scale,
-                                     ScaleSigma(i)));
-        },
-        truth_unit_);
-  }
-
-  void AddScale() {
-    const Eigen::Vector3d scale = sensor_.Scale();
-    Add(
-        "scale",
-        [&](int i) { return Entry(scale(i), ScaleSigma(i)); },
-        raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_);
-    const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
-    if (!nominal) return;
-    const Eigen::Vector3d error = (scale.cwiseAbs() * *nominal).array() - 1.0;
-    const bool large = error.cwiseAbs().maxCoeff() >= 0.01;
-    const double factor = large ? 1e2 : 1e6;
-    Add(
-        "scale error",
-        [&](int i) { return Entry(error(i) * factor, ScaleSigma(i) * *nominal * factor); },
-        large ? "%" : "ppm");
-  }
-
-  void AddMisalignment(double per_rad, const std::string& unit) {
-    const Eigen::Vector3d scale = sensor_.Scale();
-    for (int i = 0; i < 3; ++i) {
-      Add(
-          "misalignment " + AxisName(i),
-          [&](int j) -> std::string {
-            if (i == j) return "–";
-            const double angle = sensor_.model.sensitivity(i, j) / scale(i);
-            const double sigma = QuotientSigma(propagation_,
-                                               SensitivityName(triad_, i, j),
-                                               SensitivityName(triad_, i, i),
-                                               angle,
-                                               sensor_.sensitivity_sigma(i, j),
-                                               scale(i),
-                                               ScaleSigma(i));
-            return Entry(angle * per_rad, sigma * per_rad);
-          },
-          unit);
-    }
-  }
-
-  void AddSensitivity() {
-    for (int i = 0; i < 3; ++i) {
-      Add(
-          "sensitivity " + AxisName(i),
-          [&](int j) {
-            return Entry(sensor_.model.sensitivity(i, j), sensor_.sensitivity_sigma(i, j));
-          },
-          raw_unit_ + " per " + truth_unit_);
-    }
-  }
-
-  void AddThermal(const ThermalTerms& thermal) {
-    for (std::size_t i = 0; i < thermal.bias.size(); ++i) {
-      const std::string power = std::to_string(i + 1);
-      AddVector("bias, τ^" + power, thermal.bias[i], raw_unit_ + " / °C^" + power);
-    }
-    for (std::size_t i = 0; i < thermal.sensitivity.size(); ++i) {
-      const std::string power = std::to_string(i + 1);
-      AddMatrix("sensitivity, τ^" + power,
-                thermal.sensitivity[i],
-                raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
-    }
-    if (thermal.rate_linear) AddVector("bias, dT/dt", *thermal.rate_linear, raw_unit_ + " s/°C");
-    if (thermal.rate_quadratic) {
-      AddVector("bias, (dT/dt)^2", *thermal.rate_quadratic, raw_unit_ + " s²/°C²");
-    }
-    if (thermal.rate_cross) AddVector("bias, τ dT/dt", *thermal.rate_cross, raw_unit_ + " s/°C²");
-  }
-
-  const TriadCalibration& sensor_;
-  Triad triad_;
-  const Propagation& propagation_;
-  std::string truth_unit_;
-  std::string raw_unit_;
-  Table table_;
-};
 
 std::string_view NoiseSourceWords(NoiseSource source) {
   switch (source) {
@@ -292,49 +68,6 @@ std::string FewDofSentence(double dof) {
   return "CAUTION: only " + Significant(dof, 2) +
          " degrees of freedom stand behind the σ, which are themselves known to about " +
          Percent(1.0 / std::sqrt(2.0 * dof)) + "; take more poses.";
-}
-
-Table ReferenceTable(const Calibration& calibration, const Propagation& propagation) {
-  const ReferenceValues& reference = calibration.reference;
-  Table table{{"reference", "value", "unit", ""}, "lrll", {}};
-  const auto add = [&](const std::string& label,
-                       double value,
-                       const std::string& parameter,
-                       double factor,
-                       const std::string& unit,
-                       const std::string& otherwise) {
-    const double sigma = propagation.Sigma({{parameter, factor}}).value_or(0.0);
-    table.rows.push_back({label,
-                          WithSigma(value * factor, sigma),
-                          unit,
-                          sigma > 0.0 ? "estimated with the parameters" : otherwise});
-  };
-  add("gravity",
-      reference.gravity_mps2,
-      "reference.gravity_mps2",
-      1.0,
-      "m/s²",
-      reference.gravity_sigma_mps2 ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2)
-                                   : "taken as exact");
-  const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
-  const std::string given =
-      reference.field_estimated && !listed ? "strength or dip estimated" : "given";
-  if (reference.field_ut) {
-    add("field strength",
-        *reference.field_ut,
-        "reference.field_ut",
-        1.0,
-        "µT",
-        reference.field_nominal
-            ? "nominal: the magnetometer's common scale is relative to this value"
-            : given);
-  }
-  if (reference.dip_rad) {
-    add("field dip (down)", *reference.dip_rad, "reference.dip_rad", kDegPerRad, "deg", given);
-  }
-  table.rows.push_back(
-      {"temperature", Significant(reference.temperature_degc, 4), "°C", "parameters hold here"});
-  return table;
 }
 
 /// The most correlated pairs in words, or empty.
@@ -435,7 +168,7 @@ Section ParametersSection(const Calibration& calibration) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
     section.blocks.emplace_back(Subtitle{TriadTitle(triad)});
-    section.blocks.emplace_back(ParameterRows(*sensor, triad, propagation).Take());
+    section.blocks.emplace_back(ParameterTable(*sensor, triad, propagation));
     section.blocks.emplace_back(NoiseSentence(sensor->noise, triad));
     if (sensor->thermal) {
       section.blocks.emplace_back(
@@ -445,7 +178,7 @@ Section ParametersSection(const Calibration& calibration) {
     }
   }
   section.blocks.emplace_back(Subtitle{"References"});
-  section.blocks.emplace_back(ReferenceTable(calibration, propagation));
+  section.blocks.emplace_back(ReferenceTable(calibration.reference, propagation));
   if (std::string words = CorrelationSentence(calibration.covariance); !words.empty()) {
     section.blocks.emplace_back(std::move(words));
   }

@@ -99,6 +99,19 @@ TEST(CalibrationText, ShowsTheMatrixWhenAxesArePermuted) {
   EXPECT_THAT(CalibrationText(c), HasSubstr("sensitivity x"));
 }
 
+TEST(CalibrationText, ShowsTemperatureTermsWithTheirUnitsAndRange) {
+  Calibration c = SampleCalibration();
+  ThermalTerms thermal;
+  thermal.range_degc = {-10.0, 60.0};
+  thermal.bias = {{0.0021, 0.0022, 0.0023}};
+  thermal.rate_linear = Eigen::Vector3d(0.11, 0.12, 0.13);
+  c.sensors[Triad::kAccelerometer]->thermal = thermal;
+  const std::string text = CalibrationText(c);
+  EXPECT_THAT(text, HasSubstr("m/s² / °C^1"));
+  EXPECT_THAT(text, HasSubstr("m/s² s/°C"));
+  EXPECT_THAT(text, HasSubstr("above 25 °C; calibrated from -10 to 60 °C"));
+}
+
 TEST(CalibrationText, SaysWhenALimitIsExceeded) {
   Calibration c = SampleCalibration();
   c.within_limits = false;
