@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/detected_poses.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+constexpr double kWindowNs = 1e8;
+// Samples of the slowest triad in use that a window needs for a variance.
+constexpr double kFewestWindowSamples = 4.0;
+// A gyroscope much slower than the leading triad would make the windows too long.
+constexpr double kSlowestRateShare = 0.25;
+
+// Windows that are searched at once: 27 minutes at 0.1 s.
+constexpr std::size_t kChunkWindows = 16384;
+// Windows at the end of a chunk whose neighbours are yet to come: two knocks and the activity.
+constexpr std::size_t kTailWindows = 64;
+
+// Samples of a stream that tell its rate, and samples held at most while waiting for them.
+constexpr std::int64_t kRateSamples = 64;
+constexpr std::int64_t kMaxHeldSamples = 262144;
+
+// Turning a unit over moves an accelerometer by 2 g; half of that is expected.
+double ExpectedRange(const StreamInfo& info) {
+  if (info.triad != Triad::kAccelerometer) return 0.0;
+  if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
+  return info.si_per_count ? kStandardGravityMps2 / std::abs(*info.si_per_count) : 0.0;
+}
+
+}  // namespace
+
+DetectedPoses::HeldBlock::HeldBlock(const SampleBlock& block)
+    : triad(block.triad),
+      time_ns(block.time_ns.begin(), block.time_ns.end()),
+      row(block.row.begin(), block.row.end()),
+      x(block.x.begin(), block.x.end()),
+      y(block.y.begin(), block.y.end()),
+      z(block.z.begin(), block.z.end()),
+      temperature_degc(block.temperature_degc.begin(), block.temperature_degc.end()) {}
+
+SampleBlock DetectedPoses::HeldBlock::View() const {
+  return {triad, time_ns, x, y, z, temperature_degc, {}, row};
+}
+
+DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
+                             const RecordingInfo& info,
+                             const PerTriad<StreamMonitor*>& monitors,
+                             Triad leading)
+    : options_(options), info_(info), monitors_(monitors), leading_(leading) {}
+
+Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
+  if (buffer_) {
+    for (const SampleBlock& block : blocks) TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(block));
+    return {};
+  }
+  const bool rates_known =
+      std::all_of(info_.streams.begin(), info_.streams.end(), [&](const StreamInfo& stream) {
+        return monitors_[stream.triad]->samples() >= kRateSamples;
+      });
+  if (rates_known) {
+    // The usual case: the first blocks tell all rates, and nothing is copied.
+    TRUETRIAD_RETURN_IF_ERROR(Start());
+    return Add(blocks);
+  }
+  for (const SampleBlock& block : blocks) {
+    held_.emplace_back(block);
+    held_samples_ += static_cast<std::int64_t>(block.x.size());
+  }
+  return held_samples_ > kMaxHeldSamples ? Start() : Status();
+}
+
+Status DetectedPoses::Start() {
+  std::vector<Triad> streams;
+  std::int64_t origin_ns = std::numeric_limits<std::int64_t>::max();
+  for (const StreamInfo& stream : info_.streams) {
+    const StreamMonitor& monitor = *monitors_[stream.triad];
+    if (monitor.samples() == 0) continue;
+    streams.push_back(stream.triad);
+    origin_ns = std::min(origin_ns, monitor.first_ns());
+  }
+  std::vector<DetectorTriad> triads;
+  double width_ns = kWindowNs;
+  const double leading_spacing_ns = monitors_[leading_]->spacing_ns();
+  for (const Triad triad : {leading_, Triad::kGyroscope}) {
+    if (std::find(streams.begin(), streams.end(), triad) == streams.end()) continue;
+    if (!triads.empty() && triads.front().triad == triad) continue;
+    const double spacing_ns = monitors_[triad]->spacing_ns();
+    if (spacing_ns * kSlowestRateShare > leading_spacing_ns) continue;
+    width_ns = std::max(width_ns, kFewestWindowSamples * spacing_ns);
+    triads.push_back(
+        {triad, monitors_[triad]->resolution_raw(), ExpectedRange(*info_.Find(triad))});
+  }
+  buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
+  detector_.emplace(options_, triads, width_ns * 1e-9);
+  stuck_.emplace(origin_ns);
+  for (const HeldBlock& block : held_) TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(block.View()));
+  held_.clear();
+  return {};
+}
+
+Status DetectedPoses::AddToBuffer(const SampleBlock& block) {
+  TRUETRIAD_RETURN_IF_ERROR(buffer_->Add(block));
+  peak_windows_ = std::max(peak_windows_, buffer_->size());
+  if (buffer_->CompleteCount() >= kChunkWindows) FindRests(/*at_end=*/false);
+  return {};
+}
+
+void DetectedPoses::FindRests(bool at_end) {
+  const std::size_t count = at_end ? buffer_->size() : buffer_->CompleteCount();
+  std::vector<bool> usable(count, true);
+  stuck_->Mark(*buffer_, count, &usable);
+  const std::vector<Rest> rests = detector_->Find(*buffer_, count, usable);
+
+  const std::size_t tail = at_end ? count : count - kTailWindows;
+  std::size_t keep_from = tail;  // What lies before has been used.
+  bool stays_open = false;
+  for (const Rest& rest : rests) {
+    if (rest.end() <= consumed_) continue;
+    const bool goes_on =
+        consumed_ > 0 && (rest.begin() <= consumed_ ||
+                          detector_->IsKnock(*buffer_, {0, consumed_}, rest.runs.front()));
+    if (!goes_on) ClosePose();
+    const std::size_t begin = goes_on ? consumed_ : 0;
+    consumed_ = 0;
+    if (rest.end() <= tail) {
+      AddWindows(rest, begin, rest.end());
+      ClosePose();
+    } else if (rest.begin() > count / 2) {
+      keep_from = rest.begin();  // Judged whole with the next chunk.
+      if (goes_on) keep_from = std::min(keep_from, begin);
+    } else {
+      AddWindows(rest, begin, tail);
+      stays_open = true;
+    }
+  }
+  if (at_end || !stays_open) {
+    ClosePose();
+    consumed_ = 0;
+  }
+  if (at_end) return;
+  // A rest that stays open leaves its last windows for comparison with what follows.
+  consumed_ = stays_open ? kTailWindows : 0;
+  buffer_->DropFront(stays_open ? tail - kTailWindows : keep_from);
+}
+
+void DetectedPoses::AddWindows(const Rest& rest, std::size_t begin, std::size_t end) {
+  for (const auto& run : rest.runs) {
+    for (const Triad triad : buffer_->streams()) {
+      const auto& windows = buffer_->windows(triad);
+      const std::size_t stop = std::min(run.second, end);
+      for (std::size_t i = std::max(run.first, begin); i < stop; ++i) {
+        open_.Add(triad, windows[i]);
+      }
+      open_.Break(triad);
+    }
+  }
+}
+
+void DetectedPoses::ClosePose() {
+  if (open_.empty()) return;
+  CollectedPose& done = poses_.emplace_back();
+  done.pose = open_.Finish(leading_, &done.moments);
+  open_ = PoseAccumulator();
+}
+
+Result<std::vector<CollectedPose>> DetectedPoses::Finish(std::vector<std::string>* warnings) {
+  if (!buffer_) TRUETRIAD_RETURN_IF_ERROR(Start());
+  FindRests(/*at_end=*/true);
+  const std::vector<std::string> stuck = stuck_->Warnings();
+  warnings->insert(warnings->end(), stuck.begin(), stuck.end());
+  return std::move(poses_);
+}
+
+}  // namespace truetriad

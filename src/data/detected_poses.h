@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/given_poses.h"
+#include "data/pose_statistics.h"
+#include "data/static_detector.h"
+#include "data/stream_checks.h"
+#include "data/window_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// Collects the poses that static detection finds, with a bounded number of windows in memory.
+class DetectedPoses {
+ public:
+  /// `monitors` belong to the caller and have seen every block before it comes to Add.
+  DetectedPoses(const StaticDetectorOptions& options,
+                const RecordingInfo& info,
+                const PerTriad<StreamMonitor*>& monitors,
+                Triad leading);
+
+  Status Add(const std::vector<SampleBlock>& blocks);
+
+  /// All poses in order; adds warnings. Empty when there is no rest.
+  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
+
+  /// Windows held at most so far: what bounds the memory.
+  std::size_t peak_windows() const { return peak_windows_; }
+
+ private:
+  // A block that is kept until all streams have shown their rate.
+  struct HeldBlock {
+    explicit HeldBlock(const SampleBlock& block);
+    SampleBlock View() const;
+    Triad triad;
+    std::vector<std::int64_t> time_ns, row;
+    std::vector<double> x, y, z, temperature_degc;
+  };
+
+  Status Start();
+  Status AddToBuffer(const SampleBlock& block);
+  void FindRests(bool at_end);
+  void AddWindows(const Rest& rest, std::size_t begin, std::size_t end);
+  void ClosePose();
+
+  StaticDetectorOptions options_;
+  RecordingInfo info_;
+  PerTriad<StreamMonitor*> monitors_;
+  Triad leading_;
+  std::vector<HeldBlock> held_;
+  std::int64_t held_samples_ = 0;
+  std::optional<WindowBuffer> buffer_;
+  std::optional<StaticDetector> detector_;
+  std::optional<StuckFinder> stuck_;
+  std::size_t consumed_ = 0;  // Windows at the front of the buffer that open_ holds already.
+  PoseAccumulator open_;
+  std::vector<CollectedPose> poses_;
+  std::size_t peak_windows_ = 0;
+};
+
+}  // namespace truetriad

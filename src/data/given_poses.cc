@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/given_poses.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <glog/logging.h>
+
+namespace truetriad {
+namespace {
+
+constexpr std::int64_t kNoPose = std::numeric_limits<std::int64_t>::min();
+// Samples a window: short enough for white noise inside, long enough for a variance.
+constexpr std::int64_t kWindowSamples = 10;
+
+}  // namespace
+
+GivenPoses::GivenPoses(const PoseSelection& selection, const RecordingInfo& info, Triad leading)
+    : selection_(selection),
+      info_(info),
+      leading_(leading),
+      range_used_(selection.ranges.size(), false) {}
+
+Status GivenPoses::Validate() const {
+  if (selection_.kind == PoseSelectionKind::kEveryN && selection_.every < 1) {
+    return BadInputError("poses: { every: " + std::to_string(selection_.every) +
+                         " }: expected a number of rows of at least 1");
+  }
+  if (selection_.kind == PoseSelectionKind::kColumn && !info_.Find(leading_)->has_pose_column) {
+    return BadInputError(info_.path +
+                         ": there is no column that numbers the poses; expected a column `pose` "
+                         "(0 = moving): name yours with `poses: { column: NAME }`");
+  }
+  if (selection_.kind != PoseSelectionKind::kRanges) return {};
+  std::int64_t previous = -1;
+  for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
+    const PoseRange& range = selection_.ranges[i];
+    if (range.first > previous && range.last >= range.first) {
+      previous = range.last;
+      continue;
+    }
+    return BadInputError("poses: range " + std::to_string(i + 1) + " is rows " +
+                         std::to_string(range.first) + " to " + std::to_string(range.last) +
+                         (range.first < 0 ? "" : " after row " + std::to_string(previous)) +
+                         "; expected first <= last, both 0-based, in file order, without overlap");
+  }
+  return {};
+}
+
+// Names the pose that the row belongs to; neighbouring rows of one name are one pose.
+std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
+  const std::int64_t row = block.row[i];
+  switch (selection_.kind) {
+    case PoseSelectionKind::kEveryRow:
+      return row;
+    case PoseSelectionKind::kEveryN:
+      return row / selection_.every;
+    case PoseSelectionKind::kColumn:
+      return block.pose.empty() || block.pose[i] == 0 ? kNoPose : block.pose[i];
+    case PoseSelectionKind::kRanges: {
+      const auto& ranges = selection_.ranges;
+      while (range_ < ranges.size() && ranges[range_].last < row) ++range_;
+      if (range_ == ranges.size() || row < ranges[range_].first) return kNoPose;
+      range_used_[range_] = true;
+      return static_cast<std::int64_t>(range_);
+    }
+    case PoseSelectionKind::kDetect:
+      break;
+  }
+  LOG(FATAL) << "not a given selection";
+  return kNoPose;
+}
+
+void GivenPoses::AddSamples(const SampleBlock& block,
+                            std::size_t begin,
+                            std::size_t end,
+                            OpenPose* pose) {
+  TriadWindow& window = pose->window[block.triad];
+  while (begin < end) {
+    const auto room = static_cast<std::size_t>(kWindowSamples - window.count);
+    const std::size_t stop = std::min(end, begin + room);
+    window.Merge(Summarize(block, begin, stop));
+    begin = stop;
+    if (window.count == kWindowSamples) {
+      pose->accumulator.Add(block.triad, window);
+      window = TriadWindow();
+    }
+  }
+}
+
+void GivenPoses::AddLeading(const SampleBlock& block) {
+  for (std::size_t begin = 0; begin < block.x.size();) {
+    const std::int64_t label = Label(block, begin);
+    std::size_t end = begin + 1;
+    while (end < block.x.size() && Label(block, end) == label) ++end;
+    if (!open_.empty() && open_.back().label != label) open_.back().closed = true;
+    if (label != kNoPose) {
+      if (open_.empty() || open_.back().closed) {
+        OpenPose& pose = open_.emplace_back();
+        pose.label = label;
+        pose.first_row = block.row[begin], pose.first_ns = block.time_ns[begin];
+      }
+      OpenPose& pose = open_.back();
+      pose.last_row = block.row[end - 1], pose.last_ns = block.time_ns[end - 1];
+      AddSamples(block, begin, end, &pose);
+    }
+    begin = end;
+  }
+  if (block.x.empty()) return;
+  last_row_ = block.row.back(), last_ns_ = block.time_ns.back();
+}
+
+void GivenPoses::AddWaiting(Triad triad, bool at_end) {
+  Waiting& waiting = waiting_[triad];
+  const bool by_row = IsByRow(triad);
+  const std::int64_t reach = Reach(by_row);
+  const std::vector<std::int64_t>& keys = by_row ? waiting.row : waiting.time_ns;
+  const std::int64_t passed = by_row ? last_row_ : last_ns_ - reach;
+  const SampleBlock block{triad,
+                          waiting.time_ns,
+                          waiting.x,
+                          waiting.y,
+                          waiting.z,
+                          waiting.temperature_degc,
+                          {},
+                          waiting.row};
+  std::size_t i = 0;
+  for (; i < keys.size() && (at_end || keys[i] <= passed);) {
+    waiting.current = std::max(waiting.current, finished_);
+    const auto at = static_cast<std::size_t>(waiting.current - finished_);
+    if (at == open_.size()) {
+      ++i;  // Behind the last pose so far, and the leading stream has passed it.
+      continue;
+    }
+    OpenPose& pose = open_[at];
+    const std::int64_t first = (by_row ? pose.first_row : pose.first_ns) - reach;
+    const std::int64_t last = (by_row ? pose.last_row : pose.last_ns) + reach;
+    if (keys[i] > last && pose.closed) {
+      ++waiting.current;
+      continue;
+    }
+    std::size_t end = i;
+    while (end < keys.size() && keys[end] >= first && keys[end] <= last &&
+           (at_end || keys[end] <= passed)) {
+      ++end;
+    }
+    if (end > i) AddSamples(block, i, end, &pose);
+    i = std::max(end, i + 1);
+  }
+  const auto used = static_cast<std::ptrdiff_t>(i);
+  const auto drop = [used](auto* values) {
+    if (!values->empty()) values->erase(values->begin(), values->begin() + used);
+  };
+  drop(&waiting.time_ns), drop(&waiting.row), drop(&waiting.temperature_degc);
+  drop(&waiting.x), drop(&waiting.y), drop(&waiting.z);
+}
+
+void GivenPoses::Add(const std::vector<SampleBlock>& blocks, double spacing_ns) {
+  spacing_ns_ = spacing_ns;
+  for (const SampleBlock& block : blocks) {
+    if (block.triad == leading_) {
+      AddLeading(block);
+      continue;
+    }
+    Waiting& waiting = waiting_[block.triad];
+    const auto append = [](auto* values, const auto& more) {
+      values->insert(values->end(), more.begin(), more.end());
+    };
+    append(&waiting.time_ns, block.time_ns), append(&waiting.row, block.row);
+    append(&waiting.x, block.x), append(&waiting.y, block.y), append(&waiting.z, block.z);
+    append(&waiting.temperature_degc, block.temperature_degc);
+    if (block.row.empty()) continue;
+    waiting.latest_key = IsByRow(block.triad) ? block.row.back() : block.time_ns.back();
+  }
+  for (const StreamInfo& stream : info_.streams) {
+    if (stream.triad != leading_) AddWaiting(stream.triad, false);
+  }
+  while (!open_.empty() && IsOver(open_.front())) FinishFirst();
+}
+
+// True when no stream can add to the pose any more.
+bool GivenPoses::IsOver(const OpenPose& pose) const {
+  if (!pose.closed) return false;
+  return std::all_of(info_.streams.begin(), info_.streams.end(), [&](const StreamInfo& stream) {
+    if (stream.triad == leading_) return true;
+    const Waiting& waiting = waiting_[stream.triad];
+    const bool by_row = IsByRow(stream.triad);
+    const std::int64_t last = by_row ? pose.last_row : pose.last_ns + Reach(by_row);
+    const auto& keys = by_row ? waiting.row : waiting.time_ns;
+    return (keys.empty() ? waiting.latest_key : keys.front()) > last;
+  });
+}
+
+bool GivenPoses::IsByRow(Triad triad) const {
+  return info_.Find(triad)->file == info_.Find(leading_)->file;
+}
+
+std::int64_t GivenPoses::Reach(bool by_row) const {
+  return by_row ? 0 : static_cast<std::int64_t>(0.5 * spacing_ns_);
+}
+
+void GivenPoses::FinishFirst() {
+  OpenPose& open = open_.front();
+  for (const Triad triad : kTriads) open.accumulator.Add(triad, open.window[triad]);
+  CollectedPose& done = poses_.emplace_back();
+  done.pose = open.accumulator.Finish(leading_, &done.moments);
+  if (selection_.kind == PoseSelectionKind::kColumn) done.pose.id = std::to_string(open.label);
+  if (selection_.kind == PoseSelectionKind::kRanges) {
+    const PoseRange& range = selection_.ranges[static_cast<std::size_t>(open.label)];
+    done.pose.id = range.id;
+    done.pose.face_up = range.face_up;
+  }
+  last_block_rows_ = open.last_row - open.first_row + 1;
+  open_.pop_front();
+  ++finished_;
+}
+
+Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* warnings) {
+  if (!open_.empty()) open_.back().closed = true;
+  for (const StreamInfo& stream : info_.streams) {
+    if (stream.triad != leading_) AddWaiting(stream.triad, true);
+  }
+  while (!open_.empty()) FinishFirst();
+  for (std::size_t i = 0; i < range_used_.size(); ++i) {
+    if (range_used_[i]) continue;
+    const PoseRange& range = selection_.ranges[i];
+    return BadInputError(
+        "poses: range " + std::to_string(i + 1) + " (rows " + std::to_string(range.first) + " to " +
+        std::to_string(range.last) + ") has no reading of the " + std::string(TriadName(leading_)) +
+        "; " + info_.Find(leading_)->file + " has data rows 0 to " + std::to_string(last_row_));
+  }
+  // A short last block is no pose of its own: it would weigh little and look like the others.
+  if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&
+      2 * last_block_rows_ < selection_.every) {
+    poses_.pop_back();
+    warnings->push_back("the last " + std::to_string(last_block_rows_) +
+                        " row(s) do not fill half a pose of " + std::to_string(selection_.every) +
+                        " and are left out");
+  }
+  return std::move(poses_);
+}
+
+}  // namespace truetriad

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/pose_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// A pose and what its covariance is made from.
+struct CollectedPose {
+  StaticPose pose;
+  PerTriad<TriadPoseMoments> moments;
+};
+
+/// Collects poses that are given: every row, every N rows, by a column, or by row ranges.
+///
+/// Rows are those of the leading stream's file. Samples of a stream in the same file belong to a
+/// pose by row, of one in another file by time, within half a spacing of the leading stream.
+class GivenPoses {
+ public:
+  GivenPoses(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
+
+  /// Ranges must be in file order; a pose column must be there.
+  Status Validate() const;
+
+  /// Adds what one call of SampleSource::Next gave. `spacing_ns`: of the leading stream.
+  void Add(const std::vector<SampleBlock>& blocks, double spacing_ns);
+
+  /// All poses in order; adds warnings. Error: a range without readings.
+  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
+
+ private:
+  struct OpenPose {
+    PoseAccumulator accumulator;
+    PerTriad<TriadWindow> window;  // The last few samples, until they make a window.
+    std::int64_t label = 0;
+    std::int64_t first_row = 0, last_row = 0, first_ns = 0, last_ns = 0;
+    bool closed = false;
+  };
+  /// Samples of another stream that wait until the leading one has passed them.
+  struct Waiting {
+    std::vector<std::int64_t> time_ns, row;
+    std::vector<double> x, y, z, temperature_degc;
+    std::int64_t latest_key = -1;  // Row or time of the last sample that came in.
+    std::int64_t current = 0;      // Number of the first pose that later samples can belong to.
+  };
+
+  std::int64_t Label(const SampleBlock& block, std::size_t i);
+  void AddLeading(const SampleBlock& block);
+  void AddWaiting(Triad triad, bool at_end);
+  bool IsOver(const OpenPose& pose) const;
+  bool IsByRow(Triad triad) const;
+  std::int64_t Reach(bool by_row) const;
+  static void AddSamples(const SampleBlock& block,
+                         std::size_t begin,
+                         std::size_t end,
+                         OpenPose* pose);
+  void FinishFirst();
+
+  PoseSelection selection_;
+  RecordingInfo info_;
+  Triad leading_;
+  double spacing_ns_ = 0.0;
+  std::size_t range_ = 0;
+  std::int64_t last_row_ = -1, last_ns_ = 0;  // Of the leading stream.
+  std::deque<OpenPose> open_;
+  std::int64_t finished_ = 0;
+  PerTriad<Waiting> waiting_;
+  std::vector<CollectedPose> poses_;
+  std::vector<bool> range_used_;
+  std::int64_t last_block_rows_ = 0;
+};
+
+}  // namespace truetriad

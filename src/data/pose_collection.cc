@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/data/pose_collection.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "data/detected_poses.h"
+#include "data/given_poses.h"
+#include "data/pose_statistics.h"
+#include "data/stream_checks.h"
+
+namespace truetriad {
+namespace {
+
+// The triad that decides what rests, and whose rows people are shown.
+std::optional<Triad> LeadingTriad(const RecordingInfo& info, PoseSelectionKind kind) {
+  constexpr std::array<Triad, 3> kOrder = {
+      Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope};
+  if (kind == PoseSelectionKind::kColumn) {
+    for (const Triad triad : kOrder) {
+      const StreamInfo* stream = info.Find(triad);
+      if (stream != nullptr && stream->has_pose_column) return triad;
+    }
+  }
+  for (const Triad triad : kOrder) {
+    if (info.Find(triad) != nullptr) return triad;
+  }
+  return std::nullopt;
+}
+
+std::string HowOf(const PoseSelection& selection) {
+  switch (selection.kind) {
+    case PoseSelectionKind::kDetect:
+      return "static detection";
+    case PoseSelectionKind::kEveryRow:
+      return "every row";
+    case PoseSelectionKind::kEveryN:
+      return "every " + std::to_string(selection.every) + " rows";
+    case PoseSelectionKind::kColumn:
+      return "pose column";
+    case PoseSelectionKind::kRanges:
+      return "given row ranges";
+  }
+  return "";
+}
+
+Status CheckCanDetect(const RecordingInfo& info, const StaticDetectorOptions& options) {
+  if (!info.has_time) {
+    return BadInputError(
+        info.path +
+        ": there is no time, so rests cannot be told from motion by their duration; expected a "
+        "time column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or poses "
+        "that are given (`poses: every_row`, `poses: { every: 100 }`, …)");
+  }
+  if (!(options.min_duration_s > 0.0) || !(options.max_knock_s >= 0.0)) {
+    return BadInputError("static detection: min_duration_s is " +
+                         std::to_string(options.min_duration_s) + " and max_knock_s is " +
+                         std::to_string(options.max_knock_s) +
+                         "; expected a positive and a non-negative number");
+  }
+  return {};
+}
+
+Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
+  return NotEnoughError(
+      set.source + ": no rest was found in " + std::to_string(set.duration_s) +
+      " s; expected poses in which the unit is still for at least " +
+      std::to_string(options.min_duration_s) +
+      " s, and more so than in between: hold each pose longer, or say where the poses are "
+      "(`poses:`)");
+}
+
+}  // namespace
+
+Result<PoseSet> CollectPoses(SampleSource& source,
+                             const PoseSelection& selection,
+                             const StaticDetectorOptions& options,
+                             const ProgressCallback& progress) {
+  const RecordingInfo& info = source.info();
+  const bool detect = selection.kind == PoseSelectionKind::kDetect;
+  const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
+  if (!leading) return BadInputError(info.path + ": no triad's columns were found");
+
+  PerTriad<std::optional<StreamMonitor>> monitors;
+  PerTriad<StreamMonitor*> monitor_of;
+  for (const StreamInfo& stream : info.streams) {
+    monitor_of[stream.triad] = &monitors[stream.triad].emplace(stream, info.has_time);
+  }
+  std::optional<DetectedPoses> detected;
+  std::optional<GivenPoses> given;
+  if (detect) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckCanDetect(info, options));
+    detected.emplace(options, info, monitor_of, *leading);
+  } else {
+    given.emplace(selection, info, *leading);
+    TRUETRIAD_RETURN_IF_ERROR(given->Validate());
+  }
+
+  std::vector<SampleBlock> blocks;
+  while (true) {
+    const Result<bool> more = source.Next(&blocks);
+    if (!more) return more.error();
+    if (!*more) break;
+    for (const SampleBlock& block : blocks) {
+      TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
+    }
+    if (detect) {
+      TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
+    } else {
+      given->Add(blocks, monitors[*leading]->spacing_ns());
+    }
+    if (progress) progress(source.progress());
+  }
+  if (monitors[*leading]->samples() == 0) {
+    return BadInputError(info.Find(*leading)->file + ": there is no reading of the " +
+                         std::string(TriadName(*leading)) +
+                         "; expected rows of numbers: check the columns and the separator");
+  }
+
+  PoseSet set;
+  set.source = info.path;
+  set.serial = info.serial;
+  set.has_time = info.has_time;
+  set.how = HowOf(selection);
+  PerTriad<Eigen::Vector3d> resolution_raw;
+  resolution_raw.items.fill(Eigen::Vector3d::Zero());
+  std::int64_t first_ns = monitors[*leading]->first_ns(), last_ns = first_ns;
+  for (const StreamInfo& stream : info.streams) {
+    const StreamMonitor& monitor = *monitors[stream.triad];
+    Result<StreamSummary> summary = monitor.Summary(source.counts(stream.triad));
+    if (!summary) return summary.error();
+    const std::vector<std::string> warnings = monitor.Warnings(*summary);
+    set.warnings.insert(set.warnings.end(), warnings.begin(), warnings.end());
+    set.streams.push_back(*std::move(summary));
+    resolution_raw[stream.triad] = monitor.resolution_raw();
+    if (monitor.samples() == 0) continue;
+    first_ns = std::min(first_ns, monitor.first_ns());
+    last_ns = std::max(last_ns, monitor.last_ns());
+    if (!monitor.has_temperature()) continue;
+    const Eigen::Vector2d range = monitor.temperature_range_degc();
+    set.temperature_range_degc =
+        set.temperature_range_degc
+            ? Eigen::Vector2d(std::min(range[0], (*set.temperature_range_degc)[0]),
+                              std::max(range[1], (*set.temperature_range_degc)[1]))
+            : range;
+  }
+  if (info.has_time) set.duration_s = static_cast<double>(last_ns - first_ns) * 1e-9;
+
+  Result<std::vector<CollectedPose>> collected =
+      detect ? detected->Finish(&set.warnings) : given->Finish(&set.warnings);
+  if (!collected) return collected.error();
+  std::vector<PerTriad<TriadPoseMoments>> moments;
+  for (CollectedPose& pose : *collected) {
+    set.poses.push_back(std::move(pose.pose));
+    moments.push_back(std::move(pose.moments));
+  }
+  if (set.poses.empty()) {
+    if (detect) return NoRestError(set, options);
+    return NotEnoughError(set.source + ": no row belongs to a pose (" + set.how +
+                          "); expected at least one pose");
+  }
+  FillCovariances(moments, resolution_raw, &set);
+  const std::size_t before = set.poses.size();
+  TRUETRIAD_RETURN_IF_ERROR(RemoveClippedPoses(resolution_raw, &moments, &set));
+  if (set.poses.size() < before) FillCovariances(moments, resolution_raw, &set);
+
+  double static_s = 0.0;
+  for (std::size_t i = 0; i < set.poses.size(); ++i) {
+    set.poses[i].number = static_cast<int>(i + 1);
+    if (!info.has_time) set.poses[i].start_ns = set.poses[i].end_ns = 0;
+    static_s += set.poses[i].duration_s();
+  }
+  if (set.duration_s > 0.0) set.static_share = std::min(1.0, static_s / set.duration_s);
+  if (progress) progress(1.0);
+  return set;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/pose_statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <glog/logging.h>
+
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// Below this many degrees of freedom a variance is not compared with another.
+constexpr double kEnoughDof = 8.0;
+// A longer batch counts when white noise would show as much more once in this many sets.
+constexpr double kLongerBatchLevel = 1e-3;
+// A pose is noisier than the others: strict, as there are many poses, and by a margin, as more
+// than that is harmless.
+constexpr double kNoisierLevel = 1e-6;
+constexpr double kNoisierFactor = 1.5;
+
+bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
+  if (dof < kEnoughDof || than_dof < kEnoughDof || variance <= than) return false;
+  return than <= 0.0 || 1.0 - FisherCdf(variance / than, dof, than_dof) < level;
+}
+
+// One axis of one triad, over all poses.
+class AxisNoise {
+ public:
+  AxisNoise(const std::vector<const TriadPoseMoments*>& poses, int axis)
+      : poses_(poses), axis_(axis), noisier_(poses.size(), false) {
+    // Noisy poses raise the pool that they are compared with: leave them out, and again.
+    for (int round = 0; round < 5; ++round) {
+      Pool();
+      if (!FlagNoisier()) break;
+    }
+    Pool();
+  }
+
+  double white_variance() const { return white_.variance()[axis_]; }
+  double inflation() const { return white_variance() > 0.0 ? LongRun() / white_variance() : 1.0; }
+  bool known() const { return white_.dof > 0.0; }
+
+  // Variance of one sample that, divided by n, is the variance of the mean of pose i.
+  double VarianceOfPose(std::size_t i) const {
+    if (!noisier_[i]) return LongRun();
+    const double own_white = White(*poses_[i]).variance()[axis_] * inflation();
+    double variance = std::max(LongRun(), own_white);
+    if (chosen_ > 0) {
+      const BatchScatter own = Batch(*poses_[i], chosen_ - 1);
+      if (own.dof >= kEnoughDof) variance = std::max(variance, own.variance()[axis_]);
+    }
+    return variance;
+  }
+
+ private:
+  static BatchScatter White(const TriadPoseMoments& pose) {
+    return {pose.window_scatter_raw.diagonal().array(), pose.window_dof};
+  }
+  static BatchScatter Batch(const TriadPoseMoments& pose, std::size_t level) {
+    return level < pose.batches.size() ? pose.batches[level] : BatchScatter();
+  }
+
+  // 0: inside the windows; l: batches of 2^(l-1) windows.
+  const BatchScatter& Stage(std::size_t stage) const {
+    return stage == 0 ? white_ : batches_[stage - 1];
+  }
+  double LongRun() const { return Stage(chosen_).variance()[axis_]; }
+
+  void Pool() {
+    white_ = BatchScatter();
+    batches_.clear();
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (noisier_[i]) continue;
+      white_.Add(White(*poses_[i]));
+      batches_.resize(std::max(batches_.size(), poses_[i]->batches.size()));
+      for (std::size_t l = 0; l < poses_[i]->batches.size(); ++l) {
+        batches_[l].Add(poses_[i]->batches[l]);
+      }
+    }
+    // One sample a window: the windows themselves are the samples.
+    if (white_.dof < kEnoughDof && !batches_.empty()) white_ = batches_.front();
+    chosen_ = 0;
+    for (std::size_t longer = 1; longer <= batches_.size(); ++longer) {
+      const BatchScatter& now = Stage(chosen_);
+      const BatchScatter& then = Stage(longer);
+      if (IsSignificantlyMore(then.variance()[axis_],
+                              then.dof,
+                              now.variance()[axis_],
+                              now.dof,
+                              kLongerBatchLevel)) {
+        chosen_ = longer;
+      }
+    }
+  }
+
+  bool FlagNoisier() {
+    bool any = false;
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (noisier_[i]) continue;
+      const auto is_noisier = [&](const BatchScatter& own, const BatchScatter& pool) {
+        const double own_variance = own.variance()[axis_], pool_variance = pool.variance()[axis_];
+        return own_variance > kNoisierFactor * pool_variance &&
+               IsSignificantlyMore(own_variance, own.dof, pool_variance, pool.dof, kNoisierLevel);
+      };
+      noisier_[i] = is_noisier(White(*poses_[i]), white_) ||
+                    (chosen_ > 0 && is_noisier(Batch(*poses_[i], chosen_ - 1), Stage(chosen_)));
+      any = any || noisier_[i];
+    }
+    return any;
+  }
+
+  const std::vector<const TriadPoseMoments*>& poses_;
+  int axis_;
+  std::vector<bool> noisier_;
+  BatchScatter white_;
+  std::vector<BatchScatter> batches_;
+  std::size_t chosen_ = 0;
+};
+
+// Correlation matrix of a scatter matrix; an axis without scatter is uncorrelated.
+Eigen::Matrix3d Correlation(const Eigen::Matrix3d& scatter) {
+  Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      const double scale = std::sqrt(scatter(i, i) * scatter(j, j));
+      if (i != j && scale > 0.0) correlation(i, j) = scatter(i, j) / scale;
+    }
+  }
+  return correlation;
+}
+
+// Mean square of the deviation of the mean reading from the mean of a normal quantity of
+// deviation sigma that is rounded to steps of `step`. Widrow & Kollar 2008, sec. 9: the error is
+// periodic with amplitude step/pi exp(-2 pi^2 sigma^2/step^2); at sigma = 0 it is step^2/12.
+double RoundingVariance(double variance, double step) {
+  if (!(step > 0.0)) return 0.0;
+  constexpr double kPi = std::numbers::pi;
+  return step * step / 12.0 * std::exp(-4.0 * kPi * kPi * variance / (step * step));
+}
+
+void FillTriad(Triad triad,
+               const std::vector<PerTriad<TriadPoseMoments>>& moments,
+               const Eigen::Vector3d& step_raw,
+               StreamSummary* stream,
+               std::vector<StaticPose>* poses) {
+  std::vector<const TriadPoseMoments*> present;
+  std::vector<TriadPose*> targets;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  double scatter_dof = 0.0;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    std::optional<TriadPose>& target = (*poses)[i].triads[triad];
+    if (!target) continue;
+    present.push_back(&moments[i][triad]);
+    targets.push_back(&*target);
+    scatter += present.back()->window_scatter_raw;
+    scatter_dof += present.back()->window_dof;
+  }
+  const std::array<AxisNoise, 3> noise = {
+      AxisNoise(present, 0), AxisNoise(present, 1), AxisNoise(present, 2)};
+  if (!noise[0].known()) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    const AxisNoise& axis_noise = noise[static_cast<std::size_t>(axis)];
+    stream->noise_sigma_raw[axis] = std::sqrt(axis_noise.white_variance());
+    stream->correlation_inflation[axis] = axis_noise.inflation();
+  }
+  for (std::size_t i = 0; i < present.size(); ++i) {
+    const bool own = present[i]->window_dof >= kEnoughDof;
+    const Eigen::Matrix3d& shape = own ? present[i]->window_scatter_raw : scatter;
+    const double dof = own ? present[i]->window_dof : scatter_dof;
+    if (dof > 0.0) targets[i]->sample_covariance_raw = shape / dof;
+    Eigen::Vector3d deviation, rounding;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double variance = noise[static_cast<std::size_t>(axis)].VarianceOfPose(i);
+      deviation[axis] = std::sqrt(variance / static_cast<double>(present[i]->count));
+      rounding[axis] = RoundingVariance(variance, step_raw[axis]);
+    }
+    targets[i]->mean_covariance_raw =
+        deviation.asDiagonal() * Correlation(scatter) * deviation.asDiagonal();
+    targets[i]->mean_covariance_raw.diagonal() += rounding;
+    targets[i]->has_covariance = (targets[i]->mean_covariance_raw.diagonal().array() > 0.0).all();
+  }
+}
+
+}  // namespace
+
+void TriadPoseAccumulator::Line::Add(double at, double batch_samples, const Eigen::Array3d& value) {
+  count += 1.0;
+  samples += batch_samples;
+  const double time_step = at - time;
+  const Eigen::Array3d step = value - mean;
+  time += time_step / count;
+  mean += step / count;
+  time_square += time_step * (at - time);
+  square += step * (value - mean);
+  product += time_step * (value - mean);
+}
+
+void TriadPoseAccumulator::Add(const TriadWindow& window) {
+  if (window.count == 0) return;
+  moments_.window_scatter_raw += window.scatter_raw;
+  moments_.window_dof += static_cast<double>(window.count - 1);
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool first = total_.count == 0;
+    const double low = window.minimum_raw[axis], high = window.maximum_raw[axis];
+    if (first || low < total_.minimum_raw[axis]) moments_.at_minimum[axis] = 0.0;
+    if (first || high > total_.maximum_raw[axis]) moments_.at_maximum[axis] = 0.0;
+    if (first || low <= total_.minimum_raw[axis]) moments_.at_minimum[axis] += 1.0;
+    if (first || high >= total_.maximum_raw[axis]) moments_.at_maximum[axis] += 1.0;
+  }
+  total_.Merge(window);
+
+  // Two batches of one level make one of the next, like a binary counter.
+  Eigen::Array3d mean = window.mean_raw.array();
+  auto samples = static_cast<double>(window.count);
+  auto time = static_cast<double>(moments_.windows++);
+  for (std::size_t l = 0;; ++l) {
+    if (l == levels_.size()) levels_.emplace_back();
+    Level& level = levels_[l];
+    level.line.Add(time, samples, mean);
+    if (!level.has_half) {
+      level.has_half = true;
+      level.half_mean = mean, level.half_samples = samples, level.half_time = time;
+      return;
+    }
+    level.has_half = false;
+    mean = level.half_mean + (mean - level.half_mean) * (samples / (samples + level.half_samples));
+    time = 0.5 * (time + level.half_time);
+    samples += level.half_samples;
+  }
+}
+
+void TriadPoseAccumulator::Break() {
+  for (Level& level : levels_) level.has_half = false;
+}
+
+TriadPoseMoments TriadPoseAccumulator::Finish() const {
+  TriadPoseMoments moments = moments_;
+  moments.count = total_.count;
+  moments.mean_raw = total_.mean_raw;
+  moments.minimum_raw = total_.minimum_raw;
+  moments.maximum_raw = total_.maximum_raw;
+  moments.scatter_raw = total_.scatter_raw;
+  for (const Level& level : levels_) {
+    const Line& line = level.line;
+    if (line.count < 3.0) break;
+    BatchScatter scatter;
+    scatter.residual_square = (line.square - line.product.square() / line.time_square).max(0.0) *
+                              (line.samples / line.count);
+    scatter.dof = line.count - 2.0;
+    moments.batches.push_back(scatter);
+  }
+  return moments;
+}
+
+void TemperatureAccumulator::Add(std::int64_t time_ns, double mean_degc, double samples) {
+  if (weight_ == 0.0) origin_ns_ = time_ns;
+  weight_ += samples;
+  const double time_s = static_cast<double>(time_ns - origin_ns_) * 1e-9;
+  const double time_step = time_s - time_;
+  time_ += time_step * samples / weight_;
+  mean_ += (mean_degc - mean_) * samples / weight_;
+  time_square_ += samples * time_step * (time_s - time_);
+  product_ += samples * time_step * (mean_degc - mean_);
+}
+
+void PoseAccumulator::Add(Triad triad, const TriadWindow& window) {
+  if (window.count == 0) return;
+  Extent& extent = extents_[triad];
+  if (triads_[triad].empty())
+    extent.first_ns = window.first_ns, extent.first_row = window.first_row;
+  extent.last_ns = window.last_ns, extent.last_row = window.last_row;
+  triads_[triad].Add(window);
+  if (window.temperature_count > 0) {
+    const auto count = static_cast<double>(window.temperature_count);
+    temperature_.Add(window.first_ns + (window.last_ns - window.first_ns) / 2,
+                     window.temperature_sum_degc / count,
+                     count);
+  }
+}
+
+StaticPose PoseAccumulator::Finish(Triad leading, PerTriad<TriadPoseMoments>* moments) const {
+  StaticPose pose;
+  for (const Triad triad : kTriads) {
+    if (triads_[triad].empty()) continue;
+    TriadPoseMoments& triad_moments = (*moments)[triad];
+    triad_moments = triads_[triad].Finish();
+    TriadPose& reading = pose.triads[triad].emplace();
+    reading.samples = triad_moments.count;
+    reading.mean_raw = triad_moments.mean_raw;
+  }
+  const Extent& extent = extents_[leading];
+  pose.start_ns = extent.first_ns, pose.end_ns = extent.last_ns;
+  pose.first_row = extent.first_row, pose.last_row = extent.last_row;
+  if (!temperature_.empty()) {
+    pose.temperature_degc = temperature_.mean_degc();
+    pose.temperature_rate_degcps = temperature_.rate_degcps();
+  }
+  return pose;
+}
+
+void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                     const PerTriad<Eigen::Vector3d>& resolution_raw,
+                     PoseSet* set) {
+  CHECK_EQ(moments.size(), set->poses.size());
+  for (StreamSummary& stream : set->streams) {
+    FillTriad(stream.triad, moments, resolution_raw[stream.triad], &stream, &set->poses);
+  }
+}
+
+}  // namespace truetriad

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "data/window_statistics.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Scatter of equally long batches of samples about a straight line in time, per axis.
+struct BatchScatter {
+  Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Times samples a batch.
+  double dof = 0.0;
+
+  void Add(const BatchScatter& other) {
+    residual_square += other.residual_square;
+    dof += other.dof;
+  }
+  /// Long-run variance of one sample as batches of this length show it; zero without dof.
+  Eigen::Array3d variance() const {
+    return dof > 0.0 ? Eigen::Array3d(residual_square / dof)
+                     : Eigen::Array3d(Eigen::Array3d::Zero());
+  }
+};
+
+/// What is kept of one triad's samples in one pose once the pose is over.
+struct TriadPoseMoments {
+  std::int64_t count = 0;
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d scatter_raw = Eigen::Matrix3d::Zero();         ///< About the pose's mean.
+  Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
+  double window_dof = 0.0;
+  std::int64_t windows = 0;
+  /// Windows that reach the pose's own extreme reading exactly, per axis.
+  Eigen::Array3d at_minimum = Eigen::Array3d::Zero();
+  Eigen::Array3d at_maximum = Eigen::Array3d::Zero();
+  /// Batches of 1, 2, 4, … windows.
+  std::vector<BatchScatter> batches;
+};
+
+/// Reduces the windows of one triad in one pose, in one pass.
+class TriadPoseAccumulator {
+ public:
+  void Add(const TriadWindow& window);
+  /// A gap or a knock: batches do not reach across it.
+  void Break();
+  TriadPoseMoments Finish() const;
+  bool empty() const { return total_.count == 0; }
+
+ private:
+  // Regression of batch means on batch number, updated one by one (West 1979).
+  struct Line {
+    double count = 0.0, samples = 0.0, time = 0.0, time_square = 0.0;
+    Eigen::Array3d mean = Eigen::Array3d::Zero();
+    Eigen::Array3d square = Eigen::Array3d::Zero();
+    Eigen::Array3d product = Eigen::Array3d::Zero();
+    void Add(double at, double batch_samples, const Eigen::Array3d& value);
+  };
+  struct Level {
+    Line line;
+    // The first of two batches that make one of the next level.
+    Eigen::Array3d half_mean = Eigen::Array3d::Zero();
+    double half_samples = 0.0, half_time = 0.0;
+    bool has_half = false;
+  };
+
+  TriadPoseMoments moments_;
+  TriadWindow total_;
+  std::vector<Level> levels_;
+};
+
+/// Temperature of a pose: mean and least-squares rate.
+class TemperatureAccumulator {
+ public:
+  void Add(std::int64_t time_ns, double mean_degc, double samples);
+  bool empty() const { return weight_ == 0.0; }
+  double mean_degc() const { return mean_; }
+  /// Zero when all was read at one time.
+  double rate_degcps() const { return time_square_ > 0.0 ? product_ / time_square_ : 0.0; }
+
+ private:
+  std::int64_t origin_ns_ = 0;
+  double weight_ = 0.0, time_ = 0.0, mean_ = 0.0, time_square_ = 0.0, product_ = 0.0;
+};
+
+/// A pose under construction: windows go in, in time order for each triad.
+class PoseAccumulator {
+ public:
+  void Add(Triad triad, const TriadWindow& window);
+  void Break(Triad triad) { triads_[triad].Break(); }
+  bool empty() const {
+    return triads_.items[0].empty() && triads_.items[1].empty() && triads_.items[2].empty();
+  }
+
+  /// The pose without its covariances, which need all poses; and what they are made from.
+  StaticPose Finish(Triad leading, PerTriad<TriadPoseMoments>* moments) const;
+
+ private:
+  struct Extent {
+    std::int64_t first_ns = 0, last_ns = 0, first_row = 0, last_row = 0;
+  };
+  PerTriad<TriadPoseAccumulator> triads_;
+  PerTriad<Extent> extents_;
+  TemperatureAccumulator temperature_;
+};
+
+/// Fills the covariances of all poses of a set and the noise of its streams.
+///
+/// Noise is pooled over the poses: the white part from inside the windows, and the long-run part
+/// from batch means with batches of 1, 2, 4, … windows. The inflation is the ratio at the
+/// shortest batch after which no longer batch shows significantly more; white noise therefore has
+/// an inflation of 1. A pose that is significantly noisier than the others keeps its own variance.
+///   covariance of the mean = D R D / n,  D^2 = variance * inflation,  R: correlation of the axes
+/// plus what coarse steps leave: q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no number of
+/// samples averages away.
+/// `moments[i]` belongs to set->poses[i]; `resolution_raw` is the step q, 0 when fine.
+void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                     const PerTriad<Eigen::Vector3d>& resolution_raw,
+                     PoseSet* set);
+
+}  // namespace truetriad

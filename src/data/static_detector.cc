@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/static_detector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <glog/logging.h>
+
+namespace truetriad {
+namespace {
+
+constexpr float kNever = std::numeric_limits<float>::infinity();
+
+// The activity of a window looks this far to each side, so that a rest loses as much of its ends:
+// settling time.
+constexpr std::size_t kHalfSpan = 2;
+constexpr std::size_t kSpan = 2 * kHalfSpan + 1;
+
+// Levels are tried in steps of a factor 1.4 in variance.
+constexpr double kLevelStep = 0.5;
+// A number of rests that holds over a factor of 16 in variance is as good as it gets.
+constexpr double kPersistentLevels = 4.0 / kLevelStep;
+// A number that holds over less than a factor of 4 in variance is an accident.
+constexpr double kFewestLevels = 2.0 / kLevelStep;
+
+// The mean of a rest may move by 1 % of the range, that is 1.1 deg of 2 g: averaging over such a
+// turn shortens the mean of a unit vector by 2e-5 only.
+constexpr double kSteadyShare = 0.01;
+// A long rest may drift in addition with the temperature: 0.1 mg/s of 2 g.
+constexpr double kThermalShareHz = 5e-5;
+// Same attitude before and after a knock; and the tilt that makes handling of a disturbance.
+constexpr double kSameAttitudeShare = 0.003;
+constexpr double kHandledShare = 0.05;
+// A gyroscope whose mean is further than this share of its range from the other rests turns.
+constexpr double kTurningShare = 0.005;
+
+Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
+                       std::size_t begin,
+                       std::size_t end) {
+  const Eigen::Vector3d& origin = windows[begin].mean_raw;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double samples = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto count = static_cast<double>(windows[i].count);
+    sum += count * (windows[i].mean_raw - origin);
+    samples += count;
+  }
+  return origin + sum / std::max(samples, 1.0);
+}
+
+// Trace of the covariance of all samples of the windows.
+double TotalVariance(const std::vector<TriadWindow>& windows, std::size_t begin, std::size_t end) {
+  const Eigen::Vector3d mean = MeanOf(windows, begin, end);
+  double scatter = 0.0, samples = 0.0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto count = static_cast<double>(windows[i].count);
+    scatter += windows[i].scatter_raw.trace() + count * (windows[i].mean_raw - mean).squaredNorm();
+    samples += count;
+  }
+  return scatter / std::max(samples - 1.0, 1.0);
+}
+
+// Lower and upper end of `values` without a share of 1 % on each side.
+std::pair<double, double> CentralRange(std::vector<double>* values) {
+  const auto tail = static_cast<std::ptrdiff_t>(values->size() / 100);
+  const auto low = values->begin() + tail, high = values->end() - 1 - tail;
+  std::nth_element(values->begin(), low, values->end());
+  const double lowest = *low;
+  std::nth_element(values->begin(), high, values->end());
+  return {lowest, *high};
+}
+
+}  // namespace
+
+StaticDetector::StaticDetector(const StaticDetectorOptions& options,
+                               std::vector<DetectorTriad> triads,
+                               double window_s)
+    : options_(options), triads_(std::move(triads)), window_s_(window_s) {
+  CHECK(!triads_.empty());
+  range_raw_.items.fill(0.0);
+  for (const DetectorTriad& known : triads_) range_raw_[known.triad] = known.expected_range_raw;
+}
+
+std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
+                                       std::size_t count,
+                                       const std::vector<bool>& usable) {
+  if (count < kSpan) return {};
+  UpdateRange(buffer, count);
+  MeasureActivity(buffer, count, usable);
+  WidenRangeIfQuietThroughout(buffer);
+  std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
+  DropTurning(buffer, &rests);
+  for (Rest& rest : rests) {
+    CutSettling(buffer, &rest.runs.front());
+    if (rest.runs.size() > 1) CutSettling(buffer, &rest.runs.back());
+  }
+  std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
+  return rests;
+}
+
+void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) {
+  // A thousand windows tell the range; shocks and the like stay out with the outer 1 %.
+  const std::size_t stride = count / 1024 + 1;
+  std::vector<double> means;
+  for (const DetectorTriad& known : triads_) {
+    const auto& windows = buffer.windows(known.triad);
+    for (int axis = 0; axis < 3; ++axis) {
+      means.clear();
+      for (std::size_t i = 0; i < count; i += stride) {
+        if (windows[i].count > 0) means.push_back(windows[i].mean_raw[axis]);
+      }
+      if (means.empty()) continue;
+      const auto [low, high] = CentralRange(&means);
+      range_raw_[known.triad] = std::max(range_raw_[known.triad], high - low);
+    }
+  }
+}
+
+void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
+                                     std::size_t count,
+                                     const std::vector<bool>& usable) {
+  activity_.assign(count, kNever);
+  std::size_t whole = 0;  // Windows in a row without a gap, all triads present, up to here.
+  for (std::size_t last = 0; last < count; ++last) {
+    bool good = usable[last];
+    for (const DetectorTriad& known : triads_) {
+      good = good && buffer.windows(known.triad)[last].count > 0;
+    }
+    const bool follows = last > 0 && buffer.index(last) == buffer.index(last - 1) + 1;
+    whole = !good ? 0 : (follows ? whole + 1 : 1);
+    if (whole < kSpan) continue;
+    double product = 1.0;
+    for (const DetectorTriad& known : triads_) {
+      const double range = range_raw_[known.triad];
+      // A reading that stays on one step has still the step's own uncertainty, and noise-free
+      // (simulated) readings must not give the logarithm of zero.
+      const double floor = known.resolution_raw.squaredNorm() / 12.0 + 1e-12 * range * range +
+                           std::numeric_limits<double>::min();
+      product *= floor + TotalVariance(buffer.windows(known.triad), last + 1 - kSpan, last + 1);
+    }
+    activity_[last - kHalfSpan] =
+        static_cast<float>(std::log2(product) / static_cast<double>(triads_.size()));
+  }
+}
+
+// Nothing moves in the whole buffer: the range of the signal is noise and drift, and says nothing
+// about how far a mean may move. Then a hundred times the noise stands in for it.
+void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
+  if (triads_.front().expected_range_raw > 0.0) return;
+  std::vector<double> finite;
+  double noise_variance = 0.0;
+  const auto& windows = buffer.windows(triads_.front().triad);
+  for (std::size_t i = 0; i < activity_.size(); ++i) {
+    if (activity_[i] == kNever) continue;
+    finite.push_back(activity_[i]);
+    noise_variance += TotalVariance(windows, i, i + 1);
+  }
+  if (finite.empty()) return;
+  const auto [low, high] = CentralRange(&finite);
+  // 5 windows of 4 samples and 3 axes have 57 degrees of freedom: 98 % of their variances lie
+  // within a factor of 2.4. Twice that allows for correlated noise.
+  if (high - low > 2.25) return;
+  const double noise_raw = std::sqrt(noise_variance / static_cast<double>(finite.size()));
+  double& range = range_raw_[triads_.front().triad];
+  if (range < 20.0 * noise_raw) range = 100.0 * noise_raw;
+}
+
+double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
+  double lowest = kNever, highest = -kNever;
+  for (const float activity : activity_) {
+    if (activity == kNever) continue;
+    lowest = std::min<double>(lowest, activity);
+    highest = std::max<double>(highest, activity);
+  }
+  std::vector<std::size_t> rests;  // By level.
+  for (double level = lowest; level < highest + 2.0 * kLevelStep; level += kLevelStep) {
+    rests.push_back(RestsBelow(buffer, level).size());
+  }
+  // For each number n of rests: the longest run of levels with at least n.
+  double best_score = 0.0, best_level = -kNever;
+  for (const std::size_t number : rests) {
+    if (number == 0) continue;
+    for (std::size_t begin = 0; begin < rests.size(); ++begin) {
+      if (rests[begin] < number) continue;
+      std::size_t end = begin + 1;
+      while (end < rests.size() && rests[end] >= number) ++end;
+      const bool reaches_top = end == rests.size();  // Nothing livelier: holds at any level above.
+      const auto width = static_cast<double>(end - begin) + (reaches_top ? kPersistentLevels : 0.0);
+      const double first_level = lowest + kLevelStep * static_cast<double>(begin);
+      begin = end;
+      if (width < kFewestLevels) continue;
+      const double score = static_cast<double>(number) * std::min(1.0, width / kPersistentLevels);
+      if (score > best_score) {
+        best_score = score;
+        // A third of the way up: clear of the noise, and far from motion.
+        best_level = first_level + kLevelStep * (width - 1.0) / 3.0;
+      }
+    }
+  }
+  return best_level;
+}
+
+std::vector<Rest> StaticDetector::RestsBelow(const WindowBuffer& buffer, double level) const {
+  std::vector<Rest> rests;
+  const auto limit = static_cast<float>(level);
+  for (std::size_t i = 0; i < activity_.size(); ++i) {
+    if (!(activity_[i] <= limit)) continue;
+    WindowRun run{i, i + 1};
+    while (run.second < activity_.size() && activity_[run.second] <= limit) ++run.second;
+    i = run.second;
+    if (run.second - run.first < kSpan || !CutUnsteadyEnds(buffer, &run)) continue;
+    if (!rests.empty() && IsKnock(buffer, rests.back().runs.back(), run)) {
+      rests.back().runs.push_back(run);
+    } else {
+      if (!rests.empty() && !IsLongEnough(rests.back())) rests.pop_back();
+      rests.push_back({{run}});
+    }
+  }
+  if (!rests.empty() && !IsLongEnough(rests.back())) rests.pop_back();
+  return rests;
+}
+
+// Cuts the ends that are away from the middle; false when the mean moves throughout.
+bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const {
+  const Triad leading = triads_.front().triad;
+  const auto& windows = buffer.windows(leading);
+  const auto& [begin, end] = *run;
+  const double duration_s = static_cast<double>(end - begin) * window_s_;
+  const double limit_raw = (kSteadyShare + kThermalShareHz * duration_s) * range_raw_[leading];
+  const std::size_t middle = begin + (end - begin - kSpan) / 2;
+  const Eigen::Vector3d core = MeanOf(windows, middle, middle + kSpan);
+  const auto is_away = [&](std::size_t at) {
+    return (MeanOf(windows, at, at + kSpan) - core).cwiseAbs().maxCoeff() > 0.5 * limit_raw;
+  };
+  WindowRun cut = *run;
+  while (cut.first < middle && is_away(cut.first)) ++cut.first;
+  while (cut.second - kSpan > middle && is_away(cut.second - kSpan)) --cut.second;
+  const bool mostly_steady = 2 * (cut.second - cut.first) >= end - begin;
+  *run = cut;
+  // In between a look at two places is enough to unmask a turn there and back.
+  const std::size_t third = (cut.second - cut.first - kSpan) / 3;
+  return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
+}
+
+// Cuts what the noise of the rest itself does not explain at its ends, up to a quarter each.
+void StaticDetector::CutSettling(const WindowBuffer& buffer, WindowRun* run) const {
+  const std::size_t length = run->second - run->first;
+  if (length < 4 * kSpan) return;
+  const std::size_t quarter = length / 4;
+  const WindowRun core{run->first + quarter, run->second - quarter};
+  const auto& windows = buffer.windows(triads_.front().triad);
+  // Noise is judged after a straight line, so that a drifting rest keeps its ends.
+  const Eigen::Vector3d first = MeanOf(windows, core.first, core.first + quarter);
+  const Eigen::Vector3d last = MeanOf(windows, core.second - quarter, core.second);
+  const Eigen::Vector3d centre = 0.5 * (first + last);
+  const auto distance = static_cast<double>(core.second - core.first - quarter);
+  const Eigen::Vector3d slope = distance > 0.0 ? Eigen::Vector3d((last - first) / distance)
+                                               : Eigen::Vector3d(Eigen::Vector3d::Zero());
+  const double middle = 0.5 * static_cast<double>(core.first + core.second);
+  const auto deviation = [&](std::size_t at) -> Eigen::Vector3d {
+    const double from_middle = static_cast<double>(at) + 0.5 * static_cast<double>(kSpan) - middle;
+    return MeanOf(windows, at, at + kSpan) - centre - slope * from_middle;
+  };
+  Eigen::Vector3d square = Eigen::Vector3d::Zero();
+  std::size_t spans = 0;
+  for (std::size_t at = core.first; at + kSpan <= core.second; at += kSpan, ++spans) {
+    square += deviation(at).cwiseAbs2();
+  }
+  // 4 sigma, and another factor for a sigma from few spans.
+  const Eigen::Vector3d limit =
+      (4.0 + 8.0 / static_cast<double>(spans)) * (square / static_cast<double>(spans)).cwiseSqrt();
+  const auto is_away = [&](std::size_t at) {
+    return (deviation(at).cwiseAbs().array() > limit.array()).any();
+  };
+  while (run->first < core.first && is_away(run->first)) ++run->first;
+  while (run->second > core.second && is_away(run->second - kSpan)) --run->second;
+}
+
+bool StaticDetector::IsKnock(const WindowBuffer& buffer,
+                             const WindowRun& earlier,
+                             const WindowRun& later) const {
+  const Triad leading = triads_.front().triad;
+  const auto& windows = buffer.windows(leading);
+  const double range = range_raw_[leading];
+  const auto silent =
+      static_cast<double>(buffer.index(later.first) - buffer.index(earlier.second - 1) - 1);
+  // The activity blurs a knock over the span.
+  if ((silent - static_cast<double>(kSpan - 1)) * window_s_ > options_.max_knock_s) return false;
+  const std::size_t before = std::min(kSpan, earlier.second - earlier.first);
+  const std::size_t after = std::min(kSpan, later.second - later.first);
+  const Eigen::Vector3d mean = MeanOf(windows, earlier.second - before, earlier.second);
+  const auto change = [&](std::size_t begin, std::size_t end) {
+    return (MeanOf(windows, begin, end) - mean).cwiseAbs().maxCoeff();
+  };
+  if (change(later.first, later.first + after) > kSameAttitudeShare * range) return false;
+  for (std::size_t at = earlier.second; at + kSpan <= later.first; ++at) {
+    if (change(at, at + kSpan) > kHandledShare * range) return false;
+  }
+  return true;
+}
+
+bool StaticDetector::IsLongEnough(const Rest& rest) const {
+  std::size_t windows = 0;
+  for (const auto& [begin, end] : rest.runs) windows += end - begin;
+  // Half a window of grace: a whole number of windows is rarely the duration exactly.
+  return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
+}
+
+// A steady turn about the vertical is invisible to an accelerometer, not to a gyroscope.
+void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const {
+  for (const DetectorTriad& known : triads_) {
+    if (known.triad != Triad::kGyroscope || rests->size() < 3) continue;
+    const auto& windows = buffer.windows(known.triad);
+    const auto mean_of = [&](const Rest& rest) {
+      return MeanOf(windows, rest.runs.front().first, rest.runs.front().second);
+    };
+    Eigen::Vector3d typical, noise_raw;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> means, sigmas;
+      for (const Rest& rest : *rests) {
+        means.push_back(mean_of(rest)[axis]);
+        const TriadWindow& window = windows[rest.begin()];
+        sigmas.push_back(std::sqrt(window.scatter_raw(axis, axis) /
+                                   std::max(1.0, static_cast<double>(window.count - 1))));
+      }
+      const auto half = static_cast<std::ptrdiff_t>(means.size() / 2);
+      std::nth_element(means.begin(), means.begin() + half, means.end());
+      std::nth_element(sigmas.begin(), sigmas.begin() + half, sigmas.end());
+      typical[axis] = *(means.begin() + half);
+      noise_raw[axis] = *(sigmas.begin() + half);
+    }
+    const double share = kTurningShare * range_raw_[known.triad];
+    std::erase_if(*rests, [&](const Rest& rest) {
+      const Eigen::Vector3d difference = (mean_of(rest) - typical).cwiseAbs();
+      return (difference.array() > (5.0 * noise_raw).cwiseMax(share).array()).any();
+    });
+  }
+}
+
+}  // namespace truetriad

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/stream_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+constexpr char kAxisName[] = "xyz";
+constexpr std::size_t kSpacingSamples = 1024;
+constexpr std::int64_t kResolutionSamples = 20000;
+constexpr double kGapSpacings = 5.0;
+// Fewer equal readings in a row (or in all) can be chance.
+constexpr std::int64_t kFewestStuckSamples = 20;
+constexpr std::size_t kFewestStuckWindows = 3;
+constexpr std::size_t kMaxListed = 3;
+
+double MedianOf(std::vector<std::int64_t> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (*middle > 0) return static_cast<double>(*middle);
+  // Times in bursts of equal stamps: the mean spacing says more.
+  double sum = 0.0;
+  for (const std::int64_t value : values) sum += static_cast<double>(value);
+  return sum / static_cast<double>(values.size());
+}
+
+std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << static_cast<double>(to_ns - from_ns) * 1e-9 << " s";
+  return text.str();
+}
+
+std::string Number(double value) {
+  std::ostringstream text;
+  text << std::setprecision(9) << value;
+  return text.str();
+}
+
+std::string Name(Triad triad) { return std::string(TriadName(triad)); }
+
+// Smallest difference above rounding between neighbours of [begin, end).
+double SmallestStep(std::span<const double> values, double step, double largest) {
+  const double rounding = 1e-9 * largest;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double difference = std::abs(values[i] - values[i - 1]);
+    step = std::min(step, difference > rounding ? difference : step);
+  }
+  return step;
+}
+
+}  // namespace
+
+Status StreamMonitor::CheckFinite(const SampleBlock& block) const {
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    if (std::isfinite(block.x[i]) && std::isfinite(block.y[i]) && std::isfinite(block.z[i])) {
+      continue;
+    }
+    return BadInputError(info_.file + ": data row " + std::to_string(block.row[i]) + " of the " +
+                         Name(info_.triad) +
+                         " holds a reading that is not finite; expected numbers; leave the field "
+                         "empty where there is no reading");
+  }
+  return {};
+}
+
+Status StreamMonitor::Add(const SampleBlock& block) {
+  const std::size_t size = block.x.size();
+  if (size == 0) return {};
+  const std::array<std::span<const double>, 3> axes = {block.x, block.y, block.z};
+  bool finite = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    double low = minimum_raw_[axis], high = maximum_raw_[axis], sum = 0.0;
+    for (const double value : axes[static_cast<std::size_t>(axis)]) {
+      low = std::min(low, value), high = std::max(high, value);
+      sum += 0.0 * value;  // NaN once anything is not finite.
+    }
+    minimum_raw_[axis] = low, maximum_raw_[axis] = high;
+    finite = finite && sum == 0.0;
+    if (samples_ < kResolutionSamples) {
+      resolution_raw_[axis] = SmallestStep(axes[static_cast<std::size_t>(axis)],
+                                           resolution_raw_[axis],
+                                           std::max(std::abs(low), std::abs(high)));
+    }
+  }
+  if (!finite) return CheckFinite(block);
+  for (const double temperature : block.temperature_degc) {
+    // False for NaN, which stands for not known yet.
+    if (temperature < lowest_degc_) lowest_degc_ = temperature;
+    if (temperature > highest_degc_) highest_degc_ = temperature;
+  }
+
+  std::int64_t last_ns = samples_ == 0 ? block.time_ns[0] : last_ns_;
+  if (samples_ == 0) first_ns_ = block.time_ns[0];
+  for (std::size_t i = samples_ == 0 ? 1 : 0; i < size; ++i) {
+    const std::int64_t spacing_ns = block.time_ns[i] - last_ns;
+    if (spacing_ns < 0) {
+      return BadInputError(
+          info_.file + ": the time of the " + Name(info_.triad) + " goes back by " +
+          Seconds(block.time_ns[i], last_ns) + " at data row " + std::to_string(block.row[i]) +
+          "; expected times that never decrease: sort the rows, or cut the file where the clock "
+          "was set");
+    }
+    last_ns = block.time_ns[i];
+    duplicate_times_ += static_cast<int>(spacing_ns == 0);
+    if (median_ns_ > 0.0) {
+      if (static_cast<double>(spacing_ns) > kGapSpacings * median_ns_)
+        CountGap(spacing_ns, median_ns_);
+    } else {
+      first_spacings_ns_.push_back(spacing_ns);
+      if (first_spacings_ns_.size() >= kSpacingSamples) {
+        median_ns_ = MedianOf(first_spacings_ns_);
+        for (const std::int64_t first : first_spacings_ns_) CountGap(first, median_ns_);
+      }
+    }
+  }
+  last_ns_ = last_ns;
+  samples_ += static_cast<std::int64_t>(size);
+  return {};
+}
+
+void StreamMonitor::CountGap(std::int64_t spacing_ns, double median_ns) {
+  if (!(static_cast<double>(spacing_ns) > kGapSpacings * median_ns)) return;
+  ++gaps_;
+  longest_gap_ns_ = std::max(longest_gap_ns_, spacing_ns);
+}
+
+double StreamMonitor::spacing_ns() const {
+  if (median_ns_ > 0.0) return median_ns_;
+  return first_spacings_ns_.empty() ? 0.0 : MedianOf(first_spacings_ns_);
+}
+
+Eigen::Vector3d StreamMonitor::resolution_raw() const {
+  return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
+}
+
+Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
+  StreamSummary summary;
+  summary.triad = info_.triad;
+  summary.unit = info_.unit;
+  summary.samples = samples_;
+  summary.dropped_empty = counts.dropped_empty;
+  if (samples_ == 0) return summary;
+  summary.minimum_raw = minimum_raw_;
+  summary.maximum_raw = maximum_raw_;
+  if (samples_ >= kFewestStuckSamples && minimum_raw_ == maximum_raw_) {
+    return BadInputError(info_.file + ": all " + std::to_string(samples_) + " readings of the " +
+                         Name(info_.triad) + " are (" + Number(minimum_raw_.x()) + ", " +
+                         Number(minimum_raw_.y()) + ", " + Number(minimum_raw_.z()) + ") " +
+                         info_.unit.name +
+                         ": the sensor is stuck; expected noise and motion: check the wiring, the "
+                         "power-up of the sensor and the columns");
+  }
+  if (!has_time_) return summary;
+  const double spacing = spacing_ns();
+  summary.rate_hz = spacing > 0.0 ? 1e9 / spacing : 0.0;
+  summary.duplicate_times = duplicate_times_;
+  StreamMonitor all = *this;
+  if (median_ns_ == 0.0) {  // A short stream: its gaps have not been counted yet.
+    for (const std::int64_t first : first_spacings_ns_) all.CountGap(first, spacing);
+  }
+  summary.gaps = all.gaps_;
+  summary.longest_gap_s = static_cast<double>(all.longest_gap_ns_) * 1e-9;
+  return summary;
+}
+
+std::vector<std::string> StreamMonitor::Warnings(const StreamSummary& summary) const {
+  std::vector<std::string> warnings;
+  const std::string name = Name(info_.triad);
+  if (samples_ == 0) {
+    warnings.push_back(name + ": " + info_.file + " has no reading");
+    return warnings;
+  }
+  if (summary.gaps > 0) {
+    warnings.push_back(name + ": " + std::to_string(summary.gaps) +
+                       " gap(s) in time, the longest " + Number(summary.longest_gap_s) + " s");
+  }
+  if (summary.duplicate_times > 0) {
+    warnings.push_back(name + ": " + std::to_string(summary.duplicate_times) +
+                       " sample(s) with the same time as the one before");
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
+      warnings.push_back(name + ": the " + kAxisName[axis] + " axis reads " +
+                         Number(minimum_raw_[axis]) + " " + info_.unit.name +
+                         " throughout: is the axis dead or the column wrong?");
+    }
+  }
+  return warnings;
+}
+
+void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable) {
+  for (const Triad triad : buffer.streams()) {
+    const auto& windows = buffer.windows(triad);
+    // Candidates first: most recordings have none.
+    std::vector<std::pair<std::size_t, std::size_t>> candidates;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!windows[i].IsConstant()) continue;
+      std::size_t end = i;
+      std::int64_t samples = 0;
+      while (end < count && windows[end].IsConstant() &&
+             windows[end].minimum_raw == windows[i].minimum_raw) {
+        samples += windows[end++].count;
+      }
+      if (samples >= kFewestStuckSamples && end - i >= kFewestStuckWindows) {
+        candidates.emplace_back(i, end);
+      }
+      i = end - 1;
+    }
+    if (candidates.empty()) continue;
+
+    struct Quiet {
+      double variance = 0.0, repeat_share = 0.0;
+    };
+    std::vector<Quiet> varying;
+    Eigen::Vector3d low = windows[candidates[0].first].mean_raw, high = low;
+    for (std::size_t i = 0; i < count; ++i) {
+      const TriadWindow& window = windows[i];
+      if (window.count == 0) continue;
+      low = low.cwiseMin(window.mean_raw), high = high.cwiseMax(window.mean_raw);
+      if (window.count < 3 || window.IsConstant()) continue;
+      const auto steps = static_cast<double>(window.count - 1);
+      varying.push_back(
+          {window.scatter_raw.trace() / steps, static_cast<double>(window.repeats) / steps});
+    }
+    // The quietest quarter, when it is rest and not motion that varies.
+    const std::size_t quarter = varying.size() / 4;
+    if (quarter < 3) continue;
+    const auto middle = varying.begin() + static_cast<std::ptrdiff_t>(quarter);
+    std::nth_element(varying.begin(), middle, varying.end(), [](const Quiet& a, const Quiet& b) {
+      return a.variance < b.variance;
+    });
+    double repeat_share = 0.0;
+    for (auto it = varying.begin(); it != middle; ++it) repeat_share += it->repeat_share;
+    repeat_share /= static_cast<double>(quarter);
+    const bool quiet = std::sqrt(middle->variance) < 0.02 * (high - low).maxCoeff();
+    if (!quiet || repeat_share > 0.5) continue;
+
+    for (const auto& [begin, end] : candidates) {
+      for (std::size_t i = begin; i < end; ++i) (*usable)[i] = false;
+      const Stretch stretch{triad, windows[begin].first_ns, windows[end - 1].last_ns};
+      // Windows that stay in the buffer are seen again.
+      const bool known =
+          std::any_of(stretches_.begin(), stretches_.end(), [&](const Stretch& other) {
+            return other.triad == triad && stretch.first_ns <= other.last_ns;
+          });
+      if (known) continue;
+      ++stretch_count_;
+      if (stretches_.size() < kMaxListed) stretches_.push_back(stretch);
+    }
+  }
+}
+
+std::vector<std::string> StuckFinder::Warnings() const {
+  std::vector<std::string> warnings;
+  for (const Stretch& stretch : stretches_) {
+    warnings.push_back(Name(stretch.triad) + ": stuck at one reading from " +
+                       Seconds(origin_ns_, stretch.first_ns) + " to " +
+                       Seconds(origin_ns_, stretch.last_ns) + "; left out");
+  }
+  if (stretch_count_ > static_cast<std::int64_t>(stretches_.size())) {
+    warnings.push_back(
+        "and " + std::to_string(stretch_count_ - static_cast<std::int64_t>(stretches_.size())) +
+        " more stretches of a stuck sensor");
+  }
+  return warnings;
+}
+
+Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                          std::vector<PerTriad<TriadPoseMoments>>* moments,
+                          PoseSet* set) {
+  const std::size_t poses = moments->size();
+  std::vector<bool> clipped(poses, false);
+  std::string limits;
+  for (const StreamSummary& stream : set->streams) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double noise = stream.noise_sigma_raw[axis];
+      const double step = resolution_raw[stream.triad][axis];
+      if (!(noise > 0.5 * step)) continue;  // Noise below the step: a constant axis means nothing.
+      for (const bool at_top : {false, true}) {
+        const double limit = at_top ? stream.maximum_raw[axis] : stream.minimum_raw[axis];
+        std::string numbers;
+        std::size_t hits = 0;
+        for (std::size_t i = 0; i < poses; ++i) {
+          const TriadPoseMoments& pose = (*moments)[i][stream.triad];
+          const double extreme = at_top ? pose.maximum_raw[axis] : pose.minimum_raw[axis];
+          if (pose.count < kFewestStuckSamples || extreme != limit) continue;
+          const double windows_at_limit = at_top ? pose.at_maximum[axis] : pose.at_minimum[axis];
+          const bool flat = pose.minimum_raw[axis] == pose.maximum_raw[axis];
+          // With noise of two steps the largest of ten readings is rarely the largest of all.
+          const bool heaped = noise > 2.0 * step && pose.windows >= 5 &&
+                              windows_at_limit > 0.5 * static_cast<double>(pose.windows);
+          if (!flat && !heaped) continue;
+          clipped[i] = true;
+          if (++hits <= kMaxListed) numbers += (hits > 1 ? ", " : "") + std::to_string(i + 1);
+        }
+        if (hits == 0) continue;
+        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " + kAxisName[axis] +
+                  " axis at " + Number(limit) + " " + stream.unit.name + " in " +
+                  std::to_string(hits) + " pose(s), the first: " + numbers;
+      }
+    }
+  }
+  const auto lost = static_cast<std::size_t>(std::count(clipped.begin(), clipped.end(), true));
+  if (lost == 0) return {};
+  if (2 * lost > poses) {
+    return BadInputError(set->source + ": " + std::to_string(lost) + " of " +
+                         std::to_string(poses) + " poses read the limit of the sensor's range (" +
+                         limits +
+                         "); expected readings inside the range: set a larger full-scale range");
+  }
+  set->warnings.push_back("clipped: " + limits + "; these poses are left out");
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < poses; ++i) {
+    if (clipped[i]) continue;
+    if (kept != i) {
+      (*moments)[kept] = std::move((*moments)[i]);
+      set->poses[kept] = std::move(set->poses[i]);
+    }
+    ++kept;
+  }
+  moments->resize(kept);
+  set->poses.resize(kept);
+  return {};
+}
+
+}  // namespace truetriad

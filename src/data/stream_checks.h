@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "data/pose_statistics.h"
+#include "data/window_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Watches one stream pass by: order of time, gaps, range and step of the readings.
+class StreamMonitor {
+ public:
+  StreamMonitor(const StreamInfo& info, bool has_time) : info_(info), has_time_(has_time) {}
+
+  /// Error: time goes backwards, or a reading is not finite.
+  Status Add(const SampleBlock& block);
+
+  /// Median spacing of the first thousand samples; 0 before there are two, or without time.
+  double spacing_ns() const;
+  /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
+  Eigen::Vector3d resolution_raw() const;
+  std::int64_t samples() const { return samples_; }
+  std::int64_t first_ns() const { return first_ns_; }
+  std::int64_t last_ns() const { return last_ns_; }
+  bool has_temperature() const { return lowest_degc_ <= highest_degc_; }
+  Eigen::Vector2d temperature_range_degc() const { return {lowest_degc_, highest_degc_}; }
+
+  /// Counts and range of the whole stream. Error: the sensor is stuck at one reading.
+  Result<StreamSummary> Summary(const StreamCounts& counts) const;
+
+  /// What people should know: gaps, equal times, dropped rows, an axis that never changes.
+  std::vector<std::string> Warnings(const StreamSummary& summary) const;
+
+ private:
+  void CountGap(std::int64_t spacing_ns, double median_ns);
+  Status CheckFinite(const SampleBlock& block) const;
+
+  StreamInfo info_;
+  bool has_time_;
+  std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
+  std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0;
+  std::vector<std::int64_t> first_spacings_ns_;
+  double median_ns_ = 0.0;  // Known once first_spacings_ns_ is full.
+  Eigen::Vector3d last_raw_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
+  Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
+  Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
+  double lowest_degc_ = 1e300, highest_degc_ = -1e300;
+};
+
+/// Finds stretches where a sensor repeats one reading although its noise would not let it.
+///
+/// Judged against the quiet windows that do vary: when a reading is rarely equal to the one
+/// before there, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is
+/// below its step repeats itself most of the time, and is not judged.
+class StuckFinder {
+ public:
+  explicit StuckFinder(std::int64_t origin_ns) : origin_ns_(origin_ns) {}
+
+  /// Clears `usable` for the stuck windows among [0, count) of each stream.
+  void Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable);
+
+  std::vector<std::string> Warnings() const;
+
+ private:
+  struct Stretch {
+    Triad triad = Triad::kAccelerometer;
+    std::int64_t first_ns = 0, last_ns = 0;
+  };
+  std::int64_t origin_ns_;
+  std::vector<Stretch> stretches_;  // The first ones only, so that memory stays bounded.
+  std::int64_t stretch_count_ = 0;
+};
+
+/// Removes the poses in which an axis sits at the limit of its range, with a warning each axis.
+/// A clipped axis reads its stream's extreme in (nearly) all windows: without noise while others
+/// show noise, or heaped up at the extreme. Error: that leaves less than half of the poses.
+Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                          std::vector<PerTriad<TriadPoseMoments>>* moments,
+                          PoseSet* set);
+
+}  // namespace truetriad
