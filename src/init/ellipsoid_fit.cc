@@ -18,6 +18,7 @@
 // geometric.
 #include "truetriad/init/ellipsoid_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -212,8 +213,8 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
       (start.Map(points).rowwise().squaredNorm() / static_cast<double>(points.size())).cwiseSqrt();
   const Error undetermined = NotEnoughError(
       count +
-      " do not determine an ellipsoid: they lie on one plane or other surface, or on too small a "
-      "part of the sphere; add attitudes in which every axis points up, down and level");
+      " do not determine an ellipsoid: they lie on or near one plane or another surface, or on too "
+      "small a part of the sphere; add attitudes in which every axis points up, down and level");
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
@@ -241,7 +242,11 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   ellipsoid.shape = best->whitening.transpose() * best->whitening;
   ellipsoid.conditioning = Conditioning(sphere, methods.front());
   ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
-  if (!(ellipsoid.conditioning >= kMinConditioning)) return undetermined;
+  // A design no better than the residual is scatter: readings near a plane, or a small cap, that
+  // noise swells to an ellipsoid. A few readings of a tilted ellipsoid leave a residual of their
+  // own in the axis-aligned fit, which says nothing.
+  const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
+  if (!(ellipsoid.conditioning > std::max(kMinConditioning, least))) return undetermined;
   return ellipsoid;
 }
 

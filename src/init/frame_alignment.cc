@@ -83,8 +83,13 @@ struct Minimum {
   double curvature = 0.0;  // Smallest eigenvalue of the Gauss-Newton Hessian.
 };
 
-// Levenberg-Marquardt on R Exp(omega).
-Minimum Descend(const Moments& moments, Matrix3d rotation) {
+// Less than 0.01 rad apart: the same minimum. 3 - tr = angle^2 for small angles.
+bool AreSame(const Matrix3d& a, const Matrix3d& b) { return 3.0 - a.cwiseProduct(b).sum() < 1e-4; }
+
+// Levenberg-Marquardt on R Exp(omega); nullopt as soon as it runs into a minimum already found.
+std::optional<Minimum> Descend(const Moments& moments,
+                               Matrix3d rotation,
+                               const std::vector<FrameAlignment>& found) {
   constexpr int kMaxSteps = 50;
   constexpr double kSmallStepRad = 1e-9;  // convergence is faster than linear: the next is rounding
   double damping = 1e-3;
@@ -108,12 +113,15 @@ Minimum Descend(const Moments& moments, Matrix3d rotation) {
       rotation = moved;
       cost = moved_cost;
       damping *= 0.1;
+      for (const FrameAlignment& other : found) {
+        if (AreSame(rotation, other.rotation)) return std::nullopt;
+      }
     } else {
       damping *= 10.0;
     }
     if (angle_rad < kSmallStepRad) break;
   }
-  return {rotation, Eigen::SelfAdjointEigenSolver<Matrix3d>(hessian).eigenvalues()(0)};
+  return Minimum{rotation, Eigen::SelfAdjointEigenSolver<Matrix3d>(hessian).eigenvalues()(0)};
 }
 
 // Right-handed orthonormal frame with `first` as x and `second` in its xy plane. Where both are
@@ -170,16 +178,11 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   std::vector<FrameAlignment> alignments;
   double best_curvature = 0.0;
   for (const Matrix3d& start : starts) {
-    const Minimum minimum = Descend(moments, start);
-    // 1 - cos(angle) of the turn between two minima, doubled; 1e-3 rad and closer is the same one.
-    const bool known =
-        std::any_of(alignments.begin(), alignments.end(), [&minimum](const FrameAlignment& other) {
-          return 3.0 - (minimum.rotation.transpose() * other.rotation).trace() < 1e-6;
-        });
-    if (known) continue;
+    const std::optional<Minimum> minimum = Descend(moments, start, alignments);
+    if (!minimum) continue;
     FrameAlignment alignment;
-    alignment.rotation = minimum.rotation;
-    alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum.rotation));
+    alignment.rotation = minimum->rotation;
+    alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum->rotation));
     double sum = 0.0;  // over the pairs, because the moments cancel where the fit is exact
     for (std::size_t k = 0; k < pairs; ++k) {
       const double cosine = up_in_body[k].dot(alignment.rotation * field_in_triad[k]);
@@ -190,7 +193,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
         alignments.begin(), alignments.end(), [&alignment](const FrameAlignment& other) {
           return alignment.rms < other.rms;
         });
-    if (is_best) best_curvature = minimum.curvature;
+    if (is_best) best_curvature = minimum->curvature;
     alignments.push_back(alignment);
   }
   // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.

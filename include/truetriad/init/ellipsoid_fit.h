@@ -14,7 +14,7 @@ struct Ellipsoid {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d shape = Eigen::Matrix3d::Identity();  ///< A.
   /// Ratio of smallest to largest singular value of the design matrix (a row of squares, products
-  /// and coordinates per point) in the frame in which the fitted ellipsoid is the unit sphere. 0.6
+  /// and coordinates per point) in the frame in which the fitted ellipsoid is the unit sphere. 0.3
   /// for directions all over the sphere; near zero when the points do not determine the ellipsoid.
   double conditioning = 0.0;
   double relative_rms = 0.0;  ///< RMS of |A^1/2 (y - centre)| - 1 over the points.
@@ -32,7 +32,8 @@ Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& po
 /// Nine-parameter fit with the ellipsoid constraint kJ > I^2 enforced (Li and Griffiths 2004), on
 /// centred and scaled data, repeated in the frame where the ellipsoid found is a sphere; also
 /// without the constraint, and of the two the one with the smaller geometric residual. Needs 9
-/// points. Errors as above.
+/// points. Errors as above; not enough also when `conditioning` is below `relative_rms`: then
+/// scatter and not the shape of the cloud makes the ellipsoid.
 Result<Ellipsoid> FitEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
 /// Sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid:
