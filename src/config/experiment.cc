@@ -20,6 +20,7 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/named_values.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -38,52 +39,44 @@ constexpr std::array kCalibratedTriads = {Triad::kAccelerometer, Triad::kMagneto
 constexpr std::array<std::string_view, 4> kLimitQuantities = {
     "bias", "scale_error", "misalignment_rad", "residual_rms"};
 
-/// The words that can stand for a value, and what they mean.
-template <typename T>
-using Choices = std::vector<std::pair<std::string_view, T>>;
-
-template <typename T>
-Choices<T> Named(std::string_view (*name)(T), std::initializer_list<T> values) {
-  Choices<T> choices;
-  for (const T value : values) choices.emplace_back(name(value), value);
-  return choices;
+/// The named values of a table that another layer owns, for messages that list them.
+template <typename T, std::size_t N>
+NamedValues<T, N> Named(std::string_view (*name)(T), const std::array<T, N>& values) {
+  NamedValues<T, N> named;
+  for (std::size_t i = 0; i < N; ++i) named.entries[i] = {values[i], name(values[i])};
+  return named;
 }
 
-Choices<Gauge> Gauges() {
-  return Named(GaugeName, {Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
+auto Gauges() {
+  return Named(GaugeName,
+               std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
 }
-Choices<MatrixModel> Models() {
+auto Models() {
   return Named(
       MatrixModelName,
-      {MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
+      std::array{
+          MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
 }
-Choices<NoiseSource> NoiseSources() {
-  return Named(NoiseSourceName, {NoiseSource::kConfig, NoiseSource::kDatasheet});
+auto NoiseSources() {
+  return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
 }
-Choices<AccelerometerSign> Signs() {
-  return {{"specific_force", AccelerometerSign::kSpecificForce},
-          {"gravity", AccelerometerSign::kGravity}};
-}
-Choices<ExcessNoise> Excesses() {
-  return {{"none", ExcessNoise::kNone}, {"estimate", ExcessNoise::kEstimate}};
-}
-Choices<bool> Hemispheres() { return {{"north", true}, {"south", false}}; }
-Choices<bool> Losses() { return {{"huber", true}, {"none", false}}; }
-Choices<InitialiseMethod> Methods() {
-  return {{"auto", InitialiseMethod::kAuto},
-          {"six-face-extremes", InitialiseMethod::kSixFaceExtremes},
-          {"six-position", InitialiseMethod::kSixPosition},
-          {"ellipsoid-axis-aligned", InitialiseMethod::kEllipsoidAxisAligned},
-          {"ellipsoid", InitialiseMethod::kEllipsoid}};
-}
-
-template <typename T>
-std::string_view NameOf(const Choices<T>& choices, T value) {
-  for (const auto& [name, choice] : choices) {
-    if (choice == value) return name;
-  }
-  return "";
-}
+constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
+    {AccelerometerSign::kSpecificForce, "specific_force"},
+    {AccelerometerSign::kGravity, "gravity"},
+}};
+constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
+    {ExcessNoise::kNone, "none"},
+    {ExcessNoise::kEstimate, "estimate"},
+}};
+constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
+constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
+constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
+    {InitialiseMethod::kAuto, "auto"},
+    {InitialiseMethod::kSixFaceExtremes, "six-face-extremes"},
+    {InitialiseMethod::kSixPosition, "six-position"},
+    {InitialiseMethod::kEllipsoidAxisAligned, "ellipsoid-axis-aligned"},
+    {InitialiseMethod::kEllipsoid, "ellipsoid"},
+}};
 
 /// `number`, `{ value, sigma }` or `unknown`, as far as it has been said.
 struct Stated {
@@ -126,17 +119,17 @@ bool ReadNumber(YamlReader reader, const Range& range, double* value) {
   return true;
 }
 
-template <typename T>
-bool ReadChoice(YamlReader reader, const Choices<T>& choices, T* value) {
+template <typename T, std::size_t N>
+bool ReadChoice(YamlReader reader, const NamedValues<T, N>& choices, T* value) {
   std::string word;
   if (!reader.Read(&word)) return false;
+  if (const std::optional<T> choice = choices.Find(word)) {
+    *value = *choice;
+    return true;
+  }
   std::string known;
-  for (const auto& [name, choice] : choices) {
-    if (word == name) {
-      *value = choice;
-      return true;
-    }
-    known += (known.empty() ? "" : ", ") + std::string(name);
+  for (const auto& entry : choices.entries) {
+    known += (known.empty() ? "" : ", ") + std::string(entry.second);
   }
   reader.Fail("`" + word + "` is not known; one of " + known + " is expected");
   return false;
@@ -287,7 +280,7 @@ void ReadReference(YamlReader reader, Draft* draft) {
                {-90.0, 90.0, "a dip of -90 to 90 degrees, positive when the field points down,"},
                true,
                &draft->dip_deg);
-    ReadChoice(field.Child("hemisphere"), Hemispheres(), &reference.northern_hemisphere);
+    ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
     field.RejectUnknown();
   }
   ReadNumber(reader.Child("temperature_degc"),
@@ -310,7 +303,7 @@ void ReadNoise(YamlReader reader, TriadOptions* options) {
     }
     excess.RejectUnknown();
   } else {
-    ReadChoice(excess, Excesses(), &options->excess);
+    ReadChoice(excess, kExcesses, &options->excess);
   }
   reader.RejectUnknown();
 }
@@ -343,7 +336,7 @@ void ReadFixed(YamlReader reader, TriadOptions* options, bool* identity) {
 void ReadSensor(YamlReader reader, Triad triad, Experiment* experiment) {
   TriadOptions& options = experiment->options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
-  if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), Signs(), &options.sign);
+  if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
   ReadNoise(reader.Child("noise"), &options);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &experiment->fixed_identity[triad]);
@@ -414,10 +407,10 @@ void ReadAttitudes(YamlReader reader, Draft* draft) {
 void ReadRobust(YamlReader reader, RobustOptions* robust) {
   if (!reader) return;
   if (reader.IsScalar()) {
-    ReadChoice(reader, Losses(), &robust->enabled);
+    ReadChoice(reader, kLosses, &robust->enabled);
     return;
   }
-  ReadChoice(reader.Child("loss"), Losses(), &robust->enabled);
+  ReadChoice(reader.Child("loss"), kLosses, &robust->enabled);
   ReadNumber(reader.Child("scale"), kPositive, &robust->scale);
   reader.RejectUnknown();
 }
@@ -425,7 +418,7 @@ void ReadRobust(YamlReader reader, RobustOptions* robust) {
 void ReadInitialise(YamlReader reader, Draft* draft) {
   if (!reader) return;
   InitialiseOptions& initialise = draft->experiment.options.initialise;
-  ReadChoice(reader.Child("method"), Methods(), &initialise.method);
+  ReadChoice(reader.Child("method"), kMethods, &initialise.method);
   reader.Optional("only", &initialise.only);
   reader.Optional("forces", &draft->forces_file);
   reader.RejectUnknown();
@@ -633,7 +626,7 @@ void WriteReference(ResolvedText& out, const Draft& draft) {
   out.Open("field");
   out.Line("strength_ut", draft.strength_ut);
   out.Line("dip_deg", draft.dip_deg);
-  out.Line("hemisphere", NameOf(Hemispheres(), reference.northern_hemisphere));
+  out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
   out.Close();
   out.Line("temperature_degc", reference.temperature_degc);
   out.Close();
@@ -642,19 +635,19 @@ void WriteReference(ResolvedText& out, const Draft& draft) {
 void WriteSensor(ResolvedText& out, Triad triad, const Experiment& experiment) {
   const TriadOptions& options = experiment.options.triads[triad];
   out.Open(TriadName(triad));
-  out.Line("model", NameOf(Models(), options.model));
-  if (triad == Triad::kAccelerometer) out.Line("sign", NameOf(Signs(), options.sign));
+  out.Line("model", Models().Name(options.model));
+  if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
   out.Open("noise");
   if (options.noise_sigma_raw) {
     out.Line("sigma", *options.noise_sigma_raw);
   } else {
     out.Line("sigma", "auto");
   }
-  out.Line("source", NameOf(NoiseSources(), options.noise_source));
+  out.Line("source", NoiseSources().Name(options.noise_source));
   if (options.excess == ExcessNoise::kGiven) {
     out.Line("excess", "{ sigma: ", options.excess_sigma, " }");
   } else {
-    out.Line("excess", NameOf(Excesses(), options.excess));
+    out.Line("excess", kExcesses.Name(options.excess));
   }
   out.Close();
   if (const std::optional<TriadPrior>& prior = options.prior) {
@@ -726,7 +719,7 @@ std::string ResolvedYaml(const Draft& draft) {
            Quoted{experiment.model},
            " }");
   WriteReference(out, draft);
-  out.Line("gauge", NameOf(Gauges(), options.gauge));
+  out.Line("gauge", Gauges().Name(options.gauge));
   out.Open("sensors");
   for (const Triad triad : kCalibratedTriads) {
     if (options.triads[triad].enabled) WriteSensor(out, triad, experiment);
@@ -735,11 +728,11 @@ std::string ResolvedYaml(const Draft& draft) {
   WritePoses(out, draft);
   WriteAttitudes(out, draft);
   out.Open("robust");
-  out.Line("loss", NameOf(Losses(), options.robust.enabled));
+  out.Line("loss", kLosses.Name(options.robust.enabled));
   out.Line("scale", options.robust.scale);
   out.Close();
   out.Open("initialise");
-  out.Line("method", NameOf(Methods(), options.initialise.method));
+  out.Line("method", kMethods.Name(options.initialise.method));
   out.Line("only", options.initialise.only);
   if (!draft.forces_file.empty()) out.Line("forces", Quoted{draft.forces_file});
   out.Close();
