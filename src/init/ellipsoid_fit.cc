@@ -8,8 +8,8 @@
 // Least squares     minimise |D p - 1| over p = (Q, q), s = 1.
 // Constrained       minimise |D' p'| over p' = (Q, q, -s) with 4 J - I^2 = 1, where
 //                   I = tr Q and J = the sum of the principal 2x2 minors of Q: an ellipsoid always.
-//                   Li and Griffiths, "Least squares ellipsoid specific fitting", GMP 2004, eq. 11
-//                   to 15 with k = 4.
+//                   Li and Griffiths, "Least squares ellipsoid specific fitting", GMP 2004,
+//                   with k = 4.
 //
 // 4 J > I^2 shuts out ellipsoids much longer than wide, and both algebraic costs depend on the
 // frame. So the data are first scaled axis by axis (gains of a triad may differ 25 times,
@@ -27,6 +27,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <glog/logging.h>
@@ -103,7 +104,7 @@ Quadric QuadricOf(const VectorXd& coefficients, double level) {
 
 std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   // R of the QR factors with the unconstrained columns (2x 2y 2z 1) first: its last six columns and
-  // rows are the square root of the Schur complement of eq. 14, without squaring the condition.
+  // rows are the square root of the Schur complement, without squaring the condition.
   constexpr int kFree = 4;
   constexpr int kQuadratic = 6;
   using Matrix6d = Eigen::Matrix<double, kQuadratic, kQuadratic>;
@@ -113,7 +114,7 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
       Eigen::HouseholderQR<MatrixXd>(ordered).matrixQR().triangularView<Eigen::Upper>();
   const MatrixXd root = reduced.bottomRightCorner(reduced.rows() - kFree, kQuadratic);
 
-  // eq. 11: a^T C a = 4 J - I^2.
+  // a^T C a = 4 J - I^2.
   Matrix6d constraint = Matrix6d::Zero();
   constraint.topLeftCorner<3, 3>().setOnes();
   constraint.diagonal() << -1, -1, -1, -4, -4, -4;
@@ -121,7 +122,7 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   if (solver.info() != Eigen::Success) return std::nullopt;
   for (int i = 0; i < kQuadratic; ++i) {
     const Eigen::Matrix<double, kQuadratic, 1> quadratic = solver.eigenvectors().col(i).real();
-    // Exactly one of the six meets the constraint. Li and Griffiths 2004, theorem 3.
+    // Exactly one of the six meets the constraint. Li and Griffiths 2004.
     if (solver.eigenvectors().col(i).imag().norm() > 0.0) continue;
     if (quadratic.dot(constraint * quadratic) <= 0.0) continue;
     const Eigen::Vector4d free =

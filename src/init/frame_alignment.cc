@@ -10,7 +10,7 @@
 //
 // so cost and derivatives for any R come from the 9x9 moment W, whatever the number of pairs, and
 // many starts are cheap. The homogeneous solution is the joint accelerometer and magnetometer
-// alignment of Kok and Schön, IEEE Sensors Journal 16(14), 2016, section V, with c unknown too.
+// alignment of Kok and Schön, IEEE Sensors Journal 16(14), 2016, with c unknown too.
 #include "truetriad/init/frame_alignment.h"
 
 #include <algorithm>
@@ -224,7 +224,7 @@ Eigen::Quaterniond WahbaAttitude(const std::vector<Vector3d>& in_world,
                                  const std::vector<double>& weights) {
   CHECK_EQ(in_world.size(), in_body.size());
   CHECK_EQ(in_world.size(), weights.size());
-  Matrix3d profile = Matrix3d::Zero();  // B of Markley 1988, eq. 5
+  Matrix3d profile = Matrix3d::Zero();
   for (std::size_t i = 0; i < weights.size(); ++i) {
     profile += weights[i] * in_world[i] * in_body[i].transpose();
   }

@@ -8,6 +8,7 @@
 #include "truetriad/init/six_position.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <numbers>

@@ -28,7 +28,7 @@ void CheckFiniteDof(double dof) {
 void CheckDof(double dof) { CHECK(dof > 0.0) << "degrees of freedom " << dof; }
 
 // P(K > x) of Kolmogorov's distribution, by whichever of its two series converges fast; each is
-// good to 1e-16 with four terms on its side of 1.18. Marsaglia, Tsang, Wang 2003, section 1.
+// good to 1e-16 with four terms on its side of 1.18. Marsaglia, Tsang, Wang 2003.
 double KolmogorovTail(double x) {
   constexpr int kTerms = 4;
   constexpr double kPi = std::numbers::pi;

@@ -168,15 +168,22 @@ TEST(Ellipsoid, DoesNotDependOnOffsetAndUnitsOfTheReadings) {
 }
 
 TEST(Ellipsoid, KeepsAnEllipsoidWhereNoiseWouldOpenIt) {
-  // Poses within 70 degrees of level: plain least squares can find a hyperboloid.
-  std::vector<Vector3d> directions;
-  for (const Vector3d& direction : Directions(60)) {
-    if (std::abs(direction.z()) < 0.35) directions.push_back(direction);
+  // At 10 % noise the unconstrained fit of 24 readings is no ellipsoid in 1 of 18 problems, the
+  // constrained one is refused or far off in 1 of 90 (3000 runs each). Of 300, 3.3 are expected; 9
+  // is three sigma, and half of what the unconstrained fit would leave.
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
+  int missed = 0;
+  for (int run = 0; run < 300; ++run) {
+    std::vector<Vector3d> points;
+    for (int k = 0; k < 24; ++k) points.push_back(vector().normalized() + 0.1 * vector());
+    const Result<Ellipsoid> ellipsoid = FitEllipsoid(points);
+    const bool is_near = ellipsoid && ellipsoid->centre.norm() < 0.5 &&
+                         (ellipsoid->shape - Matrix3d::Identity()).norm() < 1.0;
+    if (!is_near) ++missed;
   }
-  const Result<Ellipsoid> ellipsoid =
-      FitEllipsoid(Readings(directions, Matrix3d::Identity(), Vector3d(1.0, 2.0, 3.0), 0.05));
-  ASSERT_TRUE(ellipsoid) << ellipsoid.error().message;
-  EXPECT_LT(ErrorOf(*ellipsoid, Matrix3d::Identity(), Vector3d(1.0, 2.0, 3.0)), 0.5);
+  EXPECT_LT(missed, 9);
 }
 
 TEST(Ellipsoid, ConditioningTellsFullFromPoorCoverage) {

@@ -2,6 +2,7 @@
 #include "truetriad/init/frame_alignment.h"
 
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
 #include <vector>
