@@ -47,13 +47,14 @@ std::span<const NamedScale> UnitsOf(Triad triad) {
 
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name) {
   if (name == "counts") return Unit{"counts", 1.0, true};
-  std::string known;
+  std::string message = "`";
+  message.append(name).append("` is not a unit of the ").append(TriadName(triad));
+  message.append("; expected one of ");
   for (const NamedScale& unit : UnitsOf(triad)) {
     if (name == unit.name) return Unit{std::string(name), unit.truth_per_raw, false};
-    known += std::string(unit.name) + ", ";
+    message.append(unit.name).append(", ");
   }
-  return BadInputError("`" + std::string(name) + "` is not a unit of the " +
-                       std::string(TriadName(triad)) + "; expected one of " + known + "counts");
+  return BadInputError(message + "counts");
 }
 
 std::string_view TruthUnitName(Triad triad) { return UnitsOf(triad).front().name; }

@@ -49,13 +49,6 @@ std::vector<std::string_view> SplitFields(std::string_view line, char separator)
   }
 }
 
-char FindSeparator(std::string_view line) {
-  for (const char separator : {';', ',', '\t'}) {
-    if (Trimmed(line).find(separator) != std::string_view::npos) return separator;
-  }
-  return kBlankRuns;
-}
-
 bool EqualsIgnoringCase(std::string_view text, std::string_view lower_case) {
   return std::equal(
       text.begin(), text.end(), lower_case.begin(), lower_case.end(), [](char a, char b) {
@@ -68,6 +61,20 @@ bool IsNumber(std::string_view field) {
   const std::string terminated = std::string(field) + '\n';
   Decimal decimal;
   return ScanDecimal(terminated.c_str(), &decimal) && *decimal.end == '\n';
+}
+
+char FindSeparator(std::string_view line) {
+  const std::string_view content = Trimmed(line);
+  for (const char separator : {';', ','}) {
+    if (content.find(separator) != std::string_view::npos) return separator;
+  }
+  if (content.find('\t') == std::string_view::npos) return kBlankRuns;
+  // Tabs may also be part of runs of blanks: then there are numbers between the blanks.
+  const std::vector<std::string_view> words = SplitFields(content, kBlankRuns);
+  return words.size() > SplitFields(content, '\t').size() &&
+                 std::all_of(words.begin(), words.end(), IsNumber)
+             ? kBlankRuns
+             : '\t';
 }
 
 /// A line that names columns holds no number at all; a line of data holds at least one.

@@ -171,7 +171,7 @@ bool YamlReader::Read(int* value) {
   std::int64_t number = 0;
   if (!Read(&number)) return false;
   if (number < std::numeric_limits<int>::min() || number > std::numeric_limits<int>::max()) {
-    Fail("`" + std::to_string(number) + "` is too large");
+    Fail(std::to_string(number) + " is too large");
     return false;
   }
   *value = static_cast<int>(number);

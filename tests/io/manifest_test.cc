@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <limits>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/recording_samples.h"
+#include "io/temporary_folder.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class Manifest : public ::testing::Test {
+ protected:
+  std::string Write(const std::string& text) { return folder_.Write("recording.yaml", text); }
+  /// A manifest of `log.csv` (columns t,a,b,c) with more keys for its one stream.
+  std::string WriteStream(const std::string& keys) {
+    return Write("recording: 1\nstreams:\n  accelerometer:\n    file: log.csv\n" + keys);
+  }
+  RecordingSamples Read(const std::string& path) {
+    Result<RecordingSamples> recording = ReadRecording(path);
+    EXPECT_TRUE(recording) << recording.error().message;
+    return recording ? std::move(*recording) : RecordingSamples();
+  }
+
+  const std::string axes_ = "    x: a\n    y: b\n    z: c\n    unit: g\n";
+  TemporaryFolder folder_;
+};
+
+TEST_F(Manifest, MapsColumnsByNameAndByIndex) {
+  folder_.Write("log.csv", "t,a,b,c,T,note\n1,2,3,4,300,x\n2,5,6,7,301,y\n");
+  const RecordingSamples recording =
+      Read(Write("recording: 1\nserial: SN7\nsource: {format: csv}\napplied: none\nframe: sensor\n"
+                 "streams:\n"
+                 "  accelerometer: {file: log.csv, time: {column: t, unit: us}, x: c, y: 2, z: a, "
+                 "unit: counts, si_per_count: 0.01, temperature: {column: T, unit: K}}\n"));
+  EXPECT_EQ(recording.info.serial, "SN7");
+  EXPECT_EQ(recording.info.streams[0].si_per_count, 0.01);
+  const StreamSamples& stream = recording.streams[Triad::kAccelerometer];
+  EXPECT_THAT(stream.time_ns, ElementsAre(1000, 2000));
+  EXPECT_THAT(stream.x, ElementsAre(4.0, 7.0));
+  EXPECT_THAT(stream.y, ElementsAre(3.0, 6.0));
+  EXPECT_THAT(stream.z, ElementsAre(2.0, 5.0));
+  EXPECT_DOUBLE_EQ(stream.temperature_degc[1], 301.0 - 273.15);
+  ASSERT_EQ(recording.inputs.size(), 2U);  // The log and the manifest itself.
+  EXPECT_EQ(recording.inputs[0].samples, 2);
+  EXPECT_EQ(recording.inputs[1].sha256.size(), 64U);
+}
+
+TEST_F(Manifest, SkipsAPreamble) {
+  folder_.Write("log.csv", "Fs,100\nMode,0\na,b,c\n-12,-828,15032\n");
+  const RecordingSamples recording = Read(WriteStream("    skip_lines: 2\n" + axes_));
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].y, ElementsAre(-828.0));
+}
+
+TEST_F(Manifest, TakesAHeaderWrittenAsAComment) {
+  folder_.Write("log.csv", "#a,b,c\n1,2,3\n");
+  const RecordingSamples recording = Read(WriteStream("    header: true\n" + axes_));
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].z, ElementsAre(3.0));
+}
+
+TEST_F(Manifest, CountsSamplesByColumnOrByRow) {
+  folder_.Write("log.csv", "t,a,b,c\n7,1,1,1\n10,1,1,1\n");
+  // 3 samples at 3 Hz are a second; sample 7 is at 7/3 s, to the nearest nanosecond.
+  const RecordingSamples by_column =
+      Read(WriteStream("    time: {column: t, unit: samples, rate_hz: 3}\n" + axes_));
+  EXPECT_THAT(by_column.streams[Triad::kAccelerometer].time_ns,
+              ElementsAre(2'333'333'333, 3'333'333'333));
+  const RecordingSamples by_row =
+      Read(WriteStream("    time: {unit: samples, rate_hz: 3}\n" + axes_));
+  EXPECT_TRUE(by_row.info.has_time);
+  EXPECT_THAT(by_row.streams[Triad::kAccelerometer].time_ns, ElementsAre(0, 333'333'333));
+  EXPECT_FALSE(Read(WriteStream(axes_)).info.has_time);
+}
+
+TEST_F(Manifest, ReadsAFileSharedByStreamsOnce) {
+  folder_.Write("log.csv", "t,a,b,c,d,e,f\n1,2,3,4,5,6,7\n");
+  const RecordingSamples recording = Read(Write(
+      "recording: 1\nstreams:\n"
+      "  accelerometer: {file: log.csv, time: {column: t, unit: s}, x: a, y: b, z: c, unit: g}\n"
+      "  gyroscope: {file: ./log.csv, time: {column: t, unit: s}, x: d, y: e, z: f, unit: "
+      "deg/s}\n"));
+  EXPECT_THAT(recording.streams[Triad::kGyroscope].z, ElementsAre(7.0));
+  EXPECT_EQ(recording.inputs.size(), 2U);
+}
+
+TEST_F(Manifest, KeepsFilesOfDifferentRatesInStep) {
+  std::string fast = "t,a,b,c\n";
+  std::string slow = fast;
+  for (int i = 0; i < 40'000; ++i) {
+    fast += std::to_string(i) + ",1,1,1\n";
+    if (i % 4 == 0) slow += std::to_string(i) + ",1,1,1\n";
+  }
+  folder_.Write("fast.csv", fast);
+  folder_.Write("slow.csv", slow);
+  const std::string keys = ", time: {column: t, unit: ms}, x: a, y: b, z: c, unit: ";
+  const Result<std::unique_ptr<SampleSource>> source =
+      OpenRecording(Write("recording: 1\nstreams:\n  accelerometer: {file: fast.csv" + keys +
+                          "g}\n  magnetometer: {file: slow.csv" + keys + "uT}\n"));
+  ASSERT_TRUE(source) << source.error().message;
+  PerTriad<std::int64_t> begin, end;
+  std::vector<SampleBlock> blocks;
+  for (auto& time : end) time = -1;
+  while (*(*source)->Next(&blocks)) {
+    for (const SampleBlock& block : blocks) {
+      begin[block.triad] = block.time_ns.front();
+      end[block.triad] = block.time_ns.back();
+      // Nobody is read further while another stream has not caught up with the block before.
+      if (end[Triad::kAccelerometer] >= 0 && end[Triad::kMagnetometer] >= 0) {
+        EXPECT_LE(begin[Triad::kAccelerometer], end[Triad::kMagnetometer] + 4'000'000);
+        EXPECT_LE(begin[Triad::kMagnetometer], end[Triad::kAccelerometer] + 4'000'000);
+      }
+    }
+  }
+  EXPECT_EQ((*source)->counts(Triad::kAccelerometer).samples, 40'000);
+  EXPECT_EQ((*source)->counts(Triad::kMagnetometer).samples, 10'000);
+  EXPECT_EQ((*source)->progress(), 1.0);
+}
+
+TEST_F(Manifest, AllowsRaggedRowsOnlyWhenTold) {
+  folder_.Write("log.csv", "a,b,c,d\n1,2,3,4\n5,6,7\n8,9,10,11,12\n13,14\n");
+  EXPECT_THAT(ReadingError(WriteStream(axes_)), HasSubstr("log.csv:3: has 3 fields"));
+  const RecordingSamples recording = Read(WriteStream("    ragged: allow\n" + axes_));
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 5.0, 8.0));
+  EXPECT_EQ(recording.counts[Triad::kAccelerometer].dropped_empty, 1);
+}
+
+TEST_F(Manifest, RejectsUnknownDuplicateAndMissingKeysWithTheirLine) {
+  folder_.Write("log.csv", "a,b,c\n1,2,3\n");
+  EXPECT_THAT(ReadingError(WriteStream("    unti: g\n" + axes_)),
+              HasSubstr("recording.yaml:5: streams.accelerometer.unti: is not a known key"));
+  EXPECT_THAT(ReadingError(WriteStream(axes_ + "    unit: g\n")),
+              HasSubstr("recording.yaml:9: streams.accelerometer.unit: is given twice"));
+  EXPECT_THAT(ReadingError(WriteStream("    x: a\n    y: b\n    z: c\n")),
+              HasSubstr("streams.accelerometer.unit: is missing"));
+  EXPECT_THAT(ReadingError(Write("streams: {}\n")), HasSubstr("recording: is missing"));
+  EXPECT_THAT(ReadingError(Write("recording: 2\nstreams: {}\n")), HasSubstr("reads version 1"));
+  EXPECT_THAT(ReadingError(Write("recording: 1\nstreams: {barometer: {}}\n")),
+              HasSubstr("streams.barometer: is not a known key"));
+}
+
+TEST_F(Manifest, RejectsValuesItDoesNotKnow) {
+  folder_.Write("log.csv", "a,b,c\n1,2,3\n");
+  const auto error = [&](const std::string& keys) {
+    return ReadingError(WriteStream(keys + axes_));
+  };
+  EXPECT_THAT(error("    separator: '|'\n"), HasSubstr("separator: `|` is none of"));
+  EXPECT_THAT(error("    header: maybe\n"), HasSubstr("is none of true, false, auto"));
+  EXPECT_THAT(error("    ragged: yes\n"), HasSubstr("neither allow nor refuse"));
+  EXPECT_THAT(error("    skip_lines: -1\n"), HasSubstr("must not be negative"));
+  EXPECT_THAT(error("    si_per_count: 2\n"), HasSubstr("counts"));
+  EXPECT_THAT(error("    time: {column: a, unit: min}\n"),
+              HasSubstr("`min` is not a unit of time"));
+  EXPECT_THAT(error("    time: {unit: samples}\n"), HasSubstr("time.rate_hz: is missing"));
+  EXPECT_THAT(error("    time: {unit: s}\n"), HasSubstr("time.column: is missing"));
+  EXPECT_THAT(error("    temperature: {column: a, unit: F}\n"), HasSubstr("neither degC nor K"));
+}
+
+TEST_F(Manifest, NamesColumnsAndFilesThatAreNotThere) {
+  folder_.Write("log.csv", "a,b,c,c\n1,2,3,4\n");
+  EXPECT_THAT(ReadingError(WriteStream("    x: q\n    y: b\n    z: a\n    unit: g\n")),
+              HasSubstr("recording.yaml:5: streams.accelerometer.x: "));
+  EXPECT_THAT(ReadingError(WriteStream("    x: q\n    y: b\n    z: a\n    unit: g\n")),
+              HasSubstr("has no column `q`; its header is a, b, c, c, and columns 0 to 3"));
+  EXPECT_THAT(ReadingError(WriteStream(axes_)), HasSubstr("more than one column `c`"));
+  EXPECT_THAT(ReadingError(WriteStream("    x: a\n    y: 0\n    z: b\n    unit: g\n")),
+              HasSubstr("is the same column as another axis"));
+  EXPECT_THAT(ReadingError(Write("recording: 1\nstreams:\n  magnetometer: {file: no.csv, x: 0, "
+                                 "y: 1, z: 2, unit: uT}\n")),
+              HasSubstr("no.csv: cannot be opened"));
+}
+
+TEST_F(Manifest, RefusesReadingsThatWereCorrectedAlready) {
+  folder_.Write("log.csv", "a,b,c\n1,2,3\n");
+  const std::string rest =
+      "recording: 1\nstreams:\n  accelerometer: {file: log.csv, x: a, y: b, "
+      "z: c, unit: g}\n";
+  EXPECT_EQ(ReadingError(Write(rest + "applied: none\n")), "");
+  EXPECT_THAT(ReadingError(Write(rest + "applied: unknown\n")), HasSubstr("it is unknown which"));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {offset: 1}}\n")),
+              HasSubstr("corrections were applied to its readings (accelerometer)"));
+}
+
+TEST_F(Manifest, RefusesTimeForSomeStreamsOnly) {
+  folder_.Write("log.csv", "t,a,b,c\n1,1,2,3\n");
+  const std::string stream = "{file: log.csv, x: a, y: b, z: c, unit: counts";
+  EXPECT_THAT(ReadingError(Write("recording: 1\nstreams:\n  accelerometer: " + stream +
+                                 "}\n  gyroscope: " + stream + ", time: {column: t, unit: s}}\n")),
+              HasSubstr("some streams have a `time`"));
+}
+
+TEST_F(Manifest, StatesPoses) {
+  folder_.Write("log.csv", "t,a,b,c\n1,1,2,3\n");
+  folder_.Write("poses.yaml",
+                "poses:\n  - {first: 0, last: 9, face: +x}\n  - {first: 10, last: 19, id: two}\n");
+  const auto poses = [&](const std::string& text) {
+    return ManifestPoseSelection(Write(
+        "recording: 1\nstreams:\n  accelerometer: {file: log.csv, x: a, y: b, z: c, unit: g}\n" +
+        text));
+  };
+  EXPECT_FALSE(*poses(""));
+  EXPECT_EQ((*poses("poses: every_row\n"))->kind, PoseSelectionKind::kEveryRow);
+  EXPECT_EQ((*poses("poses: {every: 100}\n"))->every, 100);
+  EXPECT_EQ((*poses("poses: {column: t}\n"))->kind, PoseSelectionKind::kColumn);
+  EXPECT_THAT(Read(folder_.Path("recording.yaml")).streams[Triad::kAccelerometer].pose,
+              ElementsAre(1));
+  const Result<std::optional<PoseSelection>> ranges = poses("poses: {file: poses.yaml}\n");
+  ASSERT_TRUE(ranges) << ranges.error().message;
+  ASSERT_EQ((*ranges)->ranges.size(), 2U);
+  EXPECT_EQ((*ranges)->ranges[0].face_up, "+x");
+  EXPECT_EQ((*ranges)->ranges[1].id, "two");
+  EXPECT_EQ((*ranges)->ranges[1].last, 19);
+  EXPECT_THAT(poses("poses: each\n").error().message, HasSubstr("did you mean every_row"));
+  EXPECT_THAT(poses("poses: {every: 0}\n").error().message, HasSubstr("must be at least 1"));
+  EXPECT_THAT(poses("poses: {every: 5, column: t}\n").error().message,
+              HasSubstr("expected one of"));
+  EXPECT_THAT(poses("poses: []\n").error().message, HasSubstr("recording.yaml:4: poses"));
+}
+
+TEST_F(Manifest, RefusesPoseRangesThatMakeNoSense) {
+  const auto error = [&](const std::string& text) {
+    const auto ranges = ReadPoseRanges(folder_.Write("poses.yaml", text));
+    return ranges ? "" : ranges.error().message;
+  };
+  EXPECT_THAT(error("poses: [{first: 5, last: 4}]\n"), HasSubstr("are not a range"));
+  EXPECT_THAT(error("poses: [{first: 0, last: 4}, {first: 4, last: 9}]\n"),
+              HasSubstr("inside or before"));
+  EXPECT_THAT(error("poses: [{first: 0, last: 4, face: up}]\n"), HasSubstr("none of +x -x"));
+  EXPECT_THAT(error("poses: []\n"), HasSubstr("empty"));
+}
+
+TEST_F(Manifest, MapsTheTwoXsensFiles) {
+  const std::string data = TRUETRIAD_SHARED_DATASETS "/a-xsens-imu-tk-38pose";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << data << " is not there";
+  const std::string keys = ", time: {column: 0, unit: s}, x: 1, y: 2, z: 3, unit: counts}\n";
+  const RecordingSamples recording =
+      Read(Write("recording: 1\nstreams:\n  accelerometer: {file: " + data + "/xsens_acc.mat" +
+                 keys + "  gyroscope: {file: " + data + "/xsens_gyro.mat" + keys));
+  const StreamSamples& accelerometer = recording.streams[Triad::kAccelerometer];
+  const StreamSamples& gyroscope = recording.streams[Triad::kGyroscope];
+  ASSERT_EQ(accelerometer.x.size(), 51175U);
+  EXPECT_EQ(accelerometer.time_ns, gyroscope.time_ns);
+  EXPECT_EQ(accelerometer.time_ns[0], 29'840'000);
+  EXPECT_EQ(accelerometer.x[0], 33108.0);
+  EXPECT_EQ(gyroscope.z[0], 32499.0);
+  EXPECT_EQ(recording.inputs[0].sha256.substr(0, 16), "335a234736ff4dd8");
+  EXPECT_EQ(recording.inputs[1].sha256.substr(0, 16), "e0d6cc7ccbc996ab");
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "io/temporary_folder.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class PoseTables : public ::testing::Test {
+ protected:
+  Result<PoseTable> Read(const std::string& text) {
+    return ReadPoseTable(folder_.Write("poses.csv", text));
+  }
+  std::string ErrorOf(const std::string& text) {
+    const Result<PoseTable> table = Read(text);
+    return table ? "" : table.error().message;
+  }
+  bool IsTable(const std::string& text) { return *IsPoseTable(folder_.Write("poses.csv", text)); }
+
+  const std::string accel_ = "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]";
+  TemporaryFolder folder_;
+};
+
+TEST_F(PoseTables, AreToldFromLogs) {
+  EXPECT_TRUE(IsTable(accel_ + "\n1,2,3\n"));
+  EXPECT_TRUE(IsTable("time[s]," + accel_ + ",accel_sigma[m/s^2]\n0,1,2,3,4\n"));
+  EXPECT_TRUE(IsTable(accel_ + ",qw,qx,qy,qz\n1,2,3,1,0,0,0\n"));
+  EXPECT_FALSE(IsTable("time[s]," + accel_ + "\n0,1,2,3\n"));
+  EXPECT_FALSE(IsTable("pose," + accel_ + "\n0,1,2,3\n"));
+  EXPECT_FALSE(*IsPoseTable("recording.yaml"));
+  EXPECT_FALSE(IsPoseTable(folder_.Path("none.csv")));
+}
+
+TEST_F(PoseTables, HoldOnePoseARow) {
+  const Result<PoseTable> table =
+      Read(accel_ +
+           ",accel_sigma[mg],mag_x[uT],mag_y[uT],mag_z[uT],mag_sigma_x[nT],mag_sigma_y[nT],"
+           "mag_sigma_z[nT],temperature[degC],id,face\n"
+           "0,0,9.8,2,20,1,-43,100,200,300,21,first,+z\n"
+           "9.8,0,0,,nan,1,-43,,,,25,,\n");
+  ASSERT_TRUE(table) << table.error().message;
+  const PoseSet& poses = table->poses;
+  ASSERT_EQ(poses.poses.size(), 2U);
+  EXPECT_FALSE(poses.has_time);
+  EXPECT_EQ(poses.how, "every row");
+  const StaticPose& first = poses.poses[0];
+  EXPECT_EQ(first.number, 1);
+  EXPECT_EQ(first.id, "first");
+  EXPECT_EQ(first.face_up, "+z");
+  EXPECT_EQ(first.temperature_degc, 21.0);
+  const TriadPose& accelerometer = *first.triads[Triad::kAccelerometer];
+  EXPECT_EQ(accelerometer.mean_raw, Eigen::Vector3d(0.0, 0.0, 9.8));
+  EXPECT_TRUE(accelerometer.has_covariance);
+  EXPECT_NEAR(accelerometer.mean_covariance_raw(1, 1), 0.0196133 * 0.0196133, 1e-15);
+  const TriadPose& magnetometer = *first.triads[Triad::kMagnetometer];
+  EXPECT_NEAR(magnetometer.mean_covariance_raw(2, 2), 0.09, 1e-15);  // 300 nT = 0.3 uT.
+
+  const StaticPose& second = poses.poses[1];
+  EXPECT_FALSE(second.triads[Triad::kAccelerometer]->has_covariance);
+  EXPECT_FALSE(second.triads[Triad::kMagnetometer]);
+  const StreamSummary& stream = *poses.Find(Triad::kMagnetometer);
+  EXPECT_EQ(stream.samples, 1);
+  EXPECT_EQ(stream.dropped_empty, 1);
+  EXPECT_EQ(poses.Find(Triad::kAccelerometer)->maximum_raw, Eigen::Vector3d(9.8, 0.0, 9.8));
+  EXPECT_EQ(*poses.temperature_range_degc, Eigen::Vector2d(21.0, 25.0));
+  EXPECT_THAT(poses.warnings, IsEmpty());
+  EXPECT_EQ(table->inputs[0].samples, 2);
+}
+
+TEST_F(PoseTables, MayStateAttitudes) {
+  const Result<PoseTable> table =
+      Read(accel_ + ",qw,qx,qy,qz\n1,2,3,0.7071,0,0.7071,0\n3,2,1,,,,\n");
+  ASSERT_TRUE(table) << table.error().message;
+  const Eigen::Quaterniond attitude = table->poses.poses[0].attitude->world_from_body;
+  EXPECT_NEAR(attitude.norm(), 1.0, 1e-15);
+  EXPECT_NEAR((attitude * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 0.0, 1e-15);
+  EXPECT_FALSE(table->poses.poses[1].attitude);
+  EXPECT_THAT(ErrorOf(accel_ + ",qw,qx,qy,qz\n1,2,3,1,1,0,0\n"),
+              HasSubstr("not a unit quaternion"));
+  EXPECT_THAT(ErrorOf(accel_ + ",qw,qx,qy,qz\n1,2,3,1,,0,0\n"),
+              HasSubstr("poses.csv:2: column `qw`"));
+  EXPECT_THAT(ErrorOf(accel_ + ",qw\n1,2,3,1\n"), HasSubstr("needs all of qw, qx, qy, qz"));
+}
+
+TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
+  const std::string distinct = "1,2,3\n4,5,6\n7,8,9\n2,2,2\n";
+  const Result<PoseTable> table = Read(accel_ + "\n" + distinct + "1,2,3\n");
+  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_EQ(table->poses.warnings.size(), 1U);
+  EXPECT_THAT(table->poses.warnings[0], HasSubstr("(lines 2 and 6)"));
+  EXPECT_THAT(ErrorOf(accel_ + "\n" + distinct + "1,2,3\n1,2,3\n4,5,6\n"),
+              HasSubstr("3 rows repeat the readings of another row"));
+}
+
+TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {
+  EXPECT_THAT(ErrorOf("accel_x,accel_y,accel_z\n1,2,3\n"), HasSubstr("has no unit"));
+  EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma\n1,2,3,4\n"),
+              HasSubstr("column `accel_sigma`: has no unit"));
+  EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[counts]\n1,2,3,4\n"), HasSubstr("is in counts"));
+  EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[g]\n1,2,3,0\n"), HasSubstr("must be above zero"));
+  EXPECT_THAT(ErrorOf(accel_ + ",face\n1,2,3,top\n"), HasSubstr("`top` is none of +x"));
+  EXPECT_THAT(ErrorOf(accel_ + ",colour\n1,2,3,4\n"), HasSubstr("column `colour`: is not known"));
+  EXPECT_THAT(ErrorOf("temperature[degC]\n20\n"), HasSubstr("no sensor columns"));
+}
+
+TEST_F(PoseTables, RefuseALogThatLacksItsTime) {
+  std::string text = accel_ + "\n";
+  for (int i = 0; i <= 100'001; ++i) text += std::to_string(i) + ",2,3\n";
+  EXPECT_THAT(ErrorOf(text), HasSubstr("a log needs `time[s]`"));
+}
+
+}  // namespace
+}  // namespace truetriad
