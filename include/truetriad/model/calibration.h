@@ -115,7 +115,7 @@ struct RejectedPose {
 struct Coverage {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending, sum 1.
-  double largest_gap_deg = 0.0;  ///< Largest cap of the sphere without ± a pose direction, radius.
+  double largest_gap_deg = 0.0;  ///< Radius of the largest cap of the sphere without a pose.
 };
 
 /// Cross-validation over poses.

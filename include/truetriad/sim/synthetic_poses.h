@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/math/random.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+/// A simulated unit and the world it stands in.
+struct SyntheticUnit {
+  PerTriad<std::optional<TriadModel<double>>> models;
+  PerTriad<Unit> units;
+  double gravity_mps2 = 9.80665;
+  double field_ut = 48.0;
+  double dip_rad = 1.0;
+
+  /// Specific force or field in the world frame, true unit. model.md §1.
+  Eigen::Vector3d WorldVector(Triad triad) const;
+};
+
+/// Noise of simulated pose means, in true units, isotropic.
+struct SyntheticNoise {
+  PerTriad<double> rest_sigma{};    ///< Known: goes into the poses' covariance.
+  PerTriad<double> excess_sigma{};  ///< Pose-to-pose; not told to anybody.
+};
+
+/// Means of one rest for each attitude: what static detection would hand to the estimator.
+PoseSet SimulatePoses(const SyntheticUnit& unit,
+                      const std::vector<Eigen::Quaterniond>& world_from_body,
+                      const SyntheticNoise& noise,
+                      Random* random);
+
+std::vector<Eigen::Quaterniond> RandomAttitudes(int count, Random* random);
+
+}  // namespace truetriad

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+
+#include "estimation/presentation.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// Variances below this share of the largest, after scaling to unit diagonal, are entries fixed or
+// tied by the gauge.
+constexpr double kTiedShare = 1e-9;
+
+// The value of a named entry; reference entries are compared too where both estimate them.
+double ValueOf(const PresentedSolution& solution,
+               const Calibration& calibration,
+               const std::string& name) {
+  static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  const std::string sensor = name.substr(0, name.find('.'));
+  const auto triad = TriadFromName(sensor);
+  if (!triad) {
+    if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
+    if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
+    if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
+    return 0.0;
+  }
+  const auto axis = [&name](std::size_t from_end) {
+    const std::string_view letter(name.data() + name.size() - from_end, 1);
+    return static_cast<Eigen::Index>(std::find(kAxes.begin(), kAxes.end(), letter) - kAxes.begin());
+  };
+  const TriadModel<double>& model = *solution.models[*triad];
+  if (name.find(".bias.") != std::string::npos) return model.bias[axis(1)];
+  return model.sensitivity(axis(2), axis(1));
+}
+
+Status CheckComparable(const Calibration& a, const Calibration& b) {
+  if (!a.IsUsable() || !b.IsUsable()) {
+    return BadInputError("both calibrations must be usable: a is " +
+                         std::string(OutcomeName(a.outcome)) + ", b is " +
+                         std::string(OutcomeName(b.outcome)));
+  }
+  if (a.gauge_sensor != b.gauge_sensor) {
+    return BadInputError("the body frame of a is fixed by the " +
+                         std::string(TriadName(a.gauge_sensor)) + ", that of b by the " +
+                         std::string(TriadName(b.gauge_sensor)) +
+                         ": their matrices cannot be compared");
+  }
+  for (const Triad triad : kTriads) {
+    if (!a.sensors[triad] || !b.sensors[triad]) continue;
+    if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
+      return BadInputError(std::string(TriadName(triad)) + ": a takes " +
+                           a.sensors[triad]->input_unit + ", b takes " +
+                           b.sensors[triad]->input_unit);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckComparable(a, b));
+  // One gauge for both: that of known attitudes when both have it, else the triangular one.
+  const Gauge gauge =
+      a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;
+  const Triad leading = a.gauge_sensor;
+  PresentedSolution in_a = SolutionOf(a);
+  PresentedSolution in_b = SolutionOf(b);
+  for (PresentedSolution* solution : {&in_a, &in_b}) {
+    const double sign = solution->models[leading]->sensitivity(0, 0) < 0.0 ? -1.0 : 1.0;
+    StateInGauge(gauge, leading, sign, solution);
+  }
+
+  Comparison comparison;
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> common;
+  for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {
+    const std::string& name = in_a.covariance.parameters[i];
+    const auto found =
+        std::find(in_b.covariance.parameters.begin(), in_b.covariance.parameters.end(), name);
+    if (found == in_b.covariance.parameters.end()) continue;
+    const auto at_a = static_cast<Eigen::Index>(i);
+    const auto at_b = static_cast<Eigen::Index>(found - in_b.covariance.parameters.begin());
+    const double variance = in_a.covariance.matrix(at_a, at_a) + in_b.covariance.matrix(at_b, at_b);
+    ComparisonEntry entry;
+    entry.parameter = name;
+    entry.a = ValueOf(in_a, a, name);
+    entry.b = ValueOf(in_b, b, name);
+    entry.difference = entry.a - entry.b;
+    entry.sigma = std::sqrt(std::max(variance, 0.0));
+    comparison.entries.push_back(entry);
+    if (variance > 0.0) common.emplace_back(at_a, at_b);
+    if (entry.sigma > 0.0) {
+      comparison.largest_in_sigmas =
+          std::max(comparison.largest_in_sigmas, std::abs(entry.difference) / entry.sigma);
+    }
+  }
+  if (comparison.entries.empty()) {
+    return BadInputError("the two calibrations have no parameter with an uncertainty in common");
+  }
+
+  // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
+  const auto n = static_cast<Eigen::Index>(common.size());
+  Eigen::MatrixXd sum(n, n);
+  Eigen::VectorXd difference(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [ia, ib] = common[static_cast<std::size_t>(i)];
+    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(ia)];
+    difference[i] = ValueOf(in_a, a, name) - ValueOf(in_b, b, name);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto& [ja, jb] = common[static_cast<std::size_t>(j)];
+      sum(i, j) = in_a.covariance.matrix(ia, ja) + in_b.covariance.matrix(ib, jb);
+    }
+  }
+  const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * sum *
+                                                              scale.asDiagonal());
+  const Eigen::VectorXd turned =
+      solver.eigenvectors().transpose() * (scale.asDiagonal() * difference);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (solver.eigenvalues()[i] <= kTiedShare * solver.eigenvalues().maxCoeff()) continue;
+    comparison.chi2 += turned[i] * turned[i] / solver.eigenvalues()[i];
+    ++comparison.dof;
+  }
+  if (comparison.dof > 0) comparison.p_value = 1.0 - ChiSquareCdf(comparison.chi2, comparison.dof);
+  return comparison;
+}
+
+}  // namespace truetriad

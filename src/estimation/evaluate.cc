@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "estimation/quality.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+namespace {
+
+// Variance of |C (y - b)| from the parameters: d|x| = -u^T C (dS x + db).
+double ParameterVariance(const Calibration& calibration,
+                         Triad triad,
+                         const Eigen::Vector3d& truth) {
+  const NamedCovariance& covariance = calibration.covariance;
+  const std::string prefix(TriadName(triad));
+  const Eigen::RowVector3d weight =
+      truth.normalized().transpose() * calibration.sensors[triad]->model.Correction();
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(covariance.matrix.rows());
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const std::string& name = covariance.parameters[i];
+    for (std::size_t row = 0; row < 3; ++row) {
+      const auto r = static_cast<Eigen::Index>(row);
+      const auto at = static_cast<Eigen::Index>(i);
+      if (name == prefix + ".bias." + kAxes[row]) gradient[at] = -weight[r];
+      for (std::size_t col = 0; col < 3; ++col) {
+        if (name == prefix + ".sensitivity." + kAxes[row] + kAxes[col]) {
+          gradient[at] = -weight[r] * truth[static_cast<Eigen::Index>(col)];
+        }
+      }
+    }
+  }
+  return gradient.dot(covariance.matrix * gradient);
+}
+
+}  // namespace
+
+Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses) {
+  if (!calibration.IsUsable()) {
+    return BadInputError("this calibration is not usable (" +
+                         std::string(OutcomeName(calibration.outcome)) +
+                         "): there is nothing to evaluate");
+  }
+  EvaluationSummary summary;
+  summary.poses = static_cast<int>(poses.poses.size());
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  PerTriad<double> squares{}, squares_before{}, predicted{};
+  PerTriad<int> counts{};
+  bool any = false;
+  for (const Triad triad : kTriads) {
+    const StreamSummary* stream = poses.Find(triad);
+    if (!calibration.sensors[triad] || stream == nullptr) continue;
+    any = true;
+    if (stream->unit.name != calibration.sensors[triad]->input_unit) {
+      return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) + " is in " +
+                           stream->unit.name + ", but the calibration takes " +
+                           calibration.sensors[triad]->input_unit);
+    }
+  }
+  if (!any) {
+    return BadInputError(poses.source + ": holds none of the sensors that the calibration covers");
+  }
+  double angle_sum = 0.0;
+  double angle_squares = 0.0;
+  int angles = 0;
+  for (const StaticPose& pose : poses.poses) {
+    PerTriad<std::optional<Eigen::Vector3d>> corrected;
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      if (!calibration.sensors[triad] || !pose.triads[triad]) continue;
+      const TriadCalibration& sensor = *calibration.sensors[triad];
+      const Eigen::Vector3d reading = pose.triads[triad]->mean_raw;
+      const Eigen::Vector3d truth = sensor.model.TruthFromRaw(reading);
+      corrected[triad] = truth;
+      const double strength = triad == Triad::kAccelerometer
+                                  ? calibration.reference.gravity_mps2
+                                  : calibration.reference.field_ut.value_or(unknown);
+      const StreamSummary* stream = poses.Find(triad);
+      PoseResidual residual;
+      residual.pose = pose.number;
+      residual.triad = triad;
+      residual.direction = truth.normalized();
+      residual.norm_error = truth.norm() - strength;
+      residual.norm_error_before =
+          stream->unit.is_counts ? unknown : reading.norm() * stream->unit.truth_per_raw - strength;
+      residual.residual = residual.norm_error * residual.direction;
+      const Eigen::RowVector3d weight = residual.direction.transpose() * sensor.model.Correction();
+      const double excess = sensor.noise.excess_sigma;
+      const Eigen::Matrix3d noise =
+          pose.triads[triad]->has_covariance
+              ? pose.triads[triad]->mean_covariance_raw
+              : Eigen::Matrix3d(sensor.noise.sigma.cwiseAbs2().asDiagonal());
+      const double variance = weight.dot(noise * weight.transpose()) + excess * excess +
+                              ParameterVariance(calibration, triad, truth);
+      residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
+      summary.pose_residuals.push_back(residual);
+      squares[triad] += residual.norm_error * residual.norm_error;
+      squares_before[triad] += residual.norm_error_before * residual.norm_error_before;
+      predicted[triad] += variance;
+      ++counts[triad];
+    }
+    if (corrected[Triad::kAccelerometer] && corrected[Triad::kMagnetometer]) {
+      const double cosine = corrected[Triad::kAccelerometer]->normalized().dot(
+          corrected[Triad::kMagnetometer]->normalized());
+      const double angle = std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI;
+      angle_sum += angle;
+      angle_squares += angle * angle;
+      ++angles;
+    }
+  }
+  for (const Triad triad : kTriads) {
+    if (counts[triad] == 0) continue;
+    summary.norm_rms[triad] = std::sqrt(squares[triad] / counts[triad]);
+    summary.predicted_rms[triad] = std::sqrt(predicted[triad] / counts[triad]);
+    if (std::isfinite(squares_before[triad])) {
+      summary.norm_rms_before[triad] = std::sqrt(squares_before[triad] / counts[triad]);
+    }
+  }
+  if (angles > 1) {
+    const double mean = angle_sum / angles;
+    summary.angle_std_deg = std::sqrt(std::max(angle_squares / angles - mean * mean, 0.0));
+  }
+  return summary;
+}
+
+}  // namespace truetriad

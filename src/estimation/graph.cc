@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/graph.h"
+
+#include <memory>
+
+#include <ceres/normal_prior.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+#include <ceres/sphere_manifold.h>
+
+#include "estimation/pose_cost.h"
+
+namespace truetriad {
+namespace {
+
+// sum over entries of ((x_i - mean_i) / sigma_i)^2 for the priors that fall into one block.
+std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& priors,
+                                                const SharedBlock& block) {
+  std::vector<const ScalarPrior*> inside;
+  for (const ScalarPrior& prior : priors) {
+    if (prior.index >= block.offset && prior.index < block.offset + block.size) {
+      inside.push_back(&prior);
+    }
+  }
+  if (inside.empty()) return nullptr;
+  ceres::Matrix weights = ceres::Matrix::Zero(static_cast<Eigen::Index>(inside.size()), block.size);
+  ceres::Vector means = ceres::Vector::Zero(block.size);
+  for (std::size_t i = 0; i < inside.size(); ++i) {
+    const int at = inside[i]->index - block.offset;
+    weights(static_cast<Eigen::Index>(i), at) = 1.0 / inside[i]->sigma;
+    means[at] = inside[i]->mean;
+  }
+  return std::make_unique<ceres::NormalPrior>(weights, means);
+}
+
+}  // namespace
+
+SolveOutcome SolveGraph(PoseGraph* graph, int max_iterations) {
+  ceres::Problem problem;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+
+  std::vector<double*> shared_blocks;
+  for (const SharedBlock& block : SharedBlocks(graph->layout)) {
+    double* values = graph->shared.data() + block.offset;
+    problem.AddParameterBlock(values, block.size);
+    const Eigen::MatrixXd basis = graph->layout.BlockBasis(block.offset, block.size);
+    if (basis.cols() == 0) {
+      problem.SetParameterBlockConstant(values);
+    } else {
+      problem.SetManifold(values, new LinearManifold(basis));
+    }
+    if (auto prior = BlockPrior(graph->priors, block)) {
+      problem.AddResidualBlock(prior.release(), nullptr, values);
+    }
+    ordering->AddElementToGroup(values, 1);
+    shared_blocks.push_back(values);
+  }
+  for (PoseNode& node : graph->nodes) {
+    problem.AddParameterBlock(node.state.data(), node.state_size());
+    if (node.kind == PoseKind::kHeld) {
+      problem.SetParameterBlockConstant(node.state.data());
+    } else if (node.kind == PoseKind::kDirection) {
+      problem.SetManifold(node.state.data(), new ceres::SphereManifold<3>);
+    } else {
+      problem.SetManifold(node.state.data(), new ceres::EigenQuaternionManifold);
+    }
+    ordering->AddElementToGroup(node.state.data(), 0);
+    std::vector<double*> blocks = shared_blocks;
+    blocks.push_back(node.state.data());
+    problem.AddResidualBlock(new PoseCost(graph->layout, node), nullptr, blocks);
+  }
+
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.linear_solver_ordering = ordering;
+  options.max_num_iterations = max_iterations;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  // The last step of a quadratically convergent iteration: what remains is rounding.
+  options.function_tolerance = 1e-13;
+  options.parameter_tolerance = 1e-13;
+  options.gradient_tolerance = 0.0;
+  options.initial_trust_region_radius = 1e8;
+  options.max_num_consecutive_invalid_steps = 20;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+
+  SolveOutcome outcome;
+  outcome.converged = summary.termination_type == ceres::CONVERGENCE;
+  outcome.iterations = static_cast<int>(summary.iterations.size());
+  outcome.initial_cost = summary.initial_cost;
+  outcome.final_cost = summary.final_cost;
+  return outcome;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimation/parameters.h"
+#include "estimation/pose_node.h"
+
+namespace truetriad {
+
+// What is known beforehand of one entry of the shared vector.
+struct ScalarPrior {
+  int index = 0;
+  double mean = 0.0;
+  double sigma = 1.0;
+};
+
+// The factor graph of model.md §2: shared parameters, one node a pose, priors.
+struct PoseGraph {
+  SharedLayout layout;
+  Eigen::VectorXd shared;
+  std::vector<PoseNode> nodes;
+  std::vector<ScalarPrior> priors;
+
+  Eigen::Map<const Eigen::Matrix3d> sensitivity(Triad triad) const {
+    return Eigen::Map<const Eigen::Matrix3d>(&shared[layout.sensitivity[triad]]);
+  }
+  Eigen::Map<const Eigen::Vector3d> bias(Triad triad) const {
+    return Eigen::Map<const Eigen::Vector3d>(&shared[layout.bias[triad]]);
+  }
+  Eigen::Vector4d reference() const { return shared.segment<4>(layout.reference); }
+};
+
+// How an optimisation ended.
+struct SolveOutcome {
+  bool converged = false;
+  int iterations = 0;
+  double initial_cost = 0.0;
+  double final_cost = 0.0;
+};
+
+// Minimises the whitened sum of squares with Ceres: poses are eliminated by the Schur complement,
+// so the cost of a step is linear in the number of poses. Poses that hang together in a chain
+// (gyroscope increments) will need sparse Cholesky instead (model.md §2).
+SolveOutcome SolveGraph(PoseGraph* graph, int max_iterations = 200);
+
+}  // namespace truetriad

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/observability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+namespace truetriad {
+namespace {
+
+constexpr int kMostNamed = 4;
+
+// "accelerometer.sensitivity.xx" -> "accelerometer scale x", as people say it.
+std::string SpokenName(const std::string& name) {
+  const auto first = name.find('.');
+  const auto last = name.rfind('.');
+  const std::string sensor = name.substr(0, first);
+  const std::string what = name.substr(first + 1, last - first - 1);
+  const std::string axes = name.substr(last + 1);
+  if (what == "bias") return sensor + " bias " + axes;
+  if (what == "sensitivity") {
+    if (axes[0] == axes[1]) return sensor + " scale " + axes.substr(0, 1);
+    return sensor + " misalignment " + axes;
+  }
+  if (sensor == "reference") {
+    if (axes == "dip_rad") return "dip of the field";
+    if (axes == "field_ut") return "field strength";
+    if (axes == "heading_rad") return "heading of the field";
+    return "gravity";
+  }
+  return "tilt of face " + what;
+}
+
+// "A", "A and B", "A, B and C".
+std::string JoinWithAnd(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? " and " : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+std::string Describe(const std::vector<std::string>& names,
+                     const Eigen::VectorXd& loading,
+                     bool determined) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(loading.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&loading](Eigen::Index a, Eigen::Index b) {
+    return std::abs(loading[a]) > std::abs(loading[b]);
+  });
+  std::vector<std::string> parts;
+  for (const Eigen::Index i : order) {
+    if (std::abs(loading[i]) < 0.4 * std::abs(loading[order.front()])) break;
+    if (parts.size() == kMostNamed) break;
+    const std::string part = SpokenName(names[static_cast<std::size_t>(i)]);
+    if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
+  }
+  if (parts.size() == 1) {
+    return parts.front() + (determined ? " is weakly determined" : " is not determined");
+  }
+  return JoinWithAnd(parts) + (determined ? " can hardly be told apart" : " cannot be told apart");
+}
+
+// A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
+std::string SpokenDirection(const Eigen::Vector3d& direction) {
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::vector<std::string> parts;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (std::abs(direction[axis]) < 0.1) continue;
+    parts.push_back((direction[axis] > 0.0 ? "+" : "-") +
+                    std::string(kAxes[static_cast<std::size_t>(axis)]));
+  }
+  if (parts.size() == 1) return parts.front();
+  return (parts.size() == 2 ? "halfway between " : "between ") + JoinWithAnd(parts);
+}
+
+// A pose that could be added: what is up (or along the field, for a magnetometer alone), and rows
+// like those of an average pose.
+struct CandidatePose {
+  Eigen::Vector3d up;
+  PoseNode node;
+};
+
+std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
+  std::vector<CandidatePose> candidates;
+  // Typical pose: the triads of the fullest one, with mean variances.
+  const PoseNode* fullest = &graph.nodes.front();
+  for (const PoseNode& node : graph.nodes) {
+    if (node.observations.size() > fullest->observations.size()) fullest = &node;
+  }
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        const Eigen::Vector3d up = Eigen::Vector3d(x, y, z).normalized();
+        const int headings = fullest->kind == PoseKind::kDirection ? 1 : 4;
+        for (int heading = 0; heading < headings; ++heading) {
+          CandidatePose candidate{up, *fullest};
+          candidate.node.has_attitude_prior = false;
+          candidate.node.face = -1;
+          for (Observation& observation : candidate.node.observations) observation.weight = 1.0;
+          if (fullest->kind == PoseKind::kDirection) {
+            candidate.node.state = {up.x(), up.y(), up.z(), 0.0};
+          } else {
+            candidate.node.kind = PoseKind::kRotation;
+            const Eigen::Quaterniond upright =
+                Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+            const Eigen::Quaterniond q(
+                Eigen::AngleAxisd(0.5 * std::numbers::pi * heading, Eigen::Vector3d::UnitZ()) *
+                upright);
+            candidate.node.state = {q.x(), q.y(), q.z(), q.w()};
+          }
+          candidates.push_back(candidate);
+        }
+      }
+    }
+  }
+  return candidates;
+}
+
+}  // namespace
+
+Observability AnalyseObservability(const PoseGraph& graph,
+                                   const ReducedSystem& system,
+                                   double limit) {
+  Observability result;
+  const int n = system.size();
+  if (n == 0 || graph.nodes.empty()) return result;
+  const double largest = system.eigenvalues().maxCoeff();
+  std::vector<double> sigmas(static_cast<std::size_t>(n));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double eigenvalue = system.eigenvalues()[i];
+    sigmas[static_cast<std::size_t>(i)] = eigenvalue > 1e-14 * largest
+                                              ? 1.0 / std::sqrt(eigenvalue)
+                                              : std::numeric_limits<double>::infinity();
+  }
+  std::vector<double> sorted = sigmas;
+  std::sort(sorted.begin(), sorted.end());
+  const double median = sorted[sorted.size() / 2];
+  const auto is_weak = [&](double sigma) {
+    return sigma > 0.25 * limit || (sigma > 10.0 * median && sigma > 0.01);
+  };
+  if (std::none_of(sigmas.begin(), sigmas.end(), is_weak)) return result;
+
+  const std::vector<std::string> names = ParameterNames(graph.layout);
+  const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
+  // Information of every candidate pose, once.
+  PoseGraph extended = graph;
+  const std::vector<CandidatePose> candidates = CandidatePoses(graph);
+  extended.nodes.clear();
+  extended.priors.clear();
+  for (const CandidatePose& candidate : candidates) extended.nodes.push_back(candidate.node);
+  const ReducedSystem added(extended);
+
+  std::set<std::string> said;
+  for (Eigen::Index i = 0; i < n; ++i) {  // eigenvalues ascend: worst first
+    const double sigma = sigmas[static_cast<std::size_t>(i)];
+    if (!is_weak(sigma)) continue;
+    const bool determined = sigma <= limit;
+    result.determined = result.determined && determined;
+    if (result.weak_directions.size() >= 6) continue;
+    WeakDirection weak;
+    weak.sigma = sigma;
+    const Eigen::VectorXd free = system.scale().asDiagonal() * system.eigenvectors().col(i);
+    const Eigen::VectorXd loading = typical.asDiagonal().inverse() * (graph.layout.basis * free);
+    weak.description = Describe(names, loading, determined);
+    double best_gain = 0.0;
+    std::size_t best = 0;
+    std::vector<double> gains(candidates.size());
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      const ReducedSystem::Pose& pose = added.poses()[c];
+      const Eigen::VectorXd moved = pose.J * free;
+      gains[c] = moved.dot(pose.D * moved);
+      if (gains[c] > best_gain) {
+        best_gain = gains[c];
+        best = c;
+      }
+    }
+    if (best_gain > 0.0) {
+      const Eigen::Vector3d up = candidates[best].up;
+      const bool field_only =
+          candidates[best].node.kind == PoseKind::kDirection &&
+          candidates[best].node.observations.front().triad == Triad::kMagnetometer;
+      const std::string how = field_only ? " along the field" : " up";
+      // The opposite pose is named too where it helps about as much.
+      double opposite = 0.0;
+      for (std::size_t c = 0; c < candidates.size(); ++c) {
+        if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
+      }
+      weak.advice = "add poses with body " + SpokenDirection(up) + how;
+      if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
+    }
+    if (!said.insert(weak.description + weak.advice).second) continue;
+    result.weak_directions.push_back(weak);
+  }
+  return result;
+}
+
+Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions) {
+  Coverage coverage;
+  coverage.triad = triad;
+  if (directions.empty()) return coverage;
+  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& direction : directions) moment += direction * direction.transpose();
+  moment /= static_cast<double>(directions.size());
+  coverage.eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment, Eigen::EigenvaluesOnly).eigenvalues();
+  // Largest empty cap over a Fibonacci grid (about 4 degrees apart).
+  constexpr int kGrid = 2000;
+  double smallest_cosine = 1.0;
+  for (int i = 0; i < kGrid; ++i) {
+    const double z = 1.0 - (2.0 * i + 1.0) / kGrid;
+    const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double radius = std::sqrt(1.0 - z * z);
+    const Eigen::Vector3d point(radius * std::cos(azimuth), radius * std::sin(azimuth), z);
+    double nearest = -1.0;
+    for (const Eigen::Vector3d& direction : directions) {
+      nearest = std::max(nearest, point.dot(direction));
+    }
+    smallest_cosine = std::min(smallest_cosine, nearest);
+  }
+  coverage.largest_gap_deg =
+      std::acos(std::clamp(smallest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
+  return coverage;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+
+#include "truetriad/base/named_values.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+namespace {
+
+constexpr NamedValues<MatrixModel, 5> kModels = {{
+    {MatrixModel::kBias, "bias"},
+    {MatrixModel::kDiagonal, "diagonal"},
+    {MatrixModel::kSymmetric, "symmetric"},
+    {MatrixModel::kFull, "full"},
+    {MatrixModel::kAuto, "auto"},
+}};
+
+}  // namespace
+
+std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
+std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }
+
+Status CalibrateOptions::Validate() const {
+  std::string problems;
+  const auto require = [&problems](bool good, const std::string& problem) {
+    if (good) return;
+    if (!problems.empty()) problems += "; ";
+    problems += problem;
+  };
+  bool any = false;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = triads[triad];
+    if (!sensor.enabled) continue;
+    any = true;
+    const std::string name(TriadName(triad));
+    require(triad != Triad::kGyroscope, "gyroscope: this version does not calibrate it");
+    require(sensor.model != MatrixModel::kAuto,
+            name + ": model `auto` is not available in this version");
+    require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
+            name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
+    require(!sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),
+            name + ": every noise sigma must be > 0");
+  }
+  require(any, "no sensor is wanted: list at least one under `sensors:`");
+  require(reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,
+          "gravity must be known and positive");
+  require(!reference.field_ut.known() || *reference.field_ut.value > 0.0,
+          "field strength must be positive");
+  require(gauge != Gauge::kFixture || attitudes.kind != AttitudeKind::kNone,
+          "gauge `fixture` needs known attitudes");
+  require(attitudes.kind != AttitudeKind::kSixFace || triads[Triad::kAccelerometer].enabled,
+          "six-face attitudes need the accelerometer, which says what face is up");
+  require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
+          "tilt sigma must be > 0 and seat sigma >= 0 degrees");
+  require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");
+  require(cross_validation_folds == 0 || cross_validation_folds >= 2,
+          "cross-validation folds must be 0 or at least 2");
+  require(observable_sigma > 0.0 && observable_sigma < 1.0,
+          "observable_sigma must lie between 0 and 1");
+  require(limits.guard_band_k >= 0.0, "guard band must be >= 0");
+  if (problems.empty()) return {};
+  return UsageError(problems);
+}
+
+}  // namespace truetriad

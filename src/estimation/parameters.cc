@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace truetriad {
+
+Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
+  const Eigen::MatrixXd rows = basis.middleRows(offset, block_size);
+  Eigen::MatrixXd block(block_size, rows.cols());
+  int used = 0;
+  for (Eigen::Index col = 0; col < rows.cols(); ++col) {
+    if (!rows.col(col).isZero(0.0)) block.col(used++) = rows.col(col);
+  }
+  return block.leftCols(used);
+}
+
+std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
+                                              bool leading_triangular,
+                                              const Eigen::Matrix3d& axis_map) {
+  std::vector<Eigen::Matrix3d> basis;
+  const auto add = [&basis](const Eigen::Matrix3d& matrix) {
+    basis.push_back(matrix / matrix.norm());
+  };
+  if (model == MatrixModel::kBias) return basis;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) {
+      Eigen::Matrix3d entry = Eigen::Matrix3d::Zero();
+      entry(row, col) = 1.0;
+      if (model == MatrixModel::kDiagonal) {
+        if (row == col) add(entry * axis_map);
+      } else if (leading_triangular) {
+        // A symmetric leading triad is the full one in another gauge.
+        if (row >= col) add(entry);
+      } else if (model == MatrixModel::kSymmetric) {
+        if (row == col) add(entry * axis_map);
+        if (row > col) add((entry + entry.transpose()) * axis_map);
+      } else {
+        add(entry);
+      }
+    }
+  }
+  return basis;
+}
+
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix) {
+  const Eigen::Matrix3d unit = matrix.rowwise().normalized();
+  std::array<int, 3> columns = {0, 1, 2};
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double best_score = -1.0;
+  do {
+    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
+    double score = 0.0;
+    for (int row = 0; row < 3; ++row) {
+      const int col = columns[static_cast<std::size_t>(row)];
+      map(row, col) = unit(row, col) < 0.0 ? -1.0 : 1.0;
+      score += std::abs(unit(row, col));
+    }
+    if (score > best_score) {
+      best_score = score;
+      best = map;
+    }
+  } while (std::next_permutation(columns.begin(), columns.end()));
+  return best;
+}
+
+Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared) {
+  Eigen::VectorXd sizes = Eigen::VectorXd::Ones(layout.size);
+  const Eigen::Vector4d reference = shared.segment<4>(layout.reference);
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const Eigen::Map<const Eigen::Matrix3d> sensitivity(&shared[layout.sensitivity[triad]]);
+    const Eigen::Vector3d gain = sensitivity.rowwise().norm();
+    const double strength = WorldVector(triad, reference).norm();
+    sizes.segment<3>(layout.bias[triad]) = gain * strength;
+    sizes.segment<9>(layout.sensitivity[triad]) = gain.replicate<3, 1>();
+  }
+  sizes[layout.reference + kGravity] = reference[kGravity];
+  sizes[layout.reference + kField] = reference[kField];
+  return sizes;
+}
+
+std::vector<std::string> ParameterNames(const SharedLayout& layout) {
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  static constexpr std::array<const char*, kFaceCount> kFaces = {
+      "x_up", "x_down", "y_up", "y_down", "z_up", "z_down"};
+  std::vector<std::string> names(static_cast<std::size_t>(layout.size));
+  const auto name = [&names](int index) -> std::string& {
+    return names[static_cast<std::size_t>(index)];
+  };
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const std::string prefix(TriadName(triad));
+    for (std::size_t row = 0; row < 3; ++row) {
+      name(layout.bias[triad] + static_cast<int>(row)) = prefix + ".bias." + kAxes[row];
+      for (std::size_t col = 0; col < 3; ++col) {
+        name(layout.sensitivity[triad] + static_cast<int>(3 * col + row)) =
+            prefix + ".sensitivity." + kAxes[row] + kAxes[col];
+      }
+    }
+  }
+  name(layout.reference + kGravity) = "reference.gravity_mps2";
+  name(layout.reference + kField) = "reference.field_ut";
+  name(layout.reference + kDip) = "reference.dip_rad";
+  name(layout.reference + kHeading) = "reference.heading_rad";
+  for (std::size_t face = 0; face < kFaces.size(); ++face) {
+    if (layout.face_tilt[face] < 0) continue;
+    name(layout.face_tilt[face]) = std::string("face_tilt.") + kFaces[face] + ".first";
+    name(layout.face_tilt[face] + 1) = std::string("face_tilt.") + kFaces[face] + ".second";
+  }
+  return names;
+}
+
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
+  if (triad == Triad::kAccelerometer) return {0.0, 0.0, reference[kGravity]};
+  const double dip = reference[kDip];
+  const double heading = reference[kHeading];
+  return reference[kField] * Eigen::Vector3d(std::cos(dip) * std::cos(heading),
+                                             std::cos(dip) * std::sin(heading),
+                                             -std::sin(dip));
+}
+
+Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
+    Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
+  Eigen::Matrix<double, 3, kReferenceSize> jacobian;
+  jacobian.setZero();
+  if (triad == Triad::kAccelerometer) {
+    jacobian(2, kGravity) = 1.0;
+    return jacobian;
+  }
+  const double field = reference[kField];
+  const double dip = reference[kDip];
+  const double heading = reference[kHeading];
+  jacobian.col(kField) = Eigen::Vector3d(
+      std::cos(dip) * std::cos(heading), std::cos(dip) * std::sin(heading), -std::sin(dip));
+  jacobian.col(kDip) = field * Eigen::Vector3d(-std::sin(dip) * std::cos(heading),
+                                               -std::sin(dip) * std::sin(heading),
+                                               -std::cos(dip));
+  jacobian.col(kHeading) =
+      field *
+      Eigen::Vector3d(-std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading), 0.0);
+  return jacobian;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+
+// The six faces of a block in the order +x, -x, +y, -y, +z, -z.
+inline constexpr int kFaceCount = 6;
+
+// Places in the reference block.
+enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferenceSize = 4 };
+
+// Where each parameter block stands in the one vector of shared (not per-pose) parameters:
+//
+//   <triad>.bias         3   raw unit
+//   <triad>.sensitivity  9   raw per true unit, column-major
+//   reference            4   g (m/s^2), B (uT), dip (rad), heading of the field (rad)
+//   face_tilt            2 a face of the six-face block, rad about its two tangent axes
+//
+// Blocks that are not wanted have offset -1. Every entry that is not estimated is held, by its
+// column missing from `basis`: free coordinates t move the vector by basis * t. A basis (rather
+// than a list of free entries) also carries the tied entries of a symmetric matrix.
+struct SharedLayout {
+  PerTriad<int> bias{{-1, -1, -1}};
+  PerTriad<int> sensitivity{{-1, -1, -1}};
+  int reference = 0;
+  std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
+  int size = 0;
+
+  Eigen::MatrixXd basis;  // size x free coordinates, columns orthonormal
+  int free_size() const { return static_cast<int>(basis.cols()); }
+
+  bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
+
+  // The basis restricted to one block: its own rows, only the columns that touch it.
+  Eigen::MatrixXd BlockBasis(int offset, int block_size) const;
+};
+
+// Which entries of a triad's sensitivity are free, as basis matrices.
+//
+//   `axis_map`  nearest signed permutation of the start value: a diagonal or symmetric
+//               magnetometer keeps the axis order it was mounted with. Identity for the leading
+//               triad.
+std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
+                                              bool leading_triangular,
+                                              const Eigen::Matrix3d& axis_map);
+
+// The signed permutation nearest to `matrix` (rows scaled to unit length first).
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
+
+// Typical size of every entry of the shared vector, by which a direction's σ is judged "large":
+// biases and gains are measured against the triad's own gain and the field it saw.
+//
+//   bias         gain_i * reference     raw unit       (a bias as large as the signal)
+//   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
+//   gravity, B   their value            true unit
+//   dip, heading, tilt  1               rad
+Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
+
+// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry.
+std::vector<std::string> ParameterNames(const SharedLayout& layout);
+
+// World vectors (true unit): specific force at rest, and the magnetic field. model.md §1.
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference);
+
+// d WorldVector / d (g, B, dip, heading).
+Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
+    Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference);
+
+}  // namespace truetriad

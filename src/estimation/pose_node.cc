@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/pose_node.h"
+
+#include <cmath>
+
+namespace truetriad {
+namespace {
+
+Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
+  const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Vector3d vector = sign * rotation.vec();
+  const double norm = vector.norm();
+  // atan2(s, c) / s -> 1 for s -> 0, and is exact to rounding below this norm.
+  if (norm < 1e-9) return 2.0 * vector;
+  return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
+}
+
+// Inverse of the right Jacobian of SO(3): d Log(R Exp(d)) / dd. Forster et al. 2017, eq. 8.
+Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& log) {
+  const double angle = log.norm();
+  const Eigen::Matrix3d skew = Skew(log);
+  // Series of 1/a^2 - (1 + cos a) / (2 a sin a), whose closed form cancels for small angles.
+  const double factor = angle < 1e-2 ? 1.0 / 12.0 + angle * angle / 720.0
+                                     : 1.0 / (angle * angle) - (1.0 + std::cos(angle)) /
+                                                                   (2.0 * angle * std::sin(angle));
+  return Eigen::Matrix3d::Identity() + 0.5 * skew + factor * skew * skew;
+}
+
+}  // namespace
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& vector) {
+  Eigen::Matrix3d skew;
+  skew << 0.0, -vector.z(), vector.y(), vector.z(), 0.0, -vector.x(), -vector.y(), vector.x(), 0.0;
+  return skew;
+}
+
+Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction) {
+  Eigen::Index smallest = 0;
+  direction.cwiseAbs().minCoeff(&smallest);
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = direction.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  basis.col(1) = direction.cross(basis.col(0));
+  return basis;
+}
+
+Eigen::Matrix3d FaceAxes(int face) {
+  const int axis = face / 2;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
+  axes(axis, 0) = face % 2 == 0 ? 1.0 : -1.0;
+  axes((axis + 1) % 3, 1) = 1.0;
+  axes((axis + 2) % 3, 2) = 1.0;
+  return axes;
+}
+
+Eigen::Vector3d PoseNode::FieldInBody(Triad triad,
+                                      const Eigen::Ref<const Eigen::Vector4d>& reference,
+                                      const double* state_values) const {
+  const Eigen::Vector3d world = WorldVector(triad, reference);
+  if (kind == PoseKind::kDirection) {
+    return world.norm() * Eigen::Map<const Eigen::Vector3d>(state_values);
+  }
+  const Eigen::Map<const Eigen::Quaterniond> world_from_body(state_values);
+  return world_from_body.conjugate() * world;
+}
+
+void PoseNode::Evaluate(const SharedLayout& layout,
+                        const double* shared,
+                        const double* state_values,
+                        PoseResidual12* residual,
+                        PoseSharedJacobian* shared_jacobian,
+                        PoseStateJacobian* tangent_jacobian) const {
+  const int rows = row_count();
+  residual->resize(rows);
+  if (shared_jacobian != nullptr) shared_jacobian->setZero(rows, layout.size);
+  if (tangent_jacobian != nullptr) tangent_jacobian->setZero(rows, tangent_size());
+  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout.reference);
+  const Eigen::Map<const Eigen::Vector3d> state_direction(state_values);
+  const Eigen::Map<const Eigen::Quaterniond> world_from_body(state_values);
+  Eigen::Matrix<double, 3, 2> tangent_basis;
+  if (kind == PoseKind::kDirection) tangent_basis = TangentBasis(state_direction);
+
+  int row = 0;
+  for (const Observation& observation : observations) {
+    const int bias_at = layout.bias[observation.triad];
+    const int sensitivity_at = layout.sensitivity[observation.triad];
+    const Eigen::Map<const Eigen::Vector3d> bias(shared + bias_at);
+    const Eigen::Map<const Eigen::Matrix3d> sensitivity(shared + sensitivity_at);
+    const Eigen::Vector3d field = FieldInBody(observation.triad, reference, state_values);
+    residual->segment<3>(row) = sensitivity * field + bias - observation.mean_raw;
+    if (shared_jacobian != nullptr) {
+      shared_jacobian->block<3, 3>(row, bias_at).setIdentity();
+      for (int axis = 0; axis < 3; ++axis) {
+        shared_jacobian->block<3, 3>(row, sensitivity_at + 3 * axis)
+            .diagonal()
+            .setConstant(field[axis]);
+      }
+      const auto world_jacobian = WorldVectorJacobian(observation.triad, reference);
+      if (kind == PoseKind::kDirection) {
+        // Only the strength of the one field matters: d|v|/dp = v^T/|v| dv/dp.
+        const Eigen::Vector3d world = WorldVector(observation.triad, reference);
+        shared_jacobian->block<3, kReferenceSize>(row, layout.reference) =
+            sensitivity * state_direction * (world.normalized().transpose() * world_jacobian);
+      } else {
+        shared_jacobian->block<3, kReferenceSize>(row, layout.reference) =
+            sensitivity * world_from_body.conjugate().toRotationMatrix() * world_jacobian;
+      }
+    }
+    if (tangent_jacobian != nullptr && kind == PoseKind::kDirection) {
+      tangent_jacobian->middleRows<3>(row) =
+          sensitivity * tangent_basis * WorldVector(observation.triad, reference).norm();
+    } else if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
+      // (R Exp(d))^T v = x + [x]_x d with x = R^T v.
+      tangent_jacobian->middleRows<3>(row) = sensitivity * Skew(field);
+    }
+    row += 3;
+  }
+
+  if (has_attitude_prior) {
+    const Eigen::Vector3d log =
+        RotationLog(prior_world_from_body.conjugate() * Eigen::Quaterniond(world_from_body));
+    residual->segment<3>(row) = log;
+    if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
+      tangent_jacobian->middleRows<3>(row) = InverseRightJacobian(log);
+    }
+    row += 3;
+  }
+
+  if (face >= 0) {
+    const Eigen::Matrix<double, 3, 2> tangents = FaceAxes(face).rightCols<2>();
+    const int tilt_at = layout.face_tilt[static_cast<std::size_t>(face)];
+    const Eigen::Vector3d up = kind == PoseKind::kDirection
+                                   ? Eigen::Vector3d(state_direction)
+                                   : world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
+    residual->segment<2>(row) =
+        tangents.transpose() * up - Eigen::Map<const Eigen::Vector2d>(shared + tilt_at);
+    if (shared_jacobian != nullptr) {
+      shared_jacobian->block<2, 2>(row, tilt_at) = -Eigen::Matrix2d::Identity();
+    }
+    if (tangent_jacobian != nullptr) {
+      if (kind == PoseKind::kDirection) {
+        tangent_jacobian->middleRows<2>(row) = tangents.transpose() * tangent_basis;
+      } else if (kind == PoseKind::kRotation) {
+        tangent_jacobian->middleRows<2>(row) = tangents.transpose() * Skew(up);
+      }
+    }
+  }
+}
+
+void PoseNode::Move(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
+  if (kind == PoseKind::kDirection) {
+    const Eigen::Vector3d moved = (direction() + TangentBasis(direction()) * tangent).normalized();
+    state = {moved.x(), moved.y(), moved.z(), 0.0};
+  } else if (kind == PoseKind::kRotation) {
+    const double angle = tangent.norm();
+    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+    if (angle > 0.0) turn = Eigen::AngleAxisd(angle, tangent / angle);
+    const Eigen::Quaterniond moved = (rotation() * turn).normalized();
+    state = {moved.x(), moved.y(), moved.z(), moved.w()};
+  }
+}
+
+}  // namespace truetriad

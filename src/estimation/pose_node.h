@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "estimation/parameters.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+inline constexpr int kMaxPoseRows = 12;    // three triads and one attitude prior
+inline constexpr int kMaxSharedSize = 52;  // three triads, reference, six tilts
+
+using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
+using PoseSharedJacobian =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize>;
+using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
+
+// What is unknown about the attitude of one pose.
+enum class PoseKind {
+  kHeld,       // known exactly: nothing
+  kDirection,  // seen by one vector sensor: the direction of its field in the body, 2 dof
+  kRotation,   // world <- body, 3 dof
+};
+
+// What one triad says about one pose.
+struct Observation {
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  // Covariance of the mean inside the rest, raw unit squared.
+  Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
+  // What it is weighted with: rest noise and excess noise.
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  // Robust weight: divides the variance.
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// One pose of the graph: its observations, what is known of its attitude, its attitude.
+//
+// Rows, unwhitened (model.md §2):
+//   static triad      S * R^T v - (y - b)      v: specific force or field in the world
+//   attitude prior    Log(R_prior^T R)         about the body axes
+//   six-face prior    components of the up direction along the two tangent axes of the face, minus
+//                     the face's own tilt
+// The static rows carry the sign model - reading, so that Jacobians have none.
+struct PoseNode {
+  int number = 0;  // StaticPose::number
+  PoseKind kind = PoseKind::kRotation;
+  // Quaternion x, y, z, w (Eigen's order) or direction x, y, z, 0.
+  std::array<double, 4> state{0.0, 0.0, 0.0, 1.0};
+  std::vector<Observation> observations;
+
+  bool has_attitude_prior = false;
+  Eigen::Quaterniond prior_world_from_body = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d prior_sigma_rad = Eigen::Vector3d::Ones();
+
+  int face = -1;  // index of the face that points up, or -1
+  double seat_sigma_rad = 0.0;
+
+  int state_size() const { return kind == PoseKind::kDirection ? 3 : 4; }
+  int tangent_size() const {
+    return kind == PoseKind::kHeld ? 0 : kind == PoseKind::kDirection ? 2 : 3;
+  }
+  int row_count() const {
+    return 3 * static_cast<int>(observations.size()) + (has_attitude_prior ? 3 : 0) +
+           (face >= 0 ? 2 : 0);
+  }
+  Eigen::Quaterniond rotation() const { return {state[3], state[0], state[1], state[2]}; }
+  Eigen::Vector3d direction() const { return {state[0], state[1], state[2]}; }
+
+  // Field of `triad` in the body frame, true unit, at the given parameters.
+  Eigen::Vector3d FieldInBody(Triad triad,
+                              const Eigen::Ref<const Eigen::Vector4d>& reference,
+                              const double* state_values) const;
+
+  // Rows and, where wanted, their Jacobians with respect to the shared vector (every entry, free
+  // or not) and to the pose's tangent space: for a rotation R <- R Exp(d), for a direction
+  // u <- u + T(u) d with T from TangentBasis. Pointers may be null.
+  void Evaluate(const SharedLayout& layout,
+                const double* shared,
+                const double* state_values,
+                PoseResidual12* residual,
+                PoseSharedJacobian* shared_jacobian,
+                PoseStateJacobian* tangent_jacobian) const;
+
+  // Moves the state along its tangent space.
+  void Move(const Eigen::Ref<const Eigen::VectorXd>& tangent);
+};
+
+// Two unit vectors that complete the unit vector `direction` to a right-handed frame.
+Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
+
+Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
+
+// Outward axis of a face (order +x, -x, +y, …) and its two tangent axes as columns.
+Eigen::Matrix3d FaceAxes(int face);
+
+}  // namespace truetriad

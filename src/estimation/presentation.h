@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "estimation/graph.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/gauge.h"
+
+namespace truetriad {
+
+// A solution in one body frame: models, and the covariance of all their entries by name (a sensor's
+// twelve entries stand together: bias x y z, then the rows of the sensitivity).
+struct PresentedSolution {
+  PerTriad<std::optional<TriadModel<double>>> models;
+  NamedCovariance covariance;  // singular where entries are fixed or tied
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // this frame = solved frame * rotation
+};
+
+// The graph's solution in the frame it was solved in, with the reference entries that are
+// estimated.
+PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance);
+
+// A stored calibration as a solution.
+PresentedSolution SolutionOf(const Calibration& calibration);
+
+// Restates in `gauge`: S_s' = S_s Q(S_lead), biases and reference unchanged. The covariance goes
+// through the full derivative of this map, dQ/dS_lead included, for all triads and their cross
+// terms. Entries that the gauge fixes or ties are exactly so. model.md §1.
+void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
+
+}  // namespace truetriad

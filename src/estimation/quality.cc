@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "estimation/observability.h"
+#include "estimation/reduced_system.h"
+
+namespace truetriad {
+namespace {
+
+// Running root mean square.
+struct RootMeanSquare {
+  double sum = 0.0;
+  int count = 0;
+  void Add(double value) {
+    sum += value * value;
+    ++count;
+  }
+  std::optional<double> value() const {
+    if (count == 0) return std::nullopt;
+    return std::sqrt(sum / count);
+  }
+};
+
+}  // namespace
+
+double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double strength) {
+  return model.TruthFromRaw(reading).norm() - strength;
+}
+
+void FillPoseQuality(const PoseGraph& graph,
+                     const PresentedSolution& solution,
+                     const std::vector<DeletionTest>& tests,
+                     const PoseSet& poses,
+                     Quality* quality) {
+  const Eigen::Vector4d reference = graph.reference();
+  PerTriad<RootMeanSquare> after;
+  PerTriad<RootMeanSquare> before;
+  PerTriad<std::vector<Eigen::Vector3d>> directions;
+  PerTriad<double> strength;
+  PerTriad<Eigen::Matrix3d> correction;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    strength[triad] = WorldVector(triad, reference).norm();
+    correction[triad] = solution.models[triad]->Correction();
+  }
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  for (const DeletionTest& test : tests) {
+    const PoseNode& node = graph.nodes[test.node];
+    const Observation& observation = node.observations[test.observation];
+    const Triad triad = observation.triad;
+    const StreamSummary* stream = poses.Find(triad);
+    PoseResidual residual;
+    residual.pose = node.number;
+    residual.triad = triad;
+    const Eigen::Vector3d field =
+        solution.rotation.transpose() * node.FieldInBody(triad, reference, node.state.data());
+    const Eigen::Vector3d corrected =
+        correction[triad] * (observation.mean_raw - solution.models[triad]->bias);
+    residual.residual = corrected - field;
+    residual.direction = field.normalized();
+    residual.norm_error = corrected.norm() - strength[triad];
+    residual.norm_error_before =
+        stream == nullptr || stream->unit.is_counts
+            ? unknown
+            : observation.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad];
+    residual.normalized = test.rank > 0 ? std::sqrt(test.chi2 / test.rank) : 0.0;
+    residual.weight = observation.rejected ? 0.0 : observation.weight;
+    quality->pose_residuals.push_back(residual);
+    if (observation.rejected) continue;
+    after[triad].Add(residual.norm_error);
+    if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
+    directions[triad].push_back(residual.direction);
+  }
+  for (const Triad triad : kTriads) {
+    quality->residual_rms[triad] = after[triad].value();
+    quality->residual_rms_before[triad] = before[triad].value();
+    if (!directions[triad].empty()) {
+      quality->coverage.push_back(DirectionCoverage(triad, directions[triad]));
+    }
+  }
+}
+
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
+  if (folds < 2 || graph.nodes.size() < static_cast<std::size_t>(2 * folds)) return std::nullopt;
+  HeldOut result;
+  result.folds = folds;
+  PerTriad<RootMeanSquare> errors;
+  PerTriad<RootMeanSquare> seen;
+  for (int fold = 0; fold < folds; ++fold) {
+    PoseGraph part = graph;
+    part.nodes.clear();
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      if (static_cast<int>(k) % folds != fold) part.nodes.push_back(graph.nodes[k]);
+    }
+    SolveGraph(&part, 50);
+    if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      for (const Observation& observation : graph.nodes[k].observations) {
+        if (observation.rejected) continue;
+        const Triad triad = observation.triad;
+        const TriadModel<double> model{part.sensitivity(triad), part.bias(triad)};
+        const double error =
+            NormError(model, observation.mean_raw, WorldVector(triad, part.reference()).norm());
+        if (static_cast<int>(k) % folds == fold) errors[triad].Add(error);
+        if (fold > 0) continue;
+        const TriadModel<double> whole{graph.sensitivity(triad), graph.bias(triad)};
+        seen[triad].Add(
+            NormError(whole, observation.mean_raw, WorldVector(triad, graph.reference()).norm()));
+      }
+    }
+  }
+  for (const Triad triad : kTriads) {
+    result.rms[triad] = errors[triad].value();
+    result.in_sample_rms[triad] = seen[triad].value();
+  }
+  return result;
+}
+
+Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
+                                            const PoseSet& poses,
+                                            const LimitOptions& limits) {
+  std::vector<LimitCheck> checks;
+  for (const auto& [name, limit] : limits.limits) {
+    const auto dot = name.find('.');
+    const auto triad = TriadFromName(name.substr(0, dot));
+    const std::string what = dot == std::string::npos ? "" : name.substr(dot + 1);
+    if (!triad || !calibration.sensors[*triad]) {
+      return UsageError("limit `" + name + "`: no such sensor in this calibration");
+    }
+    const TriadCalibration& sensor = *calibration.sensors[*triad];
+    const Eigen::Vector3d gain = sensor.model.sensitivity.rowwise().norm();
+    LimitCheck check;
+    check.name = name;
+    check.limit = limit;
+    const auto take = [&check](double value, double sigma) {
+      if (std::abs(value) < check.worst) return;
+      check.worst = std::abs(value);
+      check.sigma = sigma;
+    };
+    if (what == "bias") {
+      for (int i = 0; i < 3; ++i) {
+        take(sensor.model.bias[i] / gain[i], sensor.bias_sigma[i] / gain[i]);
+      }
+    } else if (what == "scale_error") {
+      const StreamSummary* stream = poses.Find(*triad);
+      if (stream == nullptr || stream->unit.is_counts) {
+        return UsageError("limit `" + name + "`: readings in counts have no nominal scale");
+      }
+      for (int i = 0; i < 3; ++i) {
+        take(gain[i] * stream->unit.truth_per_raw - 1.0,
+             sensor.sensitivity_sigma.row(i).norm() * stream->unit.truth_per_raw);
+      }
+    } else if (what == "misalignment_rad") {
+      const Eigen::Matrix3d misalignment = sensor.MisalignmentRad();
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          if (i != j) take(misalignment(i, j), sensor.sensitivity_sigma(i, j) / gain[i]);
+        }
+      }
+    } else if (what == "residual_rms") {
+      take(calibration.quality.residual_rms[*triad].value_or(0.0), 0.0);
+    } else {
+      return UsageError("limit `" + name +
+                        "`: known are bias, scale_error, misalignment_rad, residual_rms");
+    }
+    check.pass = check.worst + limits.guard_band_k * check.sigma <= limit;
+    checks.push_back(check);
+  }
+  return checks;
+}
+
+}  // namespace truetriad

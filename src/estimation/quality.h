@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "estimation/graph.h"
+#include "estimation/noise.h"
+#include "estimation/presentation.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// Norm of a corrected reading minus the reference strength, true unit.
+double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double strength);
+
+// Per-pose residuals, their RMS before and after, coverage of directions.
+void FillPoseQuality(const PoseGraph& graph,
+                     const PresentedSolution& solution,
+                     const std::vector<DeletionTest>& tests,
+                     const PoseSet& poses,
+                     Quality* quality);
+
+// Prediction error of poses that the fit did not see: folds of every n-th pose, refitted from the
+// solution with weights and excess held. Unset when a fold would not be determined.
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds);
+
+// Judges the wanted limits. Error (usage): an unknown name or one that needs SI units.
+Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
+                                            const PoseSet& poses,
+                                            const LimitOptions& limits);
+
+}  // namespace truetriad

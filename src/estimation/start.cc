@@ -1,0 +1,411 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "truetriad/init/ellipsoid_fit.h"
+#include "truetriad/init/frame_alignment.h"
+#include "truetriad/init/six_position.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// A magnetometer in counts whose field is unknown has no natural scale: 50 uT is a mid-latitude
+// field.
+constexpr double kNominalFieldUt = 50.0;
+// Below this |sin(dip)| the sign of the dip does not decide, the positive determinant does.
+constexpr double kEquatorSine = 0.02;
+// A gain this far from 1 in a log that states a physical unit is a unit mistake.
+constexpr double kLargestSiGain = 4.0;
+constexpr std::size_t kMaxCandidates = 4;
+
+std::vector<Eigen::Vector3d> Readings(const PoseSet& poses, Triad triad) {
+  std::vector<Eigen::Vector3d> readings;
+  for (const StaticPose& pose : poses.poses) {
+    if (pose.triads[triad]) readings.push_back(pose.triads[triad]->mean_raw);
+  }
+  return readings;
+}
+
+// |S^-1 (y - b)| / radius - 1.
+double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double radius) {
+  return model.TruthFromRaw(reading).norm() / radius - 1.0;
+}
+
+// Sphere through readings of a triad whose matrix is held: linear in the centre and in
+// r^2 - |c|^2, after undoing the matrix.
+TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
+                           const Eigen::Matrix3d& sensitivity) {
+  const Eigen::Matrix3d correction = sensitivity.inverse();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) centre += correction * reading;
+  centre /= static_cast<double>(readings.size());
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::VectorXd squares(design.rows());
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const Eigen::Vector3d point = correction * readings[static_cast<std::size_t>(k)] - centre;
+    design.row(k) << 2.0 * point.transpose(), 1.0;
+    squares[k] = point.squaredNorm();
+  }
+  const Eigen::Vector4d solution = design.colPivHouseholderQr().solve(squares);
+  return {sensitivity, sensitivity * (centre + solution.head<3>())};
+}
+
+Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
+                                    MatrixModel model,
+                                    double radius) {
+  TriadModel<double> result;
+  const auto ellipsoid =
+      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
+  if (!ellipsoid) return ellipsoid.error();
+  result.bias = ellipsoid->centre;
+  if (model == MatrixModel::kDiagonal) {
+    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
+  } else {
+    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
+  }
+  return result;
+}
+
+// Ellipsoid start that a few disturbed poses cannot spoil: refitted without readings whose norm
+// error stands out from the others'.
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
+                                           MatrixModel model,
+                                           double radius) {
+  auto fitted = FitModel(readings, model, radius);
+  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
+  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
+    std::vector<double> errors;
+    for (const auto& reading : readings)
+      errors.push_back(std::abs(NormError(*fitted, reading, radius)));
+    // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * 1.4826 * Median(errors);
+    std::vector<Eigen::Vector3d> kept;
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (errors[k] <= limit) kept.push_back(readings[k]);
+    }
+    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
+    auto refitted = FitModel(kept, model, radius);
+    if (!refitted) break;
+    fitted = std::move(refitted);
+    readings = std::move(kept);
+  }
+  return fitted;
+}
+
+// Linear least squares for y = S x + b with known x.
+Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                         const std::vector<Eigen::Vector3d>& fields) {
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::MatrixXd values(design.rows(), 3);
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
+    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
+  if (qr.rank() < 4) {
+    return NotEnoughError(
+        "the known attitudes lie in one plane: they do not determine gains and biases; add poses "
+        "with every axis up and down");
+  }
+  const Eigen::MatrixXd solution = qr.solve(values);
+  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
+}
+
+Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
+  std::size_t needed = 9;
+  if (options.fixed_sensitivity || options.model == MatrixModel::kBias) {
+    needed = 4;
+  } else if (options.model == MatrixModel::kDiagonal) {
+    needed = 6;
+  } else if (attitudes) {
+    needed = 4;
+  }
+  if (poses >= needed) return {};
+  return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
+                        " poses, but model `" + std::string(MatrixModelName(options.model)) +
+                        "` needs at least " + std::to_string(needed) +
+                        "; add poses, or ask for a smaller model");
+}
+
+// Gravity that is off by a large factor in a log that states its unit.
+Status CheckAccelerometerUnit(const PoseSet& poses,
+                              const std::vector<Eigen::Vector3d>& readings,
+                              const TriadModel<double>& model) {
+  const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
+  if (stream == nullptr || stream->unit.is_counts) return {};
+  const double gain =
+      std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
+  if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
+  std::vector<double> norms;
+  for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
+  return BadInputError(poses.source + ": the accelerometer reads " + std::to_string(Median(norms)) +
+                       " " + stream->unit.name + " at rest (median norm), and its fitted gain is " +
+                       std::to_string(gain) +
+                       " times what that unit means; the unit in the header or manifest is "
+                       "probably wrong (mg given as g? counts?)");
+}
+
+Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
+                                              const CalibrateOptions& options) {
+  const TriadOptions& triad = options.triads[Triad::kAccelerometer];
+  const double gravity = *options.reference.gravity_mps2.value;
+  const double sign = triad.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+  const std::vector<Eigen::Vector3d> readings = Readings(poses, Triad::kAccelerometer);
+  const bool attitudes = options.attitudes.kind != AttitudeKind::kNone;
+  const bool six_face_method = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
+                               options.initialise.method == InitialiseMethod::kSixPosition;
+  if (!six_face_method) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kAccelerometer, readings.size(), triad, attitudes));
+  }
+  if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
+
+  switch (options.initialise.method) {
+    case InitialiseMethod::kSixFaceExtremes: {
+      auto model = SixFaceExtremes(readings, gravity);
+      if (model) model->sensitivity *= sign;
+      return model;
+    }
+    case InitialiseMethod::kSixPosition: {
+      if (!options.initialise.known_forces.empty()) {
+        return FitKnownField(readings, options.initialise.known_forces);
+      }
+      const auto faces = AssignFaces(readings);
+      if (!faces) return faces.error();
+      auto model = SixPosition(readings, *faces, gravity);
+      if (model) model->sensitivity *= sign;
+      return model;
+    }
+    default:
+      break;
+  }
+
+  if (options.attitudes.kind == AttitudeKind::kGiven) {
+    std::vector<Eigen::Vector3d> forces;
+    for (const StaticPose& pose : poses.poses) {
+      if (!pose.triads[Triad::kAccelerometer]) continue;
+      forces.push_back(pose.attitude->world_from_body.conjugate() *
+                       Eigen::Vector3d(0.0, 0.0, gravity));
+    }
+    return FitKnownField(readings, forces);
+  }
+  if (options.attitudes.kind == AttitudeKind::kSixFace) {
+    const auto faces = FacesOfPoses(poses, triad.sign);
+    if (!faces) return faces.error();
+    std::vector<Eigen::Vector3d> forces;
+    for (const int face : *faces) {
+      if (face >= 0) forces.push_back(gravity * FaceAxes(face).col(0));
+    }
+    return FitKnownField(readings, forces);
+  }
+
+  MatrixModel shape = triad.model;
+  if (options.initialise.method == InitialiseMethod::kEllipsoidAxisAligned) {
+    shape = MatrixModel::kDiagonal;
+  } else if (options.initialise.method == InitialiseMethod::kEllipsoid) {
+    shape = MatrixModel::kFull;
+  }
+  auto model = FitModelTrimmed(readings, shape, gravity);
+  if (!model) return model;
+  model->sensitivity *= sign;
+  // Lower triangular: the gauge of the solution. A diagonal matrix already is.
+  model->sensitivity *= GaugeRotation(Gauge::kAccelX, model->sensitivity, sign);
+  return model;
+}
+
+// Strength that the start uses, and whether it is only a convention.
+double StartField(const PoseSet& poses, const CalibrateOptions& options, bool* nominal) {
+  *nominal = !options.reference.field_ut.known();
+  if (options.reference.field_ut.known()) return *options.reference.field_ut.value;
+  const StreamSummary* stream = poses.Find(Triad::kMagnetometer);
+  if (stream == nullptr || stream->unit.is_counts) return kNominalFieldUt;
+  // The mean radius in the stated unit, so that the mean gain is 1.
+  const auto fitted = FitModelTrimmed(
+      Readings(poses, Triad::kMagnetometer), options.triads[Triad::kMagnetometer].model, 1.0);
+  if (!fitted) return kNominalFieldUt;
+  return std::cbrt(std::abs(fitted->sensitivity.determinant())) * stream->unit.truth_per_raw;
+}
+
+// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed).
+Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
+                                                  const CalibrateOptions& options,
+                                                  double field) {
+  const TriadOptions& triad = options.triads[Triad::kMagnetometer];
+  const std::vector<Eigen::Vector3d> readings = Readings(poses, Triad::kMagnetometer);
+  TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kMagnetometer, readings.size(), triad, false));
+  if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
+  return FitModelTrimmed(readings, triad.model, field);
+}
+
+// Turns the own-frame magnetometer into the body frame by the constant angle between field and
+// gravity; one start for every rival solution.
+Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
+                                                   const CalibrateOptions& options,
+                                                   const StartValues& base,
+                                                   const TriadModel<double>& own) {
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<Eigen::Vector3d> fields;
+  std::vector<const StaticPose*> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
+    ups.push_back(base.models[Triad::kAccelerometer]
+                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
+                      .normalized());
+    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
+    pairs.push_back(&pose);
+  }
+  const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+  const Knowledge& dip = options.reference.dip_rad;
+
+  std::vector<FrameAlignment> alignments;
+  if (held) {
+    FrameAlignment identity;
+    for (std::size_t k = 0; k < ups.size(); ++k) identity.cosine += ups[k].dot(fields[k]);
+    identity.cosine /= static_cast<double>(std::max<std::size_t>(ups.size(), 1));
+    alignments.push_back(identity);
+  } else {
+    const double known_cosine = dip.known() ? -std::sin(*dip.value) : 0.0;
+    const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
+    auto found = AlignFrames(ups, fields, +1, cosine);
+    if (!found) return found.error();
+    alignments = std::move(*found);
+    if (cosine != nullptr) {
+      // With the dip known both determinants are different problems.
+      auto mirrored = AlignFrames(ups, fields, -1, cosine);
+      if (mirrored) alignments.insert(alignments.end(), mirrored->begin(), mirrored->end());
+      std::stable_sort(alignments.begin(), alignments.end(), [](const auto& a, const auto& b) {
+        return a.rms < b.rms;
+      });
+    } else {
+      // (R, c) and (-R, -c) are the same solution: the hemisphere decides. Field down = dip
+      // positive = negative cosine with up.
+      const double wanted = dip.known() ? (*dip.value < 0.0 ? 1.0 : -1.0)
+                                        : (options.reference.northern_hemisphere ? -1.0 : 1.0);
+      for (FrameAlignment& alignment : alignments) {
+        const bool equator = std::abs(alignment.cosine) < kEquatorSine;
+        if (!equator && alignment.cosine * wanted < 0.0) {
+          alignment.rotation = -alignment.rotation;
+          alignment.cosine = -alignment.cosine;
+        }
+      }
+    }
+  }
+
+  std::vector<StartValues> starts;
+  for (const FrameAlignment& alignment : alignments) {
+    // Rivals much worse than the best are not solutions.
+    if (!starts.empty() && alignment.rms > 20.0 * alignments.front().rms + 1e-3) break;
+    if (starts.size() == kMaxCandidates) break;
+    StartValues start = base;
+    TriadModel<double> model = own;
+    // own frame vector = R^T body vector.
+    model.sensitivity = own.sensitivity * alignment.rotation.transpose();
+    const MatrixModel shape = options.triads[Triad::kMagnetometer].model;
+    if (!held && shape == MatrixModel::kDiagonal) {
+      const Eigen::Matrix3d map = NearestAxisMap(model.sensitivity);
+      model.sensitivity = model.sensitivity.rowwise().norm().asDiagonal() * map;
+    }
+    start.models[Triad::kMagnetometer] = model;
+    start.reference[kDip] =
+        dip.known() ? *dip.value : -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
+    if (options.attitudes.kind == AttitudeKind::kGiven) {
+      Eigen::Vector3d world = Eigen::Vector3d::Zero();
+      for (const StaticPose* pose : pairs) {
+        world += pose->attitude->world_from_body *
+                 model.TruthFromRaw(pose->triads[Triad::kMagnetometer]->mean_raw);
+      }
+      start.reference[kHeading] = std::atan2(world.y(), world.x());
+    }
+    starts.push_back(start);
+  }
+  return starts;
+}
+
+}  // namespace
+
+Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign) {
+  static constexpr std::array<const char*, kFaceCount> kNames = {
+      "+x", "-x", "+y", "-y", "+z", "-z"};
+  std::vector<int> faces(poses.poses.size(), -1);
+  std::vector<Eigen::Vector3d> readings;
+  std::vector<std::size_t> unnamed;
+  for (std::size_t k = 0; k < faces.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    if (!pose.triads[Triad::kAccelerometer]) continue;
+    const auto* name = std::find(kNames.begin(), kNames.end(), pose.face_up);
+    if (name != kNames.end()) {
+      faces[k] = static_cast<int>(name - kNames.begin());
+      continue;
+    }
+    readings.push_back(pose.triads[Triad::kAccelerometer]->mean_raw);
+    unnamed.push_back(k);
+  }
+  if (unnamed.empty()) return faces;
+  const auto assigned = AssignFaces(readings);
+  if (!assigned) return assigned.error();
+  for (std::size_t i = 0; i < unnamed.size(); ++i) {
+    const FacePose& face = (*assigned)[i];
+    // A chip that reports gravity reads positive on the axis that points down.
+    const bool up = (face.sign > 0) == (sign == AccelerometerSign::kSpecificForce);
+    faces[unnamed[i]] = 2 * face.axis + (up ? 0 : 1);
+  }
+  return faces;
+}
+
+Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
+                                                 const CalibrateOptions& options) {
+  StartValues start;
+  start.reference[kGravity] = *options.reference.gravity_mps2.value;
+  start.reference[kField] = kNominalFieldUt;
+  const bool has_accelerometer = options.triads[Triad::kAccelerometer].enabled;
+  const bool has_magnetometer = options.triads[Triad::kMagnetometer].enabled;
+  if (has_accelerometer) {
+    auto model = AccelerometerStart(poses, options);
+    if (!model) return model.error();
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckAccelerometerUnit(poses, Readings(poses, Triad::kAccelerometer), *model));
+    start.models[Triad::kAccelerometer] = *model;
+  }
+  if (!has_magnetometer) return std::vector<StartValues>{start};
+
+  start.reference[kField] = StartField(poses, options, &start.field_nominal);
+  auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
+  if (!own) return own.error();
+  if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
+  if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity);
+  }
+  start.models[Triad::kMagnetometer] = *own;
+  return std::vector<StartValues>{start};
+}
+
+void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
+  const Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d field_in_world =
+      WorldVector(Triad::kMagnetometer, start.reference).normalized();
+  for (PoseNode& node : graph->nodes) {
+    if (node.kind == PoseKind::kHeld || node.has_attitude_prior) continue;
+    PerTriad<std::optional<Eigen::Vector3d>> seen;
+    for (const Observation& observation : node.observations) {
+      seen[observation.triad] =
+          start.models[observation.triad]->TruthFromRaw(observation.mean_raw).normalized();
+    }
+    const auto& up = seen[Triad::kAccelerometer];
+    const auto& field = seen[Triad::kMagnetometer];
+    if (node.kind == PoseKind::kDirection) {
+      const Eigen::Vector3d direction = up ? *up : *field;
+      node.state = {direction.x(), direction.y(), direction.z(), 0.0};
+    } else {
+      const Eigen::Quaterniond q = TriadAttitude(up_in_world, field_in_world, *up, *field);
+      node.state = {q.x(), q.y(), q.z(), q.w()};
+    }
+  }
+}
+
+}  // namespace truetriad

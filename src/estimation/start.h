@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "estimation/graph.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+// Where the optimiser may start: closed-form models of the triads, no guess from the user.
+// model.md §4.
+struct StartValues {
+  PerTriad<std::optional<TriadModel<double>>> models;
+  Eigen::Vector4d reference = Eigen::Vector4d::Zero();  // g, B, dip, heading
+  bool field_nominal = false;  // B could not be known and was fixed by convention
+};
+
+// All distinct starts worth trying, best first: one, or several when the magnetometer's rotation
+// has rival solutions.
+// Error: too few poses for the wanted model, poses that do not determine it (not enough); readings
+// that cannot be in the stated unit (bad input).
+Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
+                                                 const CalibrateOptions& options);
+
+// Attitude of every pose by TRIAD (two triads) or as a direction (one), at the start values.
+void SetStartAttitudes(const StartValues& start, PoseGraph* graph);
+
+// Face of each pose (index in order +x, -x, +y, …), given or found; -1 without accelerometer.
+Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign);
+
+}  // namespace truetriad

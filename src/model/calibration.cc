@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/calibration.h"
+
+#include "truetriad/base/named_values.h"
+
+namespace truetriad {
+namespace {
+
+constexpr NamedValues<Outcome, 5> kOutcomes = {{
+    {Outcome::kNotCalled, "not_called"},
+    {Outcome::kConverged, "converged"},
+    {Outcome::kNotObservable, "not_observable"},
+    {Outcome::kNotConverged, "not_converged"},
+    {Outcome::kNotEnough, "not_enough"},
+}};
+
+constexpr NamedValues<NoiseSource, 5> kNoiseSources = {{
+    {NoiseSource::kStatic, "static"},
+    {NoiseSource::kAllan, "allan"},
+    {NoiseSource::kDatasheet, "datasheet"},
+    {NoiseSource::kConfig, "config"},
+    {NoiseSource::kResidual, "residual"},
+}};
+
+}  // namespace
+
+std::string_view OutcomeName(Outcome outcome) { return kOutcomes.Name(outcome); }
+std::optional<Outcome> OutcomeFromName(std::string_view name) { return kOutcomes.Find(name); }
+
+std::string_view NoiseSourceName(NoiseSource source) { return kNoiseSources.Name(source); }
+std::optional<NoiseSource> NoiseSourceFromName(std::string_view name) {
+  return kNoiseSources.Find(name);
+}
+
+Eigen::Matrix3d TriadCalibration::MisalignmentRad() const {
+  const Eigen::Vector3d scale = Scale();
+  return scale.cwiseInverse().asDiagonal() * model.sensitivity - Eigen::Matrix3d::Identity();
+}
+
+}  // namespace truetriad

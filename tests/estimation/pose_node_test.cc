@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/pose_node.h"
+
+#include <memory>
+
+#include <ceres/gradient_checker.h>
+#include <ceres/manifold.h>
+#include <ceres/sphere_manifold.h>
+#include <gtest/gtest.h>
+
+#include "estimation/pose_cost.h"
+#include "truetriad/math/random.h"
+
+namespace truetriad {
+namespace {
+
+// A layout with both triads and one face, at a point that is nobody's optimum.
+struct Fixture {
+  SharedLayout layout;
+  Eigen::VectorXd shared;
+};
+
+Fixture MakeFixture(Random* random) {
+  Fixture fixture;
+  fixture.layout.bias[Triad::kAccelerometer] = 0;
+  fixture.layout.sensitivity[Triad::kAccelerometer] = 3;
+  fixture.layout.bias[Triad::kMagnetometer] = 12;
+  fixture.layout.sensitivity[Triad::kMagnetometer] = 15;
+  fixture.layout.reference = 24;
+  fixture.layout.face_tilt[3] = 28;
+  fixture.layout.size = 30;
+  fixture.layout.basis = Eigen::MatrixXd::Identity(30, 30);
+  fixture.shared.resize(30);
+  for (double& value : fixture.shared) value = random->Normal();
+  fixture.shared.segment<4>(24) << 9.8, 48.0, 1.1, 0.3;
+  return fixture;
+}
+
+PoseNode MakeNode(PoseKind kind, Random* random) {
+  PoseNode node;
+  node.kind = kind;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (kind == PoseKind::kDirection && triad == Triad::kMagnetometer) continue;
+    Observation observation;
+    observation.triad = triad;
+    observation.mean_raw = 10.0 * random->Normal3();
+    const Eigen::Matrix3d root =
+        Eigen::Matrix3d::NullaryExpr([random] { return random->Normal(); });
+    observation.variance = root * root.transpose() + 0.1 * Eigen::Matrix3d::Identity();
+    observation.weight = 0.7;
+    node.observations.push_back(observation);
+  }
+  node.face = 3;
+  node.seat_sigma_rad = 0.1;
+  if (kind == PoseKind::kDirection) {
+    const Eigen::Vector3d up = random->Normal3().normalized();
+    node.state = {up.x(), up.y(), up.z(), 0.0};
+  } else {
+    const Eigen::Quaterniond q = random->Rotation();
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    node.has_attitude_prior = true;
+    // Away from half a turn, where Log jumps.
+    const Eigen::Vector3d axis = random->Normal3().normalized();
+    node.prior_world_from_body = q * Eigen::AngleAxisd(random->Uniform(0.0, 2.5), axis);
+    node.prior_sigma_rad << 0.1, 0.2, 0.3;
+  }
+  return node;
+}
+
+// Ceres differentiates the cost along the manifolds; entries that are exactly zero are compared
+// absolutely, by block norm.
+void ExpectJacobiansMatch(PoseKind kind) {
+  Random random(17);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const Fixture fixture = MakeFixture(&random);
+    const PoseNode node = MakeNode(kind, &random);
+    const PoseCost cost(fixture.layout, node);
+    const auto blocks = SharedBlocks(fixture.layout);
+    std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
+    std::unique_ptr<ceres::Manifold> state_manifold;
+    if (kind == PoseKind::kDirection) {
+      state_manifold = std::make_unique<ceres::SphereManifold<3>>();
+    } else {
+      state_manifold = std::make_unique<ceres::EigenQuaternionManifold>();
+    }
+    manifolds.push_back(state_manifold.get());
+    std::vector<const double*> parameters;
+    for (const SharedBlock& block : blocks) {
+      parameters.push_back(fixture.shared.data() + block.offset);
+    }
+    parameters.push_back(node.state.data());
+    const ceres::GradientChecker checker(&cost, &manifolds, ceres::NumericDiffOptions());
+    ceres::GradientChecker::ProbeResults results;
+    checker.Probe(parameters.data(), 1.0, &results);
+    for (std::size_t i = 0; i < parameters.size(); ++i) {
+      const double size = 1.0 + results.local_numeric_jacobians[i].norm();
+      // Ridders' method in double precision: about nine digits.
+      EXPECT_LT((results.local_jacobians[i] - results.local_numeric_jacobians[i]).norm(),
+                1e-7 * size)
+          << "block " << i;
+    }
+  }
+}
+
+TEST(PoseCost, JacobianMatchesFiniteDifferencesForARotation) {
+  ExpectJacobiansMatch(PoseKind::kRotation);
+}
+
+TEST(PoseCost, JacobianMatchesFiniteDifferencesForADirection) {
+  ExpectJacobiansMatch(PoseKind::kDirection);
+}
+
+TEST(PoseNode, TangentJacobianIsThatOfMove) {
+  Random random(5);
+  for (const PoseKind kind : {PoseKind::kRotation, PoseKind::kDirection}) {
+    const Fixture fixture = MakeFixture(&random);
+    const PoseNode node = MakeNode(kind, &random);
+    PoseResidual12 residual;
+    PoseStateJacobian jacobian;
+    node.Evaluate(
+        fixture.layout, fixture.shared.data(), node.state.data(), &residual, nullptr, &jacobian);
+    const double step = 1e-6;
+    for (int i = 0; i < node.tangent_size(); ++i) {
+      PoseResidual12 up;
+      PoseResidual12 down;
+      PoseNode moved = node;
+      moved.Move(step * Eigen::VectorXd::Unit(node.tangent_size(), i));
+      moved.Evaluate(
+          fixture.layout, fixture.shared.data(), moved.state.data(), &up, nullptr, nullptr);
+      moved = node;
+      moved.Move(-step * Eigen::VectorXd::Unit(node.tangent_size(), i));
+      moved.Evaluate(
+          fixture.layout, fixture.shared.data(), moved.state.data(), &down, nullptr, nullptr);
+      // Central differences of numbers near 100 with step 1e-6: 1e-8 of rounding.
+      EXPECT_LT((jacobian.col(i) - (up - down) / (2.0 * step)).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(LinearManifold, PlusAndMinusUndoEachOther) {
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(4, 2);
+  basis(0, 0) = 1.0;
+  basis(2, 1) = basis(3, 1) = std::sqrt(0.5);
+  const LinearManifold manifold(basis);
+  const Eigen::Vector4d x(1.0, 2.0, 3.0, 4.0);
+  const Eigen::Vector2d delta(0.5, -0.25);
+  Eigen::Vector4d y;
+  Eigen::Vector2d back;
+  ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
+  ASSERT_TRUE(manifold.Minus(y.data(), x.data(), back.data()));
+  EXPECT_LT((back - delta).norm(), 1e-15);
+  EXPECT_EQ(y[1], 2.0);               // held
+  EXPECT_EQ(y[3] - 4.0, y[2] - 3.0);  // tied
+}
+
+}  // namespace
+}  // namespace truetriad
