@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// Exit codes beyond those of ErrorCode. interface.md "Verbs".
+inline constexpr int kExitGood = 0;
+inline constexpr int kExitOutsideLimits = 4;
+
+/// A flag that a verb takes. Its value and description are gflags'.
+struct CommandFlag {
+  std::string_view name;
+  std::string_view placeholder;  ///< What stands for the value in help: "LOG".
+  bool required = false;
+};
+
+/// One verb of the command line.
+struct Command {
+  std::string_view name;
+  std::string_view summary;       ///< The question it answers, half a line.
+  std::string_view examples;      ///< Lines that work from the root of the repository.
+  std::string_view details = {};  ///< What else a user must know.
+  std::vector<CommandFlag> flags = {};
+  bool takes_words = false;  ///< Words without a flag may follow.
+  /// Does the work; flags have been checked and set. The exit code, or what went wrong.
+  Result<int> (*run)(const std::vector<std::string>& words) = nullptr;
+};
+
+/// The verbs of this version, in the order of the overview.
+const std::vector<Command>& Commands();
+
+/// The command called `name`. Error (usage): there is none; says which is nearest, or that this
+/// version does not have it.
+Result<const Command*> FindCommand(std::string_view name);
+
+// One a file in commands/.
+Command InspectCommand();
+Command CalibrateCommand();
+Command ApplyCommand();
+Command EvaluateCommand();
+Command CompareCommand();
+Command ReportCommand();
+Command HelpCommand();
+Command VersionCommand();
+
+}  // namespace truetriad

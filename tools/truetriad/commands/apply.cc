@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <memory>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/corrected_log.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+/// What a user must know about the rows, on stderr: stdout may be the log itself.
+void Tell(const CorrectedLogSummary& summary) {
+  std::fprintf(stderr, "%lld rows written\n", static_cast<long long>(summary.rows));
+  for (const Triad triad : summary.left_out) {
+    std::fprintf(stderr,
+                 "%s left out: the calibration does not cover it\n",
+                 std::string(TriadName(triad)).c_str());
+  }
+  if (summary.clamped_temperature > 0) {
+    std::fprintf(stderr,
+                 "%lld rows outside the calibrated temperatures: corrected as at its nearest end\n",
+                 static_cast<long long>(summary.clamped_temperature));
+  }
+  if (summary.not_corrected > 0) {
+    std::fprintf(stderr,
+                 "%lld rows with a sensor left empty: no temperature or force was known yet\n",
+                 static_cast<long long>(summary.not_corrected));
+  }
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
+  TRUETRIAD_RETURN_IF_ERROR(calibration);
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  const Result<CorrectedLogSummary> summary = [&] {
+    ProgressLine progress("correcting " + FLAGS_input);
+    return WriteCorrectedLog(**source, *calibration, FLAGS_output, progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(summary);
+  Tell(*summary);
+  return kExitGood;
+}
+
+}  // namespace
+
+Command ApplyCommand() {
+  return {
+      .name = "apply",
+      .summary = "What would a perfect sensor have read?",
+      .examples =
+          "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo\n"
+          "build/truetriad apply --calibration=out/demo/calibration.yaml "
+          "--input=datasets/demo/recording.csv --output=out/demo/corrected.csv",
+      .details = "The corrected log is a self-describing CSV in m/s^2, rad/s and uT.\n",
+      .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"output", "CSV", true}},
+      .run = Run};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/pipeline.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
+
+DEFINE_string(set,
+              "",
+              "comma-separated values that take the place of the experiment's, as in "
+              "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
+DEFINE_bool(report, true, "whether to write the HTML report");
+
+namespace truetriad {
+namespace {
+
+/// The items of --set. Brackets and quotes that do not match are left for the YAML reader to
+/// report.
+std::vector<std::string> SplitOverrides(const std::string& text) {
+  std::vector<std::string> items;
+  std::string item;
+  int depth = 0;
+  char quote = '\0';
+  for (const char c : text) {
+    if (quote != '\0') {
+      if (c == quote) quote = '\0';
+    } else if (c == '"' || c == '\'') {
+      quote = c;
+    } else if (c == '[' || c == '{') {
+      ++depth;
+    } else if (c == ']' || c == '}') {
+      --depth;
+    } else if (c == ',' && depth <= 0) {
+      items.push_back(std::exchange(item, ""));
+      continue;
+    }
+    item += c;
+  }
+  if (!item.empty()) items.push_back(item);
+  return items;
+}
+
+/// Finds out before the work starts that the result could not be written, and creates nothing.
+Status CheckCanWriteBelow(std::filesystem::path directory) {
+  directory = std::filesystem::absolute(directory).lexically_normal();
+  std::error_code missing;
+  while (!std::filesystem::exists(directory, missing) && directory.has_relative_path()) {
+    directory = directory.parent_path();
+  }
+  return EnsureWritableDirectory(directory.string());
+}
+
+/// The same file without the detours that come from paths relative to the experiment.
+std::string ShortPath(const std::string& path) {
+  const std::string shorter = std::filesystem::path(path).lexically_normal().string();
+  std::error_code failure;
+  return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
+}
+
+Status WriteResult(const Calibration& calibration) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  const std::filesystem::path directory = FLAGS_output;
+  const std::string file = (directory / "calibration.yaml").string();
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
+  std::string written = "\nCalibration: " + file + '\n';
+  if (FLAGS_report) {
+    const std::string page = (directory / "report.html").string();
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
+    written += "Report:      " + page + '\n';
+  }
+  std::fputs((CalibrationText(calibration) + written).c_str(), stdout);
+  return {};
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  Result<Experiment> experiment = ReadExperiment(FLAGS_config, SplitOverrides(FLAGS_set));
+  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  experiment->input = FLAGS_input.empty() ? ShortPath(experiment->input) : FLAGS_input;
+  if (experiment->input.empty()) {
+    return UsageError("no recording: " + FLAGS_config + " has no `input:`; give --input=LOG");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  const Result<Calibration> calibration = [&] {
+    ProgressLine progress("reading " + experiment->input);
+    return CalibrateExperiment(*std::move(experiment), progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(WriteResult(*calibration));
+  if (!calibration->IsUsable()) return static_cast<int>(ErrorCode::kNotEnough);
+  return calibration->within_limits.value_or(true) ? kExitGood : kExitOutsideLimits;
+}
+
+}  // namespace
+
+Command CalibrateCommand() {
+  return {.name = "calibrate",
+          .summary = "What are the biases, gains and misalignments of these sensors?",
+          .examples =
+              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
+              "--output=out/demo",
+          .details = "Writes DIR/calibration.yaml and DIR/report.html and prints the result.\n",
+          .flags = {{"config", "EXPERIMENT.yaml", true},
+                    {"input", "LOG"},
+                    {"output", "DIR", true},
+                    {"set", "KEY=VALUE,..."},
+                    {"report", "true|false"}},
+          .run = Run};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/pipeline.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/report/report.h"
+
+namespace truetriad {
+namespace {
+
+Result<int> Run(const std::vector<std::string>&) {
+  const Result<PosesConfig> config = ParsePoses(FLAGS_poses);
+  TRUETRIAD_RETURN_IF_ERROR(config);
+  const Result<LoadedPoses> loaded = [&] {
+    ProgressLine progress("reading " + FLAGS_input);
+    return LoadPoses(FLAGS_input, *config, progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(loaded);
+  std::fputs(InspectionText(loaded->poses).c_str(), stdout);
+  if (loaded->not_enough) return *loaded->not_enough;
+  return kExitGood;
+}
+
+}  // namespace
+
+Command InspectCommand() {
+  return {.name = "inspect",
+          .summary = "What is in this log, and is it enough to calibrate?",
+          .examples = "build/truetriad inspect --input=datasets/demo/recording.csv",
+          .details =
+              "Prints rates, gaps, the poses found, their coverage, the noise inside them and the\n"
+              "temperature range.\n",
+          .flags = {{"input", "LOG", true}, {"poses", "HOW"}},
+          .run = Run};
+}
+
+}  // namespace truetriad

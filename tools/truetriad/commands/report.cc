@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/report/report.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <set>
+#include <sstream>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+/// The calibrations of --calibration and of the words after the flags.
+std::vector<std::string> InputFiles(const std::vector<std::string>& words) {
+  std::vector<std::string> files;
+  std::istringstream list(FLAGS_calibration);
+  for (std::string file; std::getline(list, file, ',');) files.push_back(file);
+  files.insert(files.end(), words.begin(), words.end());
+  return files;
+}
+
+/// "A0001.html" after the serial number, "A0001-2.html" when that is taken.
+std::string PageName(const Calibration& calibration, std::set<std::string>* taken) {
+  std::string base = calibration.serial.empty() ? "report" : calibration.serial;
+  std::replace_if(
+      base.begin(),
+      base.end(),
+      [](unsigned char c) { return std::isalnum(c) == 0 && c != '-' && c != '_'; },
+      '_');
+  std::string name = base;
+  for (int i = 2; !taken->insert(name).second; ++i) name = base + '-' + std::to_string(i);
+  return name + ".html";
+}
+
+Result<int> Run(const std::vector<std::string>& words) {
+  const std::vector<std::string> files = InputFiles(words);
+  std::vector<Calibration> calibrations;
+  for (const std::string& file : files) {
+    Result<Calibration> calibration = ReadCalibration(file);
+    TRUETRIAD_RETURN_IF_ERROR(calibration);
+    calibrations.push_back(*std::move(calibration));
+  }
+  const bool is_page = std::filesystem::path(FLAGS_output).extension() == ".html";
+  if (is_page && files.size() > 1) {
+    return UsageError("--output=" + FLAGS_output + " is one page for " +
+                      std::to_string(files.size()) + " calibrations; expected a folder");
+  }
+  if (!is_page) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  std::set<std::string> taken;
+  for (const Calibration& calibration : calibrations) {
+    const std::string page =
+        is_page ? FLAGS_output
+                : (std::filesystem::path(FLAGS_output) / PageName(calibration, &taken)).string();
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
+    std::printf("%s\n", page.c_str());
+  }
+  return kExitGood;
+}
+
+}  // namespace
+
+Command ReportCommand() {
+  return {
+      .name = "report",
+      .summary = "What does the page of a calibration look like?",
+      .examples =
+          "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo\n"
+          "build/truetriad report --calibration=out/demo/calibration.yaml "
+          "--output=out/demo/again.html",
+      .details =
+          "Writes the HTML page again; for several calibrations, separated by commas or "
+          "blanks,\none page each, named after the serial number, into a folder.\n",
+      .flags = {{"calibration", "FILE[,FILE]", true}, {"output", "PAGE.html|DIR", true}},
+      .takes_words = true,
+      .run = Run};
+}
+
+}  // namespace truetriad

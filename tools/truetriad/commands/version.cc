@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/pipeline.h"
+
+namespace truetriad {
+namespace {
+
+Result<int> Run(const std::vector<std::string>&) {
+  std::printf("truetriad %s\n", Version().c_str());
+  return kExitGood;
+}
+
+}  // namespace
+
+Command VersionCommand() {
+  return {.name = "version",
+          .summary = "Which version is this?",
+          .examples = "build/truetriad version",
+          .run = Run};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/help.h"
+
+#include <algorithm>
+
+#include <gflags/gflags.h>
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kWidth = 100;
+constexpr std::string_view kExampleHeading = "Example, from the root of the repository:\n";
+constexpr std::string_view kExitCodes =
+    "Exit codes: 0 good · 1 wrong usage · 2 bad input, nothing is written · 3 readable but not\n"
+    "enough · 4 usable but outside the stated limits\n";
+
+/// `text` in lines of at most kWidth, the second and later ones indented by `indent`; `column` is
+/// where the first begins.
+std::string Wrapped(std::string_view text, std::size_t column, std::size_t indent) {
+  std::string wrapped;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find(' '), text.size());
+    if (column > indent && column + 1 + end > kWidth) {
+      wrapped += '\n' + std::string(indent, ' ');
+      column = indent;
+    } else if (column > indent) {
+      wrapped += ' ';
+      ++column;
+    }
+    wrapped += text.substr(0, end);
+    column += end;
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return wrapped + '\n';
+}
+
+std::string Indented(std::string_view lines) {
+  std::string text;
+  while (!lines.empty()) {
+    const std::size_t end = std::min(lines.find('\n'), lines.size());
+    text += "  " + std::string(lines.substr(0, end)) + '\n';
+    lines.remove_prefix(std::min(end + 1, lines.size()));
+  }
+  return text;
+}
+
+/// Two columns: names, and what they mean.
+std::string Listed(const std::vector<std::pair<std::string, std::string>>& entries) {
+  std::size_t widest = 0;
+  for (const auto& [name, meaning] : entries) widest = std::max(widest, name.size());
+  const std::size_t indent = 2 + widest + 2;
+  std::string text;
+  for (const auto& [name, meaning] : entries) {
+    text +=
+        "  " + name + std::string(indent - 2 - name.size(), ' ') + Wrapped(meaning, indent, indent);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string OverviewText() {
+  std::vector<std::pair<std::string, std::string>> verbs;
+  for (const Command& command : Commands()) {
+    verbs.emplace_back(command.name, command.summary);
+  }
+  return std::string(kExampleHeading) + Indented(CalibrateCommand().examples) +
+         "\nUsage: truetriad VERB [--flag=value …]\n\n" + Listed(verbs) +
+         "\n`truetriad help VERB` or `truetriad VERB --help` says more. Results go to stdout, talk "
+         "to\nstderr; --v=1 adds what the library logs.\n" +
+         std::string(kExitCodes);
+}
+
+std::string HelpText(const Command& command) {
+  std::string text = std::string(kExampleHeading) + Indented(command.examples) + "\ntruetriad " +
+                     std::string(command.name) + ": " + std::string(command.summary) + "\n";
+  if (!command.details.empty()) text += '\n' + std::string(command.details);
+  std::vector<std::pair<std::string, std::string>> flags;
+  for (const CommandFlag& flag : command.flags) {
+    const std::string name(flag.name);
+    flags.emplace_back("--" + name + "=" + std::string(flag.placeholder),
+                       gflags::GetCommandLineFlagInfoOrDie(name.c_str()).description +
+                           (flag.required ? " (required)" : ""));
+  }
+  if (!flags.empty()) text += "\nFlags:\n" + Listed(flags);
+  return text + '\n' + std::string(kExitCodes);
+}
+
+}  // namespace truetriad

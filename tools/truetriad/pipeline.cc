@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/pipeline.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+Result<PoseSelection> SelectionOf(const PosesConfig& config) {
+  PoseSelection selection;
+  selection.kind = config.kind;
+  selection.every = config.every;
+  if (config.kind == PoseSelectionKind::kRanges) {
+    Result<std::vector<PoseRange>> ranges = ReadPoseRanges(config.file);
+    TRUETRIAD_RETURN_IF_ERROR(ranges);
+    selection.ranges = *std::move(ranges);
+  }
+  return selection;
+}
+
+/// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
+Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
+  Result<std::optional<PoseSelection>> stated = ManifestPoseSelection(input);
+  TRUETRIAD_RETURN_IF_ERROR(stated);
+  if (*stated) return **std::move(stated);
+  PoseSelection selection;
+  for (const StreamInfo& stream : info.streams) {
+    if (stream.has_pose_column) selection.kind = PoseSelectionKind::kColumn;
+  }
+  return selection;
+}
+
+/// A table is already averaged: to find rests in it, or to take each row, is to read it as it is.
+bool MayBeTable(const PosesConfig& config) {
+  return config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow;
+}
+
+/// What can be said about the streams of a recording without any pose.
+Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOptions& options) {
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  PoseSelection everything;
+  everything.kind = PoseSelectionKind::kEveryN;
+  everything.every = std::numeric_limits<std::int64_t>::max();
+  Result<PoseSet> set = CollectPoses(**source, everything);
+  TRUETRIAD_RETURN_IF_ERROR(set);
+  set->poses.clear();
+  set->static_share = 0.0;
+  for (StreamSummary& stream : set->streams) {
+    // Spread over motion, which is not noise.
+    stream.noise_sigma_raw.setZero();
+    stream.correlation_inflation.setOnes();
+  }
+  return set;
+}
+
+Result<LoadedPoses> LoadRecording(const std::string& input,
+                                  const PosesConfig& config,
+                                  const ProgressCallback& progress) {
+  const OpenRecordingOptions options{config.column};
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  const Result<PoseSelection> selection =
+      config.given ? SelectionOf(config) : StatedSelection(input, (*source)->info());
+  TRUETRIAD_RETURN_IF_ERROR(selection);
+
+  LoadedPoses loaded;
+  Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
+  if (!poses && poses.error().code == ErrorCode::kNotEnough) {
+    loaded.not_enough = poses.error();
+    poses = DescribeStreams(input, options);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(poses);
+  loaded.poses = *std::move(poses);
+  loaded.inputs = (*source)->inputs();
+  for (const StreamInfo& stream : (*source)->info().streams) {
+    loaded.si_per_count[stream.triad] = stream.si_per_count;
+  }
+  return loaded;
+}
+
+/// Each row of the table `file` for the pose of the same number, to be read by `assign`.
+template <typename Assign>
+Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assign assign) {
+  const Result<PoseTable> table = ReadPoseTable(file);
+  TRUETRIAD_RETURN_IF_ERROR(table);
+  const std::vector<StaticPose>& rows = table->poses.poses;
+  if (rows.size() != poses->size()) {
+    return BadInputError(file + ": has " + std::to_string(rows.size()) +
+                         " rows, but the recording has " + std::to_string(poses->size()) +
+                         " poses; expected one row a pose, in the same order (`truetriad inspect` "
+                         "lists the poses)");
+  }
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    TRUETRIAD_RETURN_IF_ERROR(assign(table->poses, rows[k], &(*poses)[k]));
+  }
+  return {};
+}
+
+Status AttachAttitudes(const Experiment& experiment, PoseSet* poses) {
+  if (experiment.attitudes_file.empty()) return {};
+  const double sigma_rad = experiment.attitudes_sigma_deg * kRadPerDeg;
+  return AssignRows(experiment.attitudes_file,
+                    &poses->poses,
+                    [&](const PoseSet&, const StaticPose& row, StaticPose* pose) -> Status {
+                      if (!row.attitude) {
+                        return BadInputError(experiment.attitudes_file + ": row " +
+                                             std::to_string(row.number) +
+                                             " has no attitude; expected the columns qw,qx,qy,qz");
+                      }
+                      pose->attitude = row.attitude;
+                      pose->attitude->sigma_rad.setConstant(sigma_rad);
+                      return {};
+                    });
+}
+
+Status ReadKnownForces(const std::string& file,
+                       PoseSet* poses,
+                       std::vector<Eigen::Vector3d>* forces) {
+  if (file.empty()) return {};
+  return AssignRows(
+      file, &poses->poses, [&](const PoseSet& table, const StaticPose& row, StaticPose*) -> Status {
+        const std::optional<TriadPose>& force = row.triads[Triad::kAccelerometer];
+        const StreamSummary* stream = table.Find(Triad::kAccelerometer);
+        if (!force || stream == nullptr || stream->unit.is_counts) {
+          return BadInputError(file + ": row " + std::to_string(row.number) +
+                               " has no known force; expected accel_x, accel_y, accel_z in m/s^2, "
+                               "g or mg");
+        }
+        forces->push_back(force->mean_raw * stream->unit.truth_per_raw);
+        return {};
+      });
+}
+
+/// The sensitivity of a perfect chip: truth = raw, in true units.
+Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
+                                            Triad triad,
+                                            const TriadOptions& options) {
+  const Unit& unit = loaded.poses.Find(triad)->unit;
+  const std::optional<double> truth_per_raw =
+      unit.is_counts ? loaded.si_per_count[triad] : unit.truth_per_raw;
+  if (!truth_per_raw) {
+    return BadInputError(loaded.poses.source + ": the " + std::string(TriadName(triad)) +
+                         " is in counts of unknown size, so its matrix cannot be held at identity; "
+                         "state `si_per_count:` of the stream in a manifest, or give the matrix as "
+                         "`fixed: { matrix: [[…],[…],[…]] }`");
+  }
+  const bool reports_gravity =
+      triad == Triad::kAccelerometer && options.sign == AccelerometerSign::kGravity;
+  return Eigen::Matrix3d(Eigen::Matrix3d::Identity() *
+                         ((reports_gravity ? -1.0 : 1.0) / *truth_per_raw));
+}
+
+/// Fills in the matrices that are held at a value which only the recording can tell.
+Status HoldMatrices(const LoadedPoses& loaded, Experiment* experiment) {
+  for (const Triad triad : kTriads) {
+    TriadOptions& options = experiment->options.triads[triad];
+    const bool held = experiment->fixed_identity[triad] ||
+                      (options.model == MatrixModel::kBias && !options.fixed_sensitivity);
+    if (!options.enabled || !held || loaded.poses.Find(triad) == nullptr) continue;
+    const bool has_prior = options.prior && options.prior->sensitivity_sigma.allFinite();
+    if (has_prior && !experiment->fixed_identity[triad]) {
+      options.fixed_sensitivity = options.prior->sensitivity;
+      continue;
+    }
+    const Result<Eigen::Matrix3d> identity = IdentitySensitivity(loaded, triad, options);
+    TRUETRIAD_RETURN_IF_ERROR(identity);
+    options.fixed_sensitivity = *identity;
+  }
+  return {};
+}
+
+Calibration NotEnough(const Experiment& experiment, const Error& reason) {
+  Calibration calibration;
+  calibration.outcome = Outcome::kNotEnough;
+  calibration.messages = {reason.message};
+  calibration.gauge = experiment.options.gauge;
+  if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
+    calibration.gauge_sensor = Triad::kMagnetometer;
+  }
+  const ReferenceOptions& reference = experiment.options.reference;
+  calibration.reference.gravity_mps2 = *reference.gravity_mps2.value;
+  calibration.reference.temperature_degc = reference.temperature_degc;
+  return calibration;
+}
+
+Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
+  if (loaded.not_enough) return NotEnough(experiment, *loaded.not_enough);
+  Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
+  TRUETRIAD_RETURN_IF_ERROR(summary);
+  return std::move(summary->calibration);
+}
+
+}  // namespace
+
+Result<LoadedPoses> LoadPoses(const std::string& input,
+                              const PosesConfig& config,
+                              const ProgressCallback& progress) {
+  if (!MayBeTable(config)) return LoadRecording(input, config, progress);
+  const Result<bool> is_table = IsPoseTable(input);
+  TRUETRIAD_RETURN_IF_ERROR(is_table);
+  if (!*is_table) return LoadRecording(input, config, progress);
+  Result<PoseTable> table = ReadPoseTable(input);
+  TRUETRIAD_RETURN_IF_ERROR(table);
+  LoadedPoses loaded;
+  loaded.poses = std::move(table->poses);
+  loaded.inputs = std::move(table->inputs);
+  return loaded;
+}
+
+Result<PosesConfig> ParsePoses(const std::string& text) {
+  PosesConfig config;
+  if (text.empty()) return config;
+  config.given = true;
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  const std::string value = colon == std::string::npos ? "" : text.substr(colon + 1);
+  if (text == "detect") return config;
+  if (text == "every_row") {
+    config.kind = PoseSelectionKind::kEveryRow;
+    return config;
+  }
+  if (kind == "every") {
+    config.kind = PoseSelectionKind::kEveryN;
+    const char* end = value.data() + value.size();
+    const auto [stop, failure] = std::from_chars(value.data(), end, config.every);
+    if (failure == std::errc() && stop == end && config.every >= 1) return config;
+  }
+  if (kind == "column" && !value.empty()) {
+    config.kind = PoseSelectionKind::kColumn;
+    config.column = value;
+    return config;
+  }
+  if (kind == "file" && !value.empty()) {
+    config.kind = PoseSelectionKind::kRanges;
+    config.file = value;
+    return config;
+  }
+  return UsageError("--poses=" + text +
+                    " is not known; expected detect, every_row, every:N (N >= 1), column:NAME or "
+                    "file:PATH");
+}
+
+Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
+  Result<LoadedPoses> loaded = LoadPoses(experiment.input, experiment.poses, progress);
+  TRUETRIAD_RETURN_IF_ERROR(loaded);
+  if (!loaded->not_enough) {
+    TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(experiment, &loaded->poses));
+    TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
+        experiment.forces_file, &loaded->poses, &experiment.options.initialise.known_forces));
+    TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, &experiment));
+  }
+  Result<Calibration> calibration = CalibratePoses(*loaded, experiment);
+  TRUETRIAD_RETURN_IF_ERROR(calibration);
+  calibration->serial = experiment.serial.empty() ? loaded->poses.serial : experiment.serial;
+  calibration->model = experiment.model;
+  calibration->software_version = Version();
+  calibration->created = TimestampUtc();
+  calibration->inputs = std::move(loaded->inputs);
+  calibration->messages.insert(
+      calibration->messages.end(), loaded->poses.warnings.begin(), loaded->poses.warnings.end());
+  calibration->config_yaml = std::move(experiment.resolved_yaml);
+  for (const Triad triad : kTriads) {
+    if (std::optional<TriadCalibration>& sensor = calibration->sensors[triad]) {
+      sensor->si_per_count = loaded->si_per_count[triad];
+    }
+  }
+  return calibration;
+}
+
+std::string Version() { return TRUETRIAD_VERSION; }
+
+}  // namespace truetriad

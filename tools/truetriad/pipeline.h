@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// The poses of one recording or pose table, and where they came from.
+struct LoadedPoses {
+  PoseSet poses;
+  std::vector<InputFile> inputs;
+  PerTriad<std::optional<double>> si_per_count;
+  /// Why there is no pose in a recording that could be read. `poses` then describes its streams.
+  std::optional<Error> not_enough;
+};
+
+/// Reads a pose table, or a recording whose poses are where `config` says; unless it does
+/// (`given`), where the recording says, and else where static detection finds them.
+/// Error (bad input): what cannot be read or trusted.
+Result<LoadedPoses> LoadPoses(const std::string& input,
+                              const PosesConfig& config,
+                              const ProgressCallback& progress = {});
+
+/// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH; empty: not given.
+/// Error (usage): anything else.
+Result<PosesConfig> ParsePoses(const std::string& text);
+
+/// Calibrates what `experiment` asks for from experiment.input; everything of calibration.yaml is
+/// filled. Too little data is an outcome. Error (bad input, usage): files that contradict the
+/// experiment or each other.
+Result<Calibration> CalibrateExperiment(Experiment experiment,
+                                        const ProgressCallback& progress = {});
+
+/// The version of this program: "0.1.0".
+std::string Version();
+
+}  // namespace truetriad

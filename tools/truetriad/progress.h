@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "truetriad/data/pose_collection.h"
+
+namespace truetriad {
+
+/// One line on stderr that says how far the work is, wiped at the end; nothing unless stderr is a
+/// terminal.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string what);
+  ~ProgressLine();
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  /// To be called with the share of the work done; valid as long as the line.
+  ProgressCallback callback();
+
+ private:
+  void Show(int percent);
+
+  std::string what_;
+  bool is_terminal_;
+  int shown_percent_ = -1;
+};
+
+}  // namespace truetriad

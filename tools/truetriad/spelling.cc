@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/spelling.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace truetriad {
+namespace {
+
+/// Insertions, deletions and substitutions that turn one word into the other (Levenshtein).
+std::size_t EditDistance(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const std::size_t substituted = diagonal + (from[i] == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({substituted, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string DidYouMean(std::string_view word, const std::vector<std::string_view>& known) {
+  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  std::string_view nearest;
+  for (const std::string_view candidate : known) {
+    const std::size_t distance = EditDistance(word, candidate);
+    if (distance < std::min(least, candidate.size())) {
+      least = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest.empty() ? "" : " (did you mean `" + std::string(nearest) + "`?)";
+}
+
+}  // namespace truetriad
