@@ -133,13 +133,17 @@ Eigen::Matrix3d Correlation(const Eigen::Matrix3d& scatter) {
   return correlation;
 }
 
-// Mean square of the deviation of the mean reading from the mean of a normal quantity of
-// deviation sigma that is rounded to steps of `step`. Widrow & Kollar 2008, sec. 9: the error is
-// periodic with amplitude step/pi exp(-2 pi^2 sigma^2/step^2); at sigma = 0 it is step^2/12.
+// Mean square of what rounding to steps of `step` adds to a mean of many readings, over all places
+// between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place with an
+// amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12. `variance`
+// is of the rounded readings, so it holds step^2/12 itself. Poses that happen to lie between two
+// steps jump by a whole one: what is asked for is the noise of all poses, not of one.
 double RoundingVariance(double variance, double step) {
   if (!(step > 0.0)) return 0.0;
   constexpr double kPi = std::numbers::pi;
-  return step * step / 12.0 * std::exp(-4.0 * kPi * kPi * variance / (step * step));
+  const double rounding = step * step / 12.0;
+  const double before_rounding = std::max(0.0, variance - rounding);
+  return rounding * std::exp(-4.0 * kPi * kPi * before_rounding / (step * step));
 }
 
 void FillTriad(Triad triad,
@@ -176,7 +180,8 @@ void FillTriad(Triad triad,
     for (int axis = 0; axis < 3; ++axis) {
       const double variance = noise[static_cast<std::size_t>(axis)].VarianceOfPose(i);
       deviation[axis] = std::sqrt(variance / static_cast<double>(present[i]->count));
-      rounding[axis] = RoundingVariance(variance, step_raw[axis]);
+      rounding[axis] =
+          RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
     targets[i]->mean_covariance_raw =
         deviation.asDiagonal() * Correlation(scatter) * deviation.asDiagonal();
@@ -243,7 +248,6 @@ TriadPoseMoments TriadPoseAccumulator::Finish() const {
   moments.mean_raw = total_.mean_raw;
   moments.minimum_raw = total_.minimum_raw;
   moments.maximum_raw = total_.maximum_raw;
-  moments.scatter_raw = total_.scatter_raw;
   for (const Level& level : levels_) {
     const Line& line = level.line;
     if (line.count < 3.0) break;

@@ -36,7 +36,6 @@ struct TriadPoseMoments {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d scatter_raw = Eigen::Matrix3d::Zero();         ///< About the pose's mean.
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
   std::int64_t windows = 0;

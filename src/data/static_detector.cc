@@ -92,8 +92,10 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
   DropTurning(buffer, &rests);
   for (Rest& rest : rests) {
-    CutSettling(buffer, &rest.runs.front());
-    if (rest.runs.size() > 1) CutSettling(buffer, &rest.runs.back());
+    for (const DetectorTriad& known : triads_) {
+      CutSettling(buffer.windows(known.triad), &rest.runs.front());
+      if (rest.runs.size() > 1) CutSettling(buffer.windows(known.triad), &rest.runs.back());
+    }
   }
   std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
@@ -243,36 +245,29 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
 }
 
-// Cuts what the noise of the rest itself does not explain at its ends, up to a quarter each.
-void StaticDetector::CutSettling(const WindowBuffer& buffer, WindowRun* run) const {
+// Cuts what neither the noise nor the wander of the rest's middle half explains at its ends, up to
+// a quarter each. A steady drift stays: at the ends it is 3.5 times its rms in the middle half.
+void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run) {
   const std::size_t length = run->second - run->first;
   if (length < 4 * kSpan) return;
-  const std::size_t quarter = length / 4;
-  const WindowRun core{run->first + quarter, run->second - quarter};
-  const auto& windows = buffer.windows(triads_.front().triad);
-  // Noise is judged after a straight line, so that a drifting rest keeps its ends.
-  const Eigen::Vector3d first = MeanOf(windows, core.first, core.first + quarter);
-  const Eigen::Vector3d last = MeanOf(windows, core.second - quarter, core.second);
-  const Eigen::Vector3d centre = 0.5 * (first + last);
-  const auto distance = static_cast<double>(core.second - core.first - quarter);
-  const Eigen::Vector3d slope = distance > 0.0 ? Eigen::Vector3d((last - first) / distance)
-                                               : Eigen::Vector3d(Eigen::Vector3d::Zero());
-  const double middle = 0.5 * static_cast<double>(core.first + core.second);
-  const auto deviation = [&](std::size_t at) -> Eigen::Vector3d {
-    const double from_middle = static_cast<double>(at) + 0.5 * static_cast<double>(kSpan) - middle;
-    return MeanOf(windows, at, at + kSpan) - centre - slope * from_middle;
+  const WindowRun core{run->first + length / 4, run->second - length / 4};
+  const Eigen::Vector3d mean = MeanOf(windows, core.first, core.second);
+  const auto deviation = [&](std::size_t at) -> Eigen::Array3d {
+    return (MeanOf(windows, at, at + kSpan) - mean).cwiseAbs();
   };
-  Eigen::Vector3d square = Eigen::Vector3d::Zero();
-  std::size_t spans = 0;
-  for (std::size_t at = core.first; at + kSpan <= core.second; at += kSpan, ++spans) {
-    square += deviation(at).cwiseAbs2();
+  Eigen::Array3d wander = Eigen::Array3d::Zero(), noise = Eigen::Array3d::Zero();
+  double spans = 0.0, samples = 0.0, dof = 0.0;
+  for (std::size_t at = core.first; at + kSpan <= core.second; at += kSpan, spans += 1.0) {
+    wander += deviation(at).square();
+    for (std::size_t i = at; i < at + kSpan; ++i) {
+      noise += windows[i].scatter_raw.diagonal().array();
+      samples += static_cast<double>(windows[i].count);
+      dof += static_cast<double>(windows[i].count - 1);
+    }
   }
-  // 4 sigma, and another factor for a sigma from few spans.
-  const Eigen::Vector3d limit =
-      (4.0 + 8.0 / static_cast<double>(spans)) * (square / static_cast<double>(spans)).cwiseSqrt();
-  const auto is_away = [&](std::size_t at) {
-    return (deviation(at).cwiseAbs().array() > limit.array()).any();
-  };
+  const Eigen::Array3d span_noise = noise / std::max(dof, 1.0) * (spans / samples);
+  const Eigen::Array3d limit = 4.0 * (wander / spans).max(span_noise).sqrt();
+  const auto is_away = [&](std::size_t at) { return (deviation(at) > limit).any(); };
   while (run->first < core.first && is_away(run->first)) ++run->first;
   while (run->second > core.second && is_away(run->second - kSpan)) --run->second;
 }

@@ -71,7 +71,7 @@ class StaticDetector {
   double ChooseLevel(const WindowBuffer& buffer) const;
   std::vector<Rest> RestsBelow(const WindowBuffer& buffer, double level) const;
   bool CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const;
-  void CutSettling(const WindowBuffer& buffer, WindowRun* run) const;
+  static void CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run);
   bool IsLongEnough(const Rest& rest) const;
   void DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const;
 

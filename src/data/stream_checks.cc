@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <span>
 #include <sstream>
 #include <utility>
+
+#include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {
@@ -18,6 +21,8 @@ constexpr double kGapSpacings = 5.0;
 constexpr std::int64_t kFewestStuckSamples = 20;
 constexpr std::size_t kFewestStuckWindows = 3;
 constexpr std::size_t kMaxListed = 3;
+// Windows with noise that say what the noise is.
+constexpr std::size_t kFewestNoisyWindows = 5;
 
 double MedianOf(std::vector<std::int64_t> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -193,6 +198,42 @@ std::vector<std::string> StreamMonitor::Warnings(const StreamSummary& summary) c
   return warnings;
 }
 
+namespace {
+
+// True when a sensor at rest shows noise that rarely gives the same reading twice.
+bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t count) {
+  struct Quiet {
+    double variance = 0.0, repeat_share = 0.0;
+  };
+  std::vector<Quiet> noisy;
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
+  for (std::size_t i = 0; i < count; ++i) {
+    const TriadWindow& window = windows[i];
+    if (window.count == 0) continue;
+    low = low.cwiseMin(window.mean_raw), high = high.cwiseMax(window.mean_raw);
+    if (window.count < 3 || i == 0 || windows[i - 1].count == 0) continue;
+    const auto steps = static_cast<double>(window.count - 1);
+    const double variance = window.scatter_raw.trace() / steps;
+    // Noise scatters the readings more than their means; a smooth motion moves the means more,
+    // by a factor of 12 for a straight line. Noise-free recordings have motion only.
+    if (!((window.mean_raw - windows[i - 1].mean_raw).squaredNorm() < variance)) continue;
+    noisy.push_back({variance, static_cast<double>(window.repeats) / steps});
+  }
+  // The quietest quarter is at rest, unless it is motion as well.
+  const std::size_t quarter = noisy.size() / 4;
+  if (quarter < kFewestNoisyWindows) return false;
+  const auto middle = noisy.begin() + static_cast<std::ptrdiff_t>(quarter);
+  std::nth_element(noisy.begin(), middle, noisy.end(), [](const Quiet& a, const Quiet& b) {
+    return a.variance < b.variance;
+  });
+  if (std::sqrt(middle->variance) > 0.02 * (high - low).maxCoeff()) return false;
+  double repeat_share = 0.0;
+  for (auto it = noisy.begin(); it != middle; ++it) repeat_share += it->repeat_share;
+  return repeat_share < 0.5 * static_cast<double>(quarter);
+}
+
+}  // namespace
+
 void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable) {
   for (const Triad triad : buffer.streams()) {
     const auto& windows = buffer.windows(triad);
@@ -213,33 +254,7 @@ void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vecto
     }
     if (candidates.empty()) continue;
 
-    struct Quiet {
-      double variance = 0.0, repeat_share = 0.0;
-    };
-    std::vector<Quiet> varying;
-    Eigen::Vector3d low = windows[candidates[0].first].mean_raw, high = low;
-    for (std::size_t i = 0; i < count; ++i) {
-      const TriadWindow& window = windows[i];
-      if (window.count == 0) continue;
-      low = low.cwiseMin(window.mean_raw), high = high.cwiseMax(window.mean_raw);
-      if (window.count < 3 || window.IsConstant()) continue;
-      const auto steps = static_cast<double>(window.count - 1);
-      varying.push_back(
-          {window.scatter_raw.trace() / steps, static_cast<double>(window.repeats) / steps});
-    }
-    // The quietest quarter, when it is rest and not motion that varies.
-    const std::size_t quarter = varying.size() / 4;
-    if (quarter < 3) continue;
-    const auto middle = varying.begin() + static_cast<std::ptrdiff_t>(quarter);
-    std::nth_element(varying.begin(), middle, varying.end(), [](const Quiet& a, const Quiet& b) {
-      return a.variance < b.variance;
-    });
-    double repeat_share = 0.0;
-    for (auto it = varying.begin(); it != middle; ++it) repeat_share += it->repeat_share;
-    repeat_share /= static_cast<double>(quarter);
-    const bool quiet = std::sqrt(middle->variance) < 0.02 * (high - low).maxCoeff();
-    if (!quiet || repeat_share > 0.5) continue;
-
+    if (!RepeatsAreImpossible(windows, count)) continue;
     for (const auto& [begin, end] : candidates) {
       for (std::size_t i = begin; i < end; ++i) (*usable)[i] = false;
       const Stretch stretch{triad, windows[begin].first_ns, windows[end - 1].last_ns};
@@ -270,6 +285,23 @@ std::vector<std::string> StuckFinder::Warnings() const {
   return warnings;
 }
 
+namespace {
+
+// Median noise of the poses in which the axis changes at all; 0 when there is none. The pooled
+// noise does not do: clipped poses have none and pull it down.
+double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
+  std::vector<double> variances;
+  for (const PerTriad<TriadPoseMoments>& pose : moments) {
+    const TriadPoseMoments& reading = pose[triad];
+    if (reading.window_dof > 0.0 && reading.minimum_raw[axis] < reading.maximum_raw[axis]) {
+      variances.push_back(reading.window_scatter_raw(axis, axis) / reading.window_dof);
+    }
+  }
+  return variances.empty() ? 0.0 : std::sqrt(Median(std::move(variances)));
+}
+
+}  // namespace
+
 Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
                           std::vector<PerTriad<TriadPoseMoments>>* moments,
                           PoseSet* set) {
@@ -278,7 +310,7 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
   std::string limits;
   for (const StreamSummary& stream : set->streams) {
     for (int axis = 0; axis < 3; ++axis) {
-      const double noise = stream.noise_sigma_raw[axis];
+      const double noise = TypicalNoise(*moments, stream.triad, axis);
       const double step = resolution_raw[stream.triad][axis];
       if (!(noise > 0.5 * step)) continue;  // Noise below the step: a constant axis means nothing.
       for (const bool at_top : {false, true}) {

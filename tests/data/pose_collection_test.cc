@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/data/pose_collection.h"
 
+#include <array>
+#include <cmath>
 #include <fstream>
+#include <numbers>
 #include <random>
 #include <sstream>
 
@@ -9,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
+#include "data/synthetic_recording.h"
 
 namespace truetriad {
 namespace {
@@ -103,6 +107,389 @@ INSTANTIATE_TEST_SUITE_P(
                       1},
         RealRecording{"a-ck-160pose-and-accmag-tumble/acc_mag_log.csv", 1, {{kAccel, 0}}, 0},
         RealRecording{"b-mag-poor-coverage/data_acc.txt", 1, {{kAccel, 0}}, 0}));
+
+Result<PoseSet> Collect(std::vector<MemoryStream> streams,
+                        const PoseSelection& selection = {},
+                        const StaticDetectorOptions& options = {}) {
+  MemorySource source(std::move(streams));
+  return CollectPoses(source, selection, options);
+}
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+// Sensors with a large offset, a tiny scale and coarse steps are found as well as any.
+TEST(StaticDetection, FindsRestsInSiUnitsAndInRawCountsAlike) {
+  for (const double counts : {1.0, 417.0, 1e-7}) {
+    SyntheticRecording recording;
+    recording.counts_per_mps2 = counts;
+    if (counts > 1.0) recording.offset_raw.setConstant(33000.0), recording.step_raw = 1.0;
+    std::vector<Eigen::Vector3d> truth;
+    for (int i = 0; i < 12; ++i) {
+      recording.Rest(4.0);
+      truth.push_back(recording.RawOf(recording.gravity));
+      recording.Handle();
+    }
+    for (const bool with_gyro : {false, true}) {
+      std::vector<MemoryStream> streams = {recording.accel};
+      if (with_gyro) streams.push_back(recording.gyro);
+      const Result<PoseSet> set = Collect(streams);
+      ASSERT_TRUE(set) << set.error().message;
+      ASSERT_EQ(set->poses.size(), truth.size()) << counts << " counts per m/s^2";
+      for (std::size_t i = 0; i < truth.size(); ++i) {
+        const TriadPose& pose = *set->poses[i].triads[kAccel];
+        // At least 3.2 s of 4 s are used; 5 sigma of a mean of 320 samples of 0.02 m/s^2.
+        EXPECT_GE(pose.samples, 320);
+        EXPECT_LT((pose.mean_raw - truth[i]).cwiseAbs().maxCoeff(), 5.0 * 0.02 / 17.9 * counts);
+      }
+    }
+  }
+}
+
+TEST(StaticDetection, IsNotFooledByAQuietStartBeforeHandHeldRests) {
+  SyntheticRecording recording;
+  recording.Rest(40.0, 0.1);
+  for (int i = 0; i < 9; ++i) recording.Handle(), recording.Rest(3.0, 2.0);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 10u);
+}
+
+TEST(StaticDetection, JoinsARestThatAKnockInterrupts) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 6; ++i) {
+    recording.Rest(3.0);
+    if (i == 2) recording.Knock(0.3), recording.Rest(3.0);
+    recording.Handle();
+  }
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 6u);
+  const StaticPose& knocked = set->poses[2];
+  EXPECT_GT(knocked.duration_s(), 5.5);
+  // The knock of 0.3 s is left out of the statistics.
+  EXPECT_LT(knocked.triads[kAccel]->samples, knocked.last_row - knocked.first_row + 1 - 30);
+  EXPECT_LT(knocked.triads[kAccel]->sample_covariance_raw(0, 0), 2.0 * 0.02 * 0.02);
+}
+
+TEST(StaticDetection, KeepsTwoRestsInOneAttitudeApartWhenTheUnitWasHandledInBetween) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 6; ++i) recording.Rest(3.0), recording.Handle();
+  recording.Rest(3.0);
+  recording.Turn({1, 0, 0}, 1.0, 0.6), recording.Turn({1, 0, 0}, -1.0, 0.6);
+  recording.Rest(3.0);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 8u);
+}
+
+TEST(StaticDetection, TakesSlowDriftForRestButNotSlowRotation) {
+  SyntheticRecording recording;
+  recording.drift_mps3 = {1e-3, 0, -5e-4};  // 0.1 mg/s: a unit that warms up.
+  for (int i = 0; i < 5; ++i) recording.Rest(10.0), recording.Handle();
+  const std::int64_t from_ns = recording.now_ns();
+  recording.Turn({1, 1, 0}, 20.0 * kDegree, 10.0);  // Up to 3 deg/s.
+  const std::int64_t to_ns = recording.now_ns();
+  recording.Handle(), recording.Rest(10.0);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 6u);
+  for (const StaticPose& pose : set->poses) {
+    EXPECT_FALSE(pose.start_ns > from_ns && pose.end_ns < to_ns) << "pose " << pose.number;
+  }
+}
+
+TEST(StaticDetection, SeesATurnAboutTheVerticalWithTheGyroscope) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 5; ++i) recording.Rest(4.0), recording.Handle();
+  const std::int64_t from_ns = recording.now_ns();
+  const Eigen::Vector3d up = recording.gravity.normalized();
+  for (std::int64_t i = 0; i < 500;
+       ++i) {  // A turntable at 0.3 rad/s: the accelerometer sees a rest.
+    recording.accel.Add(from_ns + i * 10'000'000, recording.gravity + 0.02 * recording.Normal());
+    recording.gyro.Add(from_ns + i * 10'000'000, 0.3 * up + 0.002 * recording.Normal());
+  }
+  const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 5u);
+  EXPECT_LT(set->poses.back().end_ns, from_ns);
+}
+
+TEST(StaticDetection, CutsSettlingTime) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 6; ++i) {
+    recording.Settle(0.02, 0.3);
+    recording.Rest(5.0);
+    recording.Handle();
+  }
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 6u);
+  // The mean of half a second of the creep, 0.02 rad * 9.81 m/s^2 * exp(-t / 0.3 s), falls below
+  // 4 sigma of the noise's mean, 0.011 m/s^2, after 0.64 s, and below 1.5 times that after 0.52 s.
+  std::int64_t start_ns = 0;
+  for (const StaticPose& pose : set->poses) {
+    EXPECT_GT(pose.start_ns - start_ns, 500'000'000) << "pose " << pose.number;
+    start_ns += static_cast<std::int64_t>((8.0 * 0.3 + 5.0 + 1.5) * 1e9);
+  }
+}
+
+TEST(StaticDetection, FindsNoRestInATumble) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 60; ++i) recording.Turn(recording.Normal(), 2.0, 2.0);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::kNotEnough);
+  EXPECT_THAT(set.error().message, testing::HasSubstr("no rest was found"));
+}
+
+TEST(StaticDetection, TakesARecordingWithoutMotionForOneRest) {
+  SyntheticRecording recording;
+  recording.Rest(60.0);
+  const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 1u);
+  EXPECT_GT(set->static_share, 0.95);
+}
+
+TEST(StaticDetection, NeedsNoNoise) {
+  SyntheticRecording recording;
+  recording.noise_mps2 = 0.0, recording.gyro_noise_radps = 0.0;
+  for (int i = 0; i < 8; ++i) recording.Rest(3.0), recording.Handle();
+  const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 8u);
+  EXPECT_THAT(set->warnings, testing::IsEmpty());
+}
+
+TEST(StaticDetection, JoinsStreamsOfDifferentRates) {
+  SyntheticRecording recording;
+  MemoryStream mag(Triad::kMagnetometer);
+  mag.info.file = "mag.csv";
+  for (int i = 0; i < 8; ++i) recording.Rest(4.0), recording.Handle();
+  for (std::int64_t t = 3'000'000; t < recording.now_ns(); t += 130'000'000) {
+    mag.Add(t, 0.1 * recording.Normal());
+  }
+  const Result<PoseSet> set = Collect({recording.accel, recording.gyro, mag});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 8u);
+  EXPECT_NEAR(set->Find(Triad::kMagnetometer)->rate_hz, 1.0 / 0.13, 1e-9);
+  for (const StaticPose& pose : set->poses) {
+    ASSERT_TRUE(pose.triads[Triad::kMagnetometer]);
+    EXPECT_GE(pose.triads[Triad::kMagnetometer]->samples, 20);
+    EXPECT_TRUE(pose.triads[Triad::kMagnetometer]->has_covariance);
+  }
+}
+
+TEST(StaticDetection, RefusesARecordingWithoutTimeAndSaysHowToStateARate) {
+  SyntheticRecording recording;
+  recording.Rest(10.0);
+  MemorySource source({recording.accel});
+  source.mutable_info().has_time = false;
+  const Result<PoseSet> set = CollectPoses(source, {});
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(set.error().message, testing::HasSubstr("rate_hz: 100"));
+}
+
+TEST(DataChecks, CallAConstantStreamStuck) {
+  SyntheticRecording recording;
+  recording.noise_mps2 = 0.0;
+  recording.Rest(10.0);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(set.error().message, testing::HasSubstr("the sensor is stuck"));
+}
+
+TEST(DataChecks, LeaveOutAStuckStretchAndNameItsTimes) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 8; ++i) {
+    if (i == 4) recording.noise_mps2 = 0.0;
+    recording.Rest(4.0);
+    recording.noise_mps2 = 0.02;
+    recording.Handle();
+  }
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 7u);
+  ASSERT_EQ(set->warnings.size(), 1u);
+  // Four rests and turns of 5.5 s; whole windows only.
+  EXPECT_THAT(set->warnings[0], testing::HasSubstr("stuck at one reading from 22.00 s to 25.99 s"));
+}
+
+TEST(DataChecks, DoNotCallAQuietCoarseSensorStuck) {
+  SyntheticRecording recording;
+  recording.noise_mps2 = 0.01, recording.step_raw = 0.05;
+  for (int i = 0; i < 10; ++i) recording.Rest(4.0), recording.Handle();
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 10u);
+  EXPECT_THAT(set->warnings, testing::IsEmpty());
+}
+
+TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
+  SyntheticRecording recording;
+  recording.counts_per_mps2 = 1000.0, recording.step_raw = 1.0;
+  recording.Rest(3.0);  // z reads 9810 counts.
+  for (int i = 0; i < 9; ++i) recording.Handle(), recording.Rest(3.0);
+  for (double& z : recording.accel.z) z = std::min(z, 9790.0);  // One sigma below the first rest.
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 9u);
+  EXPECT_EQ(set->poses[0].number, 1);
+  ASSERT_EQ(set->warnings.size(), 1u);
+  EXPECT_THAT(set->warnings[0],
+              testing::HasSubstr("accelerometer z axis at 9790 counts in 1 pose"));
+}
+
+TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 6; ++i) {
+    recording.Rest(3.0), recording.Turn({0, 0, 1}, 3.0, 1.5), recording.Turn({1, 0, 0}, 6.283, 1.5);
+  }
+  recording.Turn({1, 0, 0}, 2.0, 1.5), recording.Rest(3.0);
+  for (double& z : recording.accel.z) z = std::min(z, 9.7);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(set.error().message, testing::HasSubstr("6 of 7 poses read the limit"));
+}
+
+TEST(DataChecks, CountGapsAndEqualTimes) {
+  SyntheticRecording recording;
+  for (int i = 0; i < 5; ++i) recording.Rest(3.0), recording.Handle();
+  for (std::size_t i = 1000; i < recording.accel.time_ns.size(); ++i) {
+    recording.accel.time_ns[i] += 2'000'000'000;
+  }
+  recording.accel.time_ns[50] = recording.accel.time_ns[49];
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->streams[0].gaps, 1);
+  EXPECT_NEAR(set->streams[0].longest_gap_s, 2.01, 1e-9);
+  EXPECT_EQ(set->streams[0].duplicate_times, 1);
+  EXPECT_EQ(set->warnings.size(), 2u);
+}
+
+TEST(DataChecks, RefuseTimeThatGoesBackAndSayWhere) {
+  SyntheticRecording recording;
+  recording.Rest(5.0);
+  recording.accel.time_ns[200] = 0;
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_FALSE(set);
+  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(set.error().message, testing::HasSubstr("memory.csv"));
+  EXPECT_THAT(set.error().message, testing::HasSubstr("data row 200"));
+}
+
+MemoryStream Counting(std::size_t rows) {
+  MemoryStream stream(kAccel);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const auto value = static_cast<double>(i);
+    stream.Add(static_cast<std::int64_t>(i) * 10'000'000, {value, -value, 0.5 * value});
+  }
+  return stream;
+}
+
+TEST(GivenPoses, MakeAPoseOfEveryRow) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kEveryRow;
+  MemoryStream mag = Counting(12000);
+  mag.info.triad = Triad::kMagnetometer;
+  const Result<PoseSet> set = Collect({Counting(12000), mag}, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 12000u);
+  for (const std::size_t i : {0u, 5000u, 11999u}) {
+    const auto value = static_cast<double>(i);
+    for (const Triad triad : {kAccel, Triad::kMagnetometer}) {
+      ASSERT_TRUE(set->poses[i].triads[triad]);
+      EXPECT_EQ(set->poses[i].triads[triad]->mean_raw, Eigen::Vector3d(value, -value, 0.5 * value));
+      EXPECT_EQ(set->poses[i].triads[triad]->samples, 1);
+      EXPECT_FALSE(set->poses[i].triads[triad]->has_covariance);
+    }
+  }
+}
+
+TEST(GivenPoses, MakeAPoseOfEveryNRows) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kEveryN;
+  selection.every = 100;
+  SyntheticRecording recording;
+  for (int i = 0; i < 5; ++i) recording.Rest(1.0), recording.gravity = -recording.gravity;
+  recording.Rest(0.1);
+  const Result<PoseSet> set = Collect({recording.accel}, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 5u);
+  EXPECT_THAT(set->warnings, testing::ElementsAre(testing::HasSubstr("the last 10 row(s)")));
+  EXPECT_EQ(set->poses[4].first_row, 400);
+  EXPECT_EQ(set->poses[4].last_row, 499);
+  EXPECT_TRUE(set->poses[4].triads[kAccel]->has_covariance);
+}
+
+TEST(GivenPoses, FollowAColumnAndTakeAReturningNumberForANewPose) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kColumn;
+  MemoryStream stream = Counting(60);
+  for (int i = 0; i < 60; ++i) stream.pose.push_back(std::array{0, 7, 0, 7, 8, 0}[i / 10]);
+  const Result<PoseSet> set = Collect({stream}, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 3u);
+  EXPECT_EQ(set->poses[0].id, "7");
+  EXPECT_EQ(set->poses[1].id, "7");
+  EXPECT_EQ(set->poses[1].first_row, 30);
+  EXPECT_EQ(set->poses[2].id, "8");
+  EXPECT_EQ(set->poses[2].last_row, 49);
+}
+
+TEST(GivenPoses, FollowRowRangesAndTakeOtherFilesByTime) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kRanges;
+  selection.ranges = {{10, 29, "first", "+z"}, {40, 59, "", ""}};
+  MemoryStream gyro(kGyro);
+  gyro.info.file = "gyro.csv";
+  for (std::int64_t i = 0; i < 200; ++i) {  // Twice the rate, rows of its own.
+    gyro.Add(i * 5'000'000, Eigen::Vector3d::Constant(static_cast<double>(i)));
+  }
+  const Result<PoseSet> set = Collect({Counting(100), gyro}, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 2u);
+  EXPECT_EQ(set->poses[0].id, "first");
+  EXPECT_EQ(set->poses[0].face_up, "+z");
+  EXPECT_DOUBLE_EQ(set->poses[0].triads[kAccel]->mean_raw.x(), 19.5);
+  // 100 to 290 ms and half a spacing on each side: gyroscope rows 19 to 59.
+  EXPECT_EQ(set->poses[0].triads[kGyro]->samples, 41);
+  EXPECT_DOUBLE_EQ(set->poses[0].triads[kGyro]->mean_raw.x(), 39.0);
+}
+
+TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kRanges;
+  selection.ranges = {{40, 59, "", ""}, {10, 29, "", ""}};
+  const Result<PoseSet> unordered = Collect({Counting(100)}, selection);
+  ASSERT_FALSE(unordered);
+  EXPECT_THAT(unordered.error().message, testing::HasSubstr("range 2 is rows 10 to 29"));
+  selection.ranges = {{40, 59, "", ""}, {200, 300, "", ""}};
+  const Result<PoseSet> outside = Collect({Counting(100)}, selection);
+  ASSERT_FALSE(outside);
+  EXPECT_EQ(outside.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(outside.error().message, testing::HasSubstr("data rows 0 to 99"));
+}
+
+TEST(PoseStatistics, GiveTemperatureAndItsRate) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kEveryN;
+  selection.every = 1000;
+  MemoryStream stream = Counting(1000);
+  for (int i = 0; i < 1000; ++i) {
+    stream.temperature_degc.push_back(i % 3 == 0 ? std::nan("") : 25.0 + 0.02 * i * 0.01);
+  }
+  const Result<PoseSet> set = Collect({stream}, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  // A line of 0.02 degC/s over 10 s, sampled at irregular places inside windows of 0.1 s: the
+  // windows' middles stand for them to within 5 ms.
+  EXPECT_NEAR(*set->poses[0].temperature_degc, 25.1, 2e-4);
+  EXPECT_NEAR(set->poses[0].temperature_rate_degcps, 0.02, 1e-5);
+  EXPECT_DOUBLE_EQ((*set->temperature_range_degc)[1], 25.0 + 0.02 * 9.98);
+}
 
 }  // namespace
 }  // namespace truetriad
