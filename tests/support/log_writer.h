@@ -15,25 +15,7 @@
 
 namespace truetriad {
 
-/// A self-describing log of a unit that rests in many attitudes and is turned by hand in between.
-/// The same options give the same text.
-struct LogOptions {
-  int rests = 24;
-  double rest_s = 2.5;
-  double move_s = 1.0;
-  double rate_hz = 50.0;
-  bool in_one_plane = false;  ///< All rests are turns about the body's z axis, which stays level.
-  bool magnetometer = true;
-  double accel_raw_per_mps2 = 1.0;
-  double noise_mps2 = 0.02;  ///< White, of one sample.
-  double noise_ut = 0.3;
-  std::uint64_t seed = 1;
-};
-
-/// One row of the log: time, then the accelerometer, then the magnetometer if there is one.
-using LogRow = std::vector<double>;
-
-/// The unit of every log: gains within 5 %, axes within 3 degrees.
+/// The unit of a log unless said otherwise: gains within 5 %, axes within 3 degrees.
 inline TriadModel<double> LoggedAccelerometer() {
   TriadModel<double> model;
   model.sensitivity << 1.02, 0.0, 0.0, 0.01, 0.98, 0.0, -0.005, 0.02, 1.01;
@@ -47,6 +29,25 @@ inline TriadModel<double> LoggedMagnetometer() {
   return model;
 }
 
+/// A self-describing log of a unit that rests in many attitudes and is turned by hand in between.
+/// The same options give the same text.
+struct LogOptions {
+  int rests = 24;
+  double rest_s = 2.5;
+  double move_s = 1.0;
+  double rate_hz = 50.0;
+  bool in_one_plane = false;  ///< All rests are turns about the body's z axis, which stays level.
+  bool magnetometer = true;
+  TriadModel<double> accelerometer = LoggedAccelerometer();
+  double accel_raw_per_mps2 = 1.0;  ///< Another unit for the readings of `accelerometer`.
+  double noise_mps2 = 0.02;         ///< White, of one sample.
+  double noise_ut = 0.3;
+  std::uint64_t seed = 1;
+};
+
+/// One row of the log: time, then the accelerometer, then the magnetometer if there is one.
+using LogRow = std::vector<double>;
+
 inline std::vector<LogRow> LogRows(const LogOptions& options = {}) {
   constexpr double kDipRad = 62.0 / 180.0 * std::numbers::pi;
   constexpr double kHandTremorMps2 = 1.0;
@@ -57,14 +58,15 @@ inline std::vector<LogRow> LogRows(const LogOptions& options = {}) {
   const auto add = [&](const Eigen::Quaterniond& body_from_world, double tremor_mps2) {
     const Eigen::Vector3d accel =
         options.accel_raw_per_mps2 *
-        LoggedAccelerometer().RawFromTruth(body_from_world * gravity +
+        options.accelerometer.RawFromTruth(body_from_world * gravity +
                                            options.noise_mps2 * random.Normal3() +
                                            tremor_mps2 * random.Normal3());
     const Eigen::Vector3d mag = LoggedMagnetometer().RawFromTruth(
         body_from_world * field + options.noise_ut * random.Normal3());
     LogRow row = {static_cast<double>(rows.size()) / options.rate_hz};
-    row.insert(row.end(), accel.begin(), accel.end());
-    if (options.magnetometer) row.insert(row.end(), mag.begin(), mag.end());
+    for (const double reading : accel) row.push_back(reading);
+    for (const double reading : mag) row.push_back(reading);
+    if (!options.magnetometer) row.resize(4);
     rows.push_back(row);
   };
   const auto samples = [&](double duration_s) {
@@ -72,8 +74,9 @@ inline std::vector<LogRow> LogRows(const LogOptions& options = {}) {
   };
 
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
-  if (options.in_one_plane)
+  if (options.in_one_plane) {
     attitude = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX());
+  }
   for (int rest = 0; rest < options.rests; ++rest) {
     for (int i = 0; i < samples(options.rest_s); ++i) add(attitude, 0.0);
     const Eigen::Vector3d axis = options.in_one_plane

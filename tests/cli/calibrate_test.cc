@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+class CalibrateVerb : public ::testing::Test {
+ protected:
+  Finished Calibrate(const std::string& log_text, const std::vector<std::string>& more = {}) {
+    log_ = folder_.Write("log.csv", log_text);
+    const std::string config = folder_.Write("experiment.yaml", kAccelerometerExperiment);
+    std::vector<std::string> arguments = {
+        "calibrate", "--config=" + config, "--input=" + log_, "--output=" + folder_.Path("result")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunTruetriad(arguments);
+  }
+  YAML::Node Written() const { return YAML::LoadFile(folder_.Path("result/calibration.yaml")); }
+  bool HasReport() const { return std::filesystem::exists(folder_.Path("result/report.html")); }
+
+  TemporaryFolder folder_;
+  std::string log_;
+};
+
+const LogOptions kEnough{.rests = 16, .magnetometer = false};
+
+TEST_F(CalibrateVerb, FindsTheUnitThatMadeTheLog) {
+  const Finished run = Calibrate(LogText(kEnough));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("USABLE"),
+                    HasSubstr(folder_.Path("result/calibration.yaml")),
+                    HasSubstr(folder_.Path("result/report.html"))));
+  EXPECT_TRUE(HasReport());
+  const YAML::Node written = Written();
+  EXPECT_EQ(written["device"]["serial"].as<std::string>(), "T1");
+  EXPECT_EQ(written["inputs"][0]["file"].as<std::string>(), log_);
+  const YAML::Node sensor = written["sensors"]["accelerometer"];
+  for (int i = 0; i < 3; ++i) {
+    const double bias = sensor["bias"][i].as<double>();
+    const double sigma = sensor["sigma"]["bias"][i].as<double>();
+    // 5 sigma: by chance once in two million; the seed is fixed.
+    EXPECT_NEAR(bias, LoggedAccelerometer().bias[i], 5.0 * sigma);
+    // The mean of 2 s at 50 Hz with 0.02 m/s^2 a sample has 0.002; 16 poses cannot be much worse.
+    EXPECT_LT(sigma, 0.004);
+  }
+}
+
+TEST_F(CalibrateVerb, WritesTheSameBytesForTheSameInput) {
+  const std::string folder = "SOURCE_DATE_EPOCH=1700000000 '" TRUETRIAD_BINARY "' calibrate ";
+  const std::string log = folder_.Write("log.csv", LogText(kEnough));
+  const std::string config = folder_.Write("experiment.yaml", kAccelerometerExperiment);
+  for (const char* output : {"a", "b"}) {
+    const Finished run = RunShell(folder + "--config='" + config + "' --input='" + log +
+                                  "' --output='" + folder_.Path(output) + "'");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+  for (const char* file : {"/calibration.yaml", "/report.html"}) {
+    const std::string text = TemporaryFolder::Read(folder_.Path("a") + file);
+    EXPECT_FALSE(text.empty());
+    EXPECT_EQ(text, TemporaryFolder::Read(folder_.Path("b") + file));
+  }
+}
+
+TEST_F(CalibrateVerb, LeavesOutTheReportWhenAsked) {
+  EXPECT_EQ(Calibrate(LogText(kEnough), {"--report=false"}).exit_code, 0);
+  EXPECT_FALSE(HasReport());
+}
+
+TEST_F(CalibrateVerb, LetsSetReplaceSeveralValuesWithCommasInside) {
+  const Finished run =
+      Calibrate(LogText(kEnough),
+                {"--set=reference.gravity_mps2={value: 9.81, sigma: 0.001},gauge=accel-z,"
+                 "sensors.accelerometer.noise.sigma=[0.01, 0.01, 0.02]"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const YAML::Node config = Written()["config"];
+  EXPECT_EQ(config["reference"]["gravity_mps2"]["sigma"].as<double>(), 0.001);
+  EXPECT_EQ(config["gauge"].as<std::string>(), "accel-z");
+  EXPECT_EQ(config["sensors"]["accelerometer"]["noise"]["sigma"][2].as<double>(), 0.02);
+}
+
+TEST_F(CalibrateVerb, TakesTheLogOfTheExperimentRelativeToIt) {
+  folder_.Write("log.csv", LogText(kEnough));
+  const std::string config =
+      folder_.Write("experiment.yaml", std::string(kAccelerometerExperiment) + "input: log.csv\n");
+  const Finished run =
+      RunTruetriad({"calibrate", "--config=" + config, "--output=" + folder_.Path("result")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+}
+
+TEST_F(CalibrateVerb, ReadsAPoseTableForWhatItIs) {
+  std::string table = "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n";
+  // One sample in the middle of each rest.
+  const std::vector<LogRow> rows = LogRows(kEnough);
+  for (std::size_t i = 60; i < rows.size(); i += 175) {
+    table += std::to_string(rows[i][1]) + "," + std::to_string(rows[i][2]) + "," +
+             std::to_string(rows[i][3]) + "\n";
+  }
+  const Finished run = Calibrate(table);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Written()["quality"]["poses"].as<int>(), 16);
+}
+
+TEST_F(CalibrateVerb, TakesPosesFromAPoseColumnWithoutBeingTold) {
+  std::string text = "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],pose\n";
+  std::vector<LogRow> rows = LogRows(kEnough);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].push_back(i % 175 < 125 ? static_cast<double>(i / 175 + 1) : 0.0);
+  }
+  const std::string log = folder_.Write("log.csv", LogText(text, rows));
+  const Finished run = RunTruetriad({"inspect", "--input=" + log});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("16 poses by pose column"));
+}
+
+TEST_F(CalibrateVerb, HoldsTheMatrixOfABiasModelAtOneInTheLogsUnit) {
+  constexpr double kMgPerMps2 = 1000.0 / 9.80665;
+  LogOptions log = kEnough;
+  log.accelerometer.sensitivity.setIdentity();
+  log.accel_raw_per_mps2 = kMgPerMps2;
+  const Finished run =
+      Calibrate(LogText("time[s],accel_x[mg],accel_y[mg],accel_z[mg]\n", LogRows(log)),
+                {"--set=sensors.accelerometer.model=bias"});
+  EXPECT_EQ(run.exit_code, 0) << run.out;
+  const YAML::Node sensor = Written()["sensors"]["accelerometer"];
+  EXPECT_DOUBLE_EQ(sensor["sensitivity"][0][0].as<double>(), kMgPerMps2);
+  // 16 means of 2 s have 0.002 m/s^2 each; 5 of them are far more than their bias can have.
+  EXPECT_NEAR(sensor["bias"][1].as<double>(), -0.2 * kMgPerMps2, 0.01 * kMgPerMps2);
+}
+
+TEST_F(CalibrateVerb, WarnsOfEmptyFieldsAndStuckStretchesButGoesOn) {
+  std::vector<LogRow> rows = LogRows({.rests = 24, .magnetometer = false});
+  for (std::size_t i = 500; i < 700; ++i) rows[i] = {rows[i][0], 1.0, 2.0, 9.0};
+  rows[20][1] = std::nan("");
+  const Finished run = Calibrate(LogText(LogHeader(kEnough), rows));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("stuck"));
+}
+
+TEST_F(CalibrateVerb, SaysWithItsExitCodeThatALimitIsExceeded) {
+  const Finished run = Calibrate(LogText(kEnough), {"--set=limits.accelerometer.bias=0.01"});
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("limit"));
+  EXPECT_FALSE(Written()["status"]["within_limits"].as<bool>());
+  EXPECT_TRUE(Written()["sensors"].IsDefined());
+}
+
+TEST_F(CalibrateVerb, RunsEveryShippedExperiment) {
+  int experiments = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(TRUETRIAD_SOURCE_DIR "/configs/experiments")) {
+    if (entry.path().extension() != ".yaml") continue;
+    ++experiments;
+    const Finished run = RunTruetriad({"calibrate",
+                                       "--config=" + entry.path().string(),
+                                       "--output=" + folder_.Path(entry.path().stem())});
+    EXPECT_EQ(run.exit_code, 0) << entry.path() << '\n' << run.out << run.err;
+  }
+  EXPECT_GE(experiments, 5);
+}
+
+struct TooLittle {
+  std::string name;
+  LogOptions log;
+  std::string message;
+
+  friend std::ostream& operator<<(std::ostream& out, const TooLittle& little) {
+    return out << little.name;
+  }
+};
+
+class NotEnoughData : public CalibrateVerb, public ::testing::WithParamInterface<TooLittle> {};
+
+TEST_P(NotEnoughData, WritesWhyButNoNumbersToUse) {
+  const Finished run = Calibrate(LogText(GetParam().log));
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("NOT USABLE"), HasSubstr(GetParam().message)));
+  EXPECT_TRUE(HasReport());
+  const YAML::Node written = Written();
+  EXPECT_NE(written["status"]["outcome"].as<std::string>(), "converged");
+  EXPECT_THAT(written["status"]["messages"][0].as<std::string>(), Not(IsEmpty()));
+  EXPECT_TRUE(written["quality"].IsDefined());
+  EXPECT_FALSE(written["sensors"].IsDefined());
+  EXPECT_FALSE(written["covariance"].IsDefined());
+}
+
+TEST_P(NotEnoughData, GivesAFileThatNothingElseTakes) {
+  EXPECT_EQ(Calibrate(LogText(GetParam().log)).exit_code, 3);
+  const std::string calibration = "--calibration=" + folder_.Path("result/calibration.yaml");
+  const Finished apply = RunTruetriad(
+      {"apply", calibration, "--input=" + log_, "--output=" + folder_.Path("corrected.csv")});
+  EXPECT_EQ(apply.exit_code, 2);
+  EXPECT_THAT(apply.err, HasSubstr("not usable"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("corrected.csv")));
+  const std::string good = folder_.Write("good.csv", LogText(kEnough));
+  EXPECT_EQ(RunTruetriad({"evaluate", calibration, "--input=" + good}).exit_code, 2);
+  EXPECT_EQ(
+      RunTruetriad({"report", calibration, "--output=" + folder_.Path("again.html")}).exit_code, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each,
+    NotEnoughData,
+    ::testing::Values(
+        TooLittle{
+            "NoRests", {.rests = 40, .rest_s = 0.0, .magnetometer = false}, "no rest was found"},
+        TooLittle{"FewerPosesThanParameters", {.rests = 6, .magnetometer = false}, "6 poses"},
+        TooLittle{"PosesInOnePlane",
+                  {.rests = 24, .in_one_plane = true, .magnetometer = false},
+                  "plane"}),
+    [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace truetriad
