@@ -176,8 +176,10 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
     highest = std::max<double>(highest, activity);
   }
   std::vector<std::size_t> rests;  // By level.
-  for (double level = lowest; level < highest + 2.0 * kLevelStep; level += kLevelStep) {
-    rests.push_back(RestsBelow(buffer, level).size());
+  if (lowest > highest) return -kNever;
+  const auto levels = static_cast<int>((highest - lowest) / kLevelStep) + 2;
+  for (int step = 0; step < levels; ++step) {
+    rests.push_back(RestsBelow(buffer, lowest + kLevelStep * step).size());
   }
   // For each number n of rests: the longest run of levels with at least n.
   double best_score = 0.0, best_level = -kNever;
