@@ -175,9 +175,10 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
     lowest = std::min<double>(lowest, activity);
     highest = std::max<double>(highest, activity);
   }
-  std::vector<std::size_t> rests;  // By level.
   if (lowest > highest) return -kNever;
   const auto levels = static_cast<int>((highest - lowest) / kLevelStep) + 2;
+  std::vector<std::size_t> rests;  // By level.
+  rests.reserve(static_cast<std::size_t>(levels));
   for (int step = 0; step < levels; ++step) {
     rests.push_back(RestsBelow(buffer, lowest + kLevelStep * step).size());
   }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/data/pose_collection.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -107,6 +109,35 @@ INSTANTIATE_TEST_SUITE_P(
                       1},
         RealRecording{"a-ck-160pose-and-accmag-tumble/acc_mag_log.csv", 1, {{kAccel, 0}}, 0},
         RealRecording{"b-mag-poor-coverage/data_acc.txt", 1, {{kAccel, 0}}, 0}));
+
+// The reference intervals come from a rolling deviation of 1 s, with a threshold set by hand.
+TEST(RealRecording, OfXsensRestsWhereTheReferenceSays) {
+  const std::string folder = "a-xsens-imu-tk-38pose/";
+  std::vector<MemoryStream> streams = ReadRecording(folder + "xsens_acc.mat", 0, {{kAccel, 1}});
+  if (streams.empty()) GTEST_SKIP() << folder << " is not in " TRUETRIAD_SHARED_DATASETS;
+  MemorySource source(std::move(streams));
+  const Result<PoseSet> set = CollectPoses(source, {});
+  ASSERT_TRUE(set) << set.error().message;
+
+  std::ifstream file(TRUETRIAD_SHARED_DATASETS "/" + folder + "reference.json");
+  std::stringstream text;
+  text << file.rdbuf();
+  std::string list = text.str().substr(text.str().find("static_intervals_first_last_sample"));
+  list = list.substr(list.find('['), list.find('"', list.find('[')) - list.find('['));
+  std::replace_if(
+      list.begin(), list.end(), [](char c) { return std::isdigit(c) == 0; }, ' ');
+  std::istringstream numbers(list);
+  std::size_t i = 0;
+  for (std::int64_t first = 0, last = 0; numbers >> first >> last && last > first; ++i) {
+    ASSERT_LT(i, set->poses.size());
+    const StaticPose& pose = set->poses[i];
+    const std::int64_t common = std::min(pose.last_row, last) - std::max(pose.first_row, first);
+    // Ours cut less at the ends by design, and more where the unit settles.
+    EXPECT_GT(static_cast<double>(common), 0.7 * static_cast<double>(last - first))
+        << "pose " << pose.number << ", rows " << pose.first_row << " to " << pose.last_row;
+  }
+  EXPECT_EQ(i, set->poses.size());
+}
 
 Result<PoseSet> Collect(std::vector<MemoryStream> streams,
                         const PoseSelection& selection = {},
