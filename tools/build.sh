@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Usage: tools/build.sh [TARGET]...
-# Installs what is missing and builds the targets (default: everything) in build/, optimised. Demo
-# and tests share that folder and its options, so that nothing is compiled twice.
+# Usage: tools/build.sh TARGET [CMAKE_OPTION]...
+# Installs what is missing and builds the target in build/, optimised. Options stay as they are
+# unless given, so that demo and tests share what is compiled.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,6 +11,5 @@ if command -v ccache >/dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
   export CCACHE_SLOPPINESS=pch_defines,time_macros  # Without it precompiled headers never hit.
 fi
-cmake -S . -B build -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release \
-  -DTRUETRIAD_BUILD_TESTS=ON -DTRUETRIAD_WARNINGS_AS_ERRORS=ON
-cmake --build build --parallel "$(nproc)" --target "${@:-all}"
+cmake -S . -B build -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release "${@:2}"
+cmake --build build --parallel "$(nproc)" --target "$1"

@@ -4,5 +4,5 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-tools/build.sh
+tools/build.sh all -DTRUETRIAD_BUILD_TESTS=ON -DTRUETRIAD_WARNINGS_AS_ERRORS=ON
 ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-exclude nightly "$@"
