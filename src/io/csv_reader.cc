@@ -199,7 +199,7 @@ Result<std::size_t> CsvReader::Read() {
       chunk_end_ = cursor_ + chunk->size();
     }
     for (Column& column : columns_) column.any_missing = false;
-    const Result<std::size_t> count =
+    Result<std::size_t> count =
         layout_.separator == kBlankRuns ? ReadRows<true>() : ReadRows<false>();
     if (!count || *count > 0) return count;
   }

@@ -45,8 +45,8 @@ constexpr std::array<Magic, 17> kForeignFormats = {{
     {"BZh"sv, "a bzip2 file"},
     {"\xFD\x37zXZ"sv, "an xz file"},
     {"\x28\xB5\x2F\xFD"sv, "a zstd file"},
-    {"\xFF\xFE"sv, "UTF-16 text; save it as UTF-8"},
-    {"\xFE\xFF"sv, "UTF-16 text; save it as UTF-8"},
+    {"\xFF\xFE"sv, "UTF-16 text (save it as UTF-8)"},
+    {"\xFE\xFF"sv, "UTF-16 text (save it as UTF-8)"},
     {"{"sv, "a JSON file"},
     {"["sv, "a JSON file"},
 }};

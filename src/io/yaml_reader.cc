@@ -83,14 +83,11 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   return text.str();
 }
 
-YamlReader::YamlReader(YAML::Node node,
+YamlReader::YamlReader(const YAML::Node& node,
                        bool present,
                        std::string name,
                        std::shared_ptr<Shared> shared)
-    : node_(std::move(node)),
-      present_(present),
-      name_(std::move(name)),
-      shared_(std::move(shared)) {}
+    : node_(node), present_(present), name_(std::move(name)), shared_(std::move(shared)) {}
 
 Result<YamlReader> YamlReader::FromFile(const std::string& path) {
   const Result<std::string> text = ReadSmallFile(path);

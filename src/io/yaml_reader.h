@@ -92,7 +92,10 @@ class YamlReader {
     std::vector<std::string> errors;
   };
 
-  YamlReader(YAML::Node node, bool present, std::string name, std::shared_ptr<Shared> shared);
+  YamlReader(const YAML::Node& node,
+             bool present,
+             std::string name,
+             std::shared_ptr<Shared> shared);
   void RejectDuplicates(std::set<int>* visited);
   bool ReadScalar(std::string_view expected, std::string* text);
 

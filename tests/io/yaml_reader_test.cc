@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/yaml_reader.h"
 
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -106,13 +107,12 @@ TEST(YamlReader, SaysWhatIsWrongWithTheFile) {
 }
 
 TEST(YamlReader, DoesNotChokeOnNestedAliases) {
-  std::string text = "a0: &a0 [x, x]\n";
+  std::ostringstream text;
+  text << "a0: &a0 [x, x]\n";
   for (int i = 1; i < 60; ++i) {
-    const std::string previous = "*a" + std::to_string(i - 1);
-    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + previous + ", " +
-            previous + "]\n";
+    text << "a" << i << ": &a" << i << " [*a" << i - 1 << ", *a" << i - 1 << "]\n";
   }
-  EXPECT_EQ(ParseError(text), "");
+  EXPECT_EQ(ParseError(text.str()), "");
 }
 
 }  // namespace
