@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "accuracy/shared_recordings.h"
+#include "truetriad/init/frame_alignment.h"
+#include "truetriad/io/recording.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+/// The calibrated readings of both triads at one pose, in one frame.
+struct Pair {
+  Eigen::Vector3d force;
+  Eigen::Vector3d field;
+};
+
+double MeanOf(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+/// Standard deviation of the angle between field and gravity over the pairs.
+double AngleSpreadDeg(const std::vector<Pair>& pairs) {
+  std::vector<double> angles;
+  for (const Pair& pair : pairs) {
+    angles.push_back(std::atan2(pair.force.cross(pair.field).norm(), pair.force.dot(pair.field)) *
+                     kDegPerRad);
+  }
+  const double mean = MeanOf(angles);
+  std::vector<double> squares;
+  for (const double angle : angles) squares.push_back((angle - mean) * (angle - mean));
+  return std::sqrt(MeanOf(squares));
+}
+
+/// Mean square angle, in deg², of the instrument's pointing axis against its mean direction within
+/// each roll group (poses 8..15 and 16..23, 0-based), in the world that gravity and field define.
+/// The axis is the body direction that stays put best, the same for both groups.
+double RollGroupMeanSquareDeg2(const std::vector<Pair>& pairs) {
+  constexpr std::size_t kGroups[] = {8, 16};
+  constexpr std::size_t kGroupSize = 8;
+  std::vector<Eigen::Matrix3d> world_from_body;
+  for (const Pair& pair : pairs) {
+    world_from_body.push_back(
+        TriadAttitude(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX(), pair.force, pair.field)
+            .toRotationMatrix());
+  }
+  // The axis p with the largest sum over groups of |sum of R p|².
+  Eigen::Matrix3d constancy = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Matrix3d> sums;
+  for (const std::size_t first : kGroups) {
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (std::size_t k = first; k < first + kGroupSize; ++k) sum += world_from_body.at(k);
+    constancy += sum.transpose() * sum;
+    sums.push_back(sum);
+  }
+  const Eigen::Vector3d axis =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(constancy).eigenvectors().col(2);
+  std::vector<double> squares;
+  for (std::size_t group = 0; group < std::size(kGroups); ++group) {
+    const Eigen::Vector3d mean = (sums[group] * axis).normalized();
+    for (std::size_t k = kGroups[group]; k < kGroups[group] + kGroupSize; ++k) {
+      const Eigen::Vector3d pointing = world_from_body[k] * axis;
+      const double angle = std::atan2(pointing.cross(mean).norm(), pointing.dot(mean));
+      squares.push_back(angle * angle * kDegPerRad * kDegPerRad);
+    }
+  }
+  return MeanOf(squares);
+}
+
+std::vector<Pair> PairsOf(const PoseSet& poses, const Calibration& calibration) {
+  std::vector<Pair> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    const auto truth = [&](Triad triad) {
+      return calibration.sensors[triad]->model.TruthFromRaw(pose.triads[triad]->mean_raw);
+    };
+    pairs.push_back({truth(Triad::kAccelerometer), truth(Triad::kMagnetometer)});
+  }
+  return pairs;
+}
+
+class JointRecordings : public SharedRecordings {};
+
+class SapUnits : public SharedRecordings {
+ protected:
+  void SetUp() override {
+    SharedRecordings::SetUp();
+    if (IsSkipped()) return;
+    if (!MakeTables()) GTEST_SKIP() << "no python3 to convert the JSON files with";
+  }
+
+  Outcomes RunUnit(const std::string& unit, const std::string& set = "") {
+    Outcomes run = Run(unit.substr(0, 4), Table(unit), set);
+    EXPECT_EQ(run.exit_code, 0) << unit << run.text;
+    return run;
+  }
+
+  PoseSet PosesOf(const std::string& unit) const {
+    Result<PoseTable> table = ReadPoseTable(Table(unit));
+    EXPECT_TRUE(table) << unit;
+    return table->poses;
+  }
+
+  static YAML::Node Reference(const std::string& unit) {
+    return YAML::LoadFile(ReferenceFile())[unit];
+  }
+
+  /// The reference's calibrated readings: own-norm fits and a rotation of three parameters.
+  static std::vector<Pair> ReferencePairs(const std::string& unit, const PoseSet& poses) {
+    const ReferenceFit force = ReadReferenceFit(ReferenceFile(), {unit, "acc"});
+    const ReferenceFit field = ReadReferenceFit(ReferenceFile(), {unit, "mag"});
+    const YAML::Node rotation = Reference(unit)["mag_to_acc"]["rotation_vector_deg_mag_to_acc"];
+    const Eigen::Vector3d vector =
+        Eigen::Vector3d(
+            rotation[0].as<double>(), rotation[1].as<double>(), rotation[2].as<double>()) /
+        kDegPerRad;
+    const Eigen::Matrix3d force_from_field =
+        Eigen::AngleAxisd(vector.norm(), vector.normalized()).toRotationMatrix();
+    // The reference fitted SAP6 after the device's axis maps "-y-x+z" and "+x+y-z".
+    Eigen::Matrix3d force_map = Eigen::Matrix3d::Identity();
+    Eigen::Matrix3d field_map = Eigen::Matrix3d::Identity();
+    if (unit.starts_with("sap6")) {
+      force_map << 0, -1, 0, -1, 0, 0, 0, 0, 1;
+      field_map.diagonal() << 1, 1, -1;
+    }
+    std::vector<Pair> pairs;
+    for (const StaticPose& pose : poses.poses) {
+      const auto raw = [&](Triad triad) { return pose.triads[triad]->mean_raw; };
+      pairs.push_back(
+          {force.matrix * (force_map * raw(Triad::kAccelerometer) - force.bias),
+           force_from_field * field.matrix * (field_map * raw(Triad::kMagnetometer) - field.bias)});
+    }
+    return pairs;
+  }
+
+  static const std::vector<std::string>& Units() {
+    static const std::vector<std::string> units = {"sap5_ab",
+                                                   "sap5_ai",
+                                                   "sap5_bh",
+                                                   "sap5_bi",
+                                                   "sap5_ee",
+                                                   "sap6_BB",
+                                                   "sap6_CF",
+                                                   "sap6_HC",
+                                                   "sap6_HC_improved"};
+    return units;
+  }
+
+ private:
+  static std::string ReferenceFile() { return File("a-sap-acc-mag-24pose/reference.json"); }
+};
+
+TEST_F(SapUnits, KeepTheAngleBetweenFieldAndGravityBetterThanTheReference) {
+  for (const std::string& unit : Units()) {
+    const PoseSet poses = PosesOf(unit);
+    const double spread = AngleSpreadDeg(PairsOf(poses, RunUnit(unit).calibration));
+    const double stated = Reference(unit)["mag_to_acc"]["angle_std_after_deg"].as<double>();
+    // That the reference is read as it was meant, to the six digits of its readings.
+    EXPECT_NEAR(AngleSpreadDeg(ReferencePairs(unit, poses)), stated, 1e-4) << unit;
+    EXPECT_LT(spread, stated) << unit;
+  }
+}
+
+TEST_F(SapUnits, KeepThePointingAxisInRollGroupsBetterThanTheReferencePooledOverUnits) {
+  std::vector<double> ours;
+  std::vector<double> reference;
+  for (const std::string& unit : Units()) {
+    const PoseSet poses = PosesOf(unit);
+    ours.push_back(RollGroupMeanSquareDeg2(PairsOf(poses, RunUnit(unit).calibration)));
+    reference.push_back(RollGroupMeanSquareDeg2(ReferencePairs(unit, poses)));
+    RecordProperty(unit, std::to_string(std::sqrt(ours.back())));
+    RecordProperty(unit + "_reference", std::to_string(std::sqrt(reference.back())));
+  }
+  EXPECT_LT(std::sqrt(MeanOf(ours)), std::sqrt(MeanOf(reference)));
+}
+
+TEST_F(SapUnits, OfTheNewerMakeHaveTheDevicesOwnAxisMap) {
+  // The device takes (-y, -x, z) of the accelerometer and (x, y, -z) of the magnetometer as one
+  // frame. In the accelerometer's own axes, which are our body's, the magnetometer's axes are
+  // then -y, -x and -z.
+  Eigen::Matrix3d map;
+  map << 0, -1, 0, -1, 0, 0, 0, 0, -1;
+  for (const std::string& unit : Units()) {
+    if (!unit.starts_with("sap6")) continue;
+    const Outcomes run = RunUnit(unit);
+    const Eigen::Matrix3d S = run.calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+    EXPECT_GT(S.determinant(), 0.0) << unit;
+    // Gains are near one and cross-axis terms small against it, so rounding leaves the map.
+    EXPECT_EQ(S.array().round().matrix(), map) << unit << "\n" << S;
+  }
+}
+
+TEST_F(SapUnits, OfTheOlderMakeReportGravityToo) {
+  // The instruments work in the north, where the field dips; right-handed axes then settle the
+  // sign of the accelerometer.
+  for (const std::string& unit : Units()) {
+    if (!unit.starts_with("sap5")) continue;
+    const auto determinant = [](const Outcomes& run) {
+      return run.calibration.sensors[Triad::kMagnetometer]->model.sensitivity.determinant();
+    };
+    EXPECT_GT(determinant(RunUnit(unit)), 0.0) << unit;
+    const Outcomes opposite = RunUnit(unit, "sensors.accelerometer.sign=specific_force");
+    EXPECT_LT(determinant(opposite), 0.0) << unit;
+    EXPECT_THAT(opposite.text, ::testing::HasSubstr("left-handed")) << unit;
+  }
+}
+
+// Every fourth row, as the reference took them: neighbours say much the same.
+TEST_F(JointRecordings, AMagnetometerTumbledWithoutRestsIsAlignedToItsAccelerometer) {
+  std::ifstream all(File("a-ck-160pose-and-accmag-tumble/acc_mag_log.csv"));
+  std::string rows;
+  std::string line;
+  for (int number = 0; std::getline(all, line); ++number) {
+    if (number == 0 || number % 4 == 1) rows += line + '\n';
+  }
+  const std::string manifest =
+      work().Write("tumble.yaml",
+                   "recording: 1\nstreams:\n"
+                   "  accelerometer: { file: every_fourth.csv, x: ax, y: ay, z: az, unit: g }\n"
+                   "  magnetometer: { file: every_fourth.csv, x: mx, y: my, z: mz, unit: counts }\n"
+                   "poses: every_row\n");
+  work().Write("every_fourth.csv", rows);
+  const Outcomes run = Run("ck-tumble", manifest);
+  ASSERT_EQ(run.exit_code, 0) << run.text;
+  EXPECT_EQ(run.calibration.quality.poses, 3000);
+
+  const std::string reference = File("a-ck-160pose-and-accmag-tumble/reference.json");
+  const double field_ut = *run.calibration.reference.field_ut;
+  const ReferenceFit fit = ReadReferenceFit(reference, {"acc_mag_log_mag"});
+  // Weighted with the accelerometer's angles too, so not the smallest norm residual: 1 %.
+  EXPECT_LT(*run.calibration.quality.residual_rms[Triad::kMagnetometer] / field_ut,
+            1.01 * fit.rms_after / fit.target_norm);
+
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(manifest);
+  ASSERT_TRUE(source);
+  PoseSelection every_row;
+  every_row.kind = PoseSelectionKind::kEveryRow;
+  const Result<PoseSet> poses = CollectPoses(**source, every_row);
+  ASSERT_TRUE(poses);
+  // Rows in which motion adds little to gravity, as the reference chose them.
+  std::vector<Pair> calm;
+  for (const Pair& pair : PairsOf(*poses, run.calibration)) {
+    if (std::abs(pair.force.norm() / 9.80665 - 1.0) < 0.02) calm.push_back(pair);
+  }
+  const YAML::Node stated = YAML::LoadFile(reference)["mag_to_acc"];
+  EXPECT_LT(AngleSpreadDeg(calm), stated["angle_std_after_deg"].as<double>());
+}
+
+}  // namespace
+}  // namespace truetriad
