@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include <glog/logging.h>
+
 #include "estimation/graph.h"
 #include "estimation/noise.h"
 #include "estimation/observability.h"
@@ -22,6 +24,7 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr int kMaxNoiseRounds = 15;
+constexpr int kReadmittingRounds = 5;
 // Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
 constexpr double kRejectionLevel = 0.01;
 // A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
@@ -29,6 +32,8 @@ constexpr double kRejectionLevel = 0.01;
 constexpr double kRejectedWeight = 1e-8;
 // Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.
 constexpr int kMinRobustDof = 6;
+// An estimated excess with fewer degrees of freedom than this is not an estimate.
+constexpr double kLeastExcessDof = 0.5;
 // Below this the noise level itself is hardly known. model.md §2.
 constexpr double kFewDof = 10.0;
 // A fit whose residual is this share of the field does not explain the data.
@@ -74,7 +79,8 @@ class Estimator {
   void SettleNoise();
   void GuessExcessFromMedians();
   ExcessVariance ExcessFloor() const;
-  bool UpdateWeights();
+  void DropExcessThatIsNotSeen();
+  bool UpdateWeights(bool may_readmit);
   double ResidualDof(const ReducedSystem& system) const;
 
   CalibrationSummary Refuse(Outcome outcome, const std::string& message);
@@ -82,8 +88,10 @@ class Estimator {
   Status Finish();
   void StateSensors(const PresentedSolution& solution);
   void Say(std::string message) { summary_.calibration.messages.push_back(std::move(message)); }
-  void Solve(int max_iterations = 200) {
-    const SolveOutcome outcome = SolveGraph(&graph_, max_iterations);
+  void Solve(double tolerance) {
+    const SolveOutcome outcome = SolveGraph(&graph_, tolerance);
+    VLOG(1) << outcome.iterations << " iterations, cost " << outcome.initial_cost << " -> "
+            << outcome.final_cost;
     if (summary_.initial_cost < 0.0) summary_.initial_cost = outcome.initial_cost;
     summary_.iterations += outcome.iterations;
     summary_.final_cost = outcome.final_cost;
@@ -316,7 +324,7 @@ bool Estimator::SolveFromBestStart(const std::vector<StartValues>& starts) {
       excess_[triad] = sigma * sigma;
     }
     ApplyExcess(excess_, &graph_);
-    Solve();
+    Solve(kRoundTolerance);
     if (std::isfinite(summary_.final_cost) && summary_.final_cost < best_cost) {
       best_cost = summary_.final_cost;
       best = graph_;
@@ -352,6 +360,32 @@ ExcessVariance Estimator::ExcessFloor() const {
   return floor;
 }
 
+// Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
+// information on the excess: its estimate would be noise, and so would every σ made from it.
+void Estimator::DropExcessThatIsNotSeen() {
+  std::vector<Triad> seen;
+  for (const Triad triad : estimated_) {
+    const double dof = ExcessDegreesOfFreedom(excess_estimate_, graph_, triad);
+    if (dof >= kLeastExcessDof || source_[triad] == NoiseSource::kResidual) {
+      seen.push_back(triad);
+      continue;
+    }
+    excess_[triad] = 0.0;
+    Say(std::string(TriadName(triad)) +
+        ": these poses hold no information on pose-to-pose noise; σ rests on the noise inside "
+        "rests alone (state `noise: { excess: { sigma: … } }` if you know it)");
+  }
+  if (seen.size() == estimated_.size()) return;
+  estimated_ = std::move(seen);
+  ApplyExcess(excess_, &graph_);
+  excess_estimate_ = ExcessEstimate{};
+  if (!estimated_.empty()) {
+    ReducedSystem system(graph_);
+    excess_estimate_ = EstimateExcess(estimated_, excess_, ExcessFloor(), &graph_, &system);
+    excess_ = excess_estimate_.variance;
+  }
+}
+
 // First guess of each excess: what makes the median deletion test match its χ². Half of the poses
 // may be disturbed without moving it much.
 void Estimator::GuessExcessFromMedians() {
@@ -376,8 +410,9 @@ void Estimator::GuessExcessFromMedians() {
 }
 
 // Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
-// Returns whether the rejected set or a weight changed notably.
-bool Estimator::UpdateWeights() {
+// Returns whether the rejected set or a weight changed notably. `may_readmit`: a rejected observation
+// whose test has become good again returns.
+bool Estimator::UpdateWeights(bool may_readmit) {
   const ReducedSystem system(graph_);
   const std::vector<DeletionTest> tests = DeletionTests(graph_, system);
   const double level =
@@ -431,6 +466,7 @@ bool Estimator::UpdateWeights() {
       } else {
         rejected = observation.rejected;
       }
+      rejected = rejected || (observation.rejected && !may_readmit);
       if (rejected) weight = kRejectedWeight;
       changed = changed || rejected != observation.rejected ||
                 std::abs(weight - observation.weight) > 1e-3;
@@ -461,19 +497,21 @@ void Estimator::SettleNoise() {
   }
   if (!robust_ && estimated_.empty()) {
     ApplyExcess(excess_, &graph_);
-    Solve();
+    Solve(kFinalTolerance);
     return;
   }
   if (robust_) GuessExcessFromMedians();
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++summary_.rounds;
-    const bool weights_changed = robust_ && UpdateWeights();
-    Solve();
+    // Late in the day borderline observations could come and go for ever.
+    const bool weights_changed = robust_ && UpdateWeights(round < kReadmittingRounds);
+    Solve(kRoundTolerance);
     const ExcessVariance before = excess_;
     if (!estimated_.empty()) {
       ReducedSystem system(graph_);
       excess_estimate_ = EstimateExcess(estimated_, excess_, ExcessFloor(), &graph_, &system);
       excess_ = excess_estimate_.variance;
+      DropExcessThatIsNotSeen();
     }
     bool excess_changed = false;
     for (const Triad triad : estimated_) {
@@ -482,7 +520,7 @@ void Estimator::SettleNoise() {
     }
     if (!weights_changed && !excess_changed) break;
   }
-  Solve();
+  Solve(kFinalTolerance);
 }
 
 void Estimator::StateSensors(const PresentedSolution& solution) {

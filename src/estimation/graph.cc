@@ -13,6 +13,8 @@
 namespace truetriad {
 namespace {
 
+constexpr int kMaxIterations = 200;
+
 // sum over entries of ((x_i - mean_i) / sigma_i)^2 for the priors that fall into one block.
 std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& priors,
                                                 const SharedBlock& block) {
@@ -35,7 +37,7 @@ std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& 
 
 }  // namespace
 
-SolveOutcome SolveGraph(PoseGraph* graph, int max_iterations) {
+SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   ceres::Problem problem;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
 
@@ -73,11 +75,10 @@ SolveOutcome SolveGraph(PoseGraph* graph, int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.linear_solver_ordering = ordering;
-  options.max_num_iterations = max_iterations;
+  options.max_num_iterations = kMaxIterations;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
-  // The last step of a quadratically convergent iteration: what remains is rounding.
-  options.function_tolerance = 1e-13;
+  options.function_tolerance = tolerance;
   options.parameter_tolerance = 1e-13;
   options.gradient_tolerance = 0.0;
   options.initial_trust_region_radius = 1e8;

@@ -44,6 +44,10 @@ struct SolveOutcome {
 // Minimises the whitened sum of squares with Ceres: poses are eliminated by the Schur complement,
 // so the cost of a step is linear in the number of poses. Poses that hang together in a chain
 // (gyroscope increments) will need sparse Cholesky instead (model.md §2).
-SolveOutcome SolveGraph(PoseGraph* graph, int max_iterations = 200);
+// It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then stands
+// within sqrt(tolerance * χ²) σ of the optimum.
+inline constexpr double kFinalTolerance = 1e-13;
+inline constexpr double kRoundTolerance = 1e-8;  // between rounds of weights and noise
+SolveOutcome SolveGraph(PoseGraph* graph, double tolerance = kFinalTolerance);
 
 }  // namespace truetriad

@@ -13,10 +13,15 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "truetriad/math/distributions.h"
+
 namespace truetriad {
 namespace {
 
 constexpr int kMostNamed = 4;
+constexpr std::size_t kMostDirections = 6;
+// Eigenvalues of the scaled information below this share of the largest are rounding.
+constexpr double kUndetermined = 1e-14;
 
 // "accelerometer.sensitivity.xx" -> "accelerometer scale x", as people say it.
 std::string SpokenName(const std::string& name) {
@@ -127,29 +132,61 @@ std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   return candidates;
 }
 
+
+// σ of the wanted parameters in typical units, with the tilts of a block, which nobody asked for,
+// taken out: eigenvalues of their covariance, ascending, infinite where nothing determines them.
+struct Marginal {
+  Eigen::VectorXd sigmas;
+  Eigen::MatrixXd directions;  // in scaled free coordinates, unit columns
+};
+
+Marginal MarginalOfWanted(const PoseGraph& graph, const ReducedSystem& system) {
+  std::vector<Eigen::Index> wanted;
+  const SharedLayout& layout = graph.layout;
+  for (Eigen::Index i = 0; i < layout.basis.cols(); ++i) {
+    bool tilt = false;
+    for (const int at : layout.face_tilt) {
+      tilt = tilt || (at >= 0 && !layout.basis.col(i).segment<2>(at).isZero(0.0));
+    }
+    if (!tilt) wanted.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+  Marginal marginal;
+  if (count == 0) return marginal;
+  // What is undetermined gets the largest variance that rounding lets us tell.
+  const double least = kUndetermined * std::max(system.eigenvalues().maxCoeff(), 1e-300);
+  const Eigen::VectorXd variances = system.eigenvalues().cwiseMax(least).cwiseInverse();
+  Eigen::MatrixXd selected(count, system.size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    selected.row(i) = system.eigenvectors().row(wanted[static_cast<std::size_t>(i)]);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(selected * variances.asDiagonal() *
+                                                              selected.transpose());
+  marginal.sigmas = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  for (double& sigma : marginal.sigmas) {
+    if (sigma * sigma > 0.01 / least) sigma = std::numeric_limits<double>::infinity();
+  }
+  marginal.directions = Eigen::MatrixXd::Zero(system.size(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    marginal.directions.row(wanted[static_cast<std::size_t>(i)]) = solver.eigenvectors().row(i);
+  }
+  return marginal;
+}
+
 }  // namespace
 
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const ReducedSystem& system,
                                    double limit) {
   Observability result;
-  const int n = system.size();
+  const Marginal marginal = MarginalOfWanted(graph, system);
+  const auto n = marginal.sigmas.size();
   if (n == 0 || graph.nodes.empty()) return result;
-  const double largest = system.eigenvalues().maxCoeff();
-  std::vector<double> sigmas(static_cast<std::size_t>(n));
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double eigenvalue = system.eigenvalues()[i];
-    sigmas[static_cast<std::size_t>(i)] = eigenvalue > 1e-14 * largest
-                                              ? 1.0 / std::sqrt(eigenvalue)
-                                              : std::numeric_limits<double>::infinity();
-  }
-  std::vector<double> sorted = sigmas;
-  std::sort(sorted.begin(), sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  const double median = Median({marginal.sigmas.begin(), marginal.sigmas.end()});
   const auto is_weak = [&](double sigma) {
     return sigma > 0.25 * limit || (sigma > 10.0 * median && sigma > 0.01);
   };
-  if (std::none_of(sigmas.begin(), sigmas.end(), is_weak)) return result;
+  if (std::none_of(marginal.sigmas.begin(), marginal.sigmas.end(), is_weak)) return result;
 
   const std::vector<std::string> names = ParameterNames(graph.layout);
   const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
@@ -160,19 +197,28 @@ Observability AnalyseObservability(const PoseGraph& graph,
   extended.priors.clear();
   for (const CandidatePose& candidate : candidates) extended.nodes.push_back(candidate.node);
   const ReducedSystem added(extended);
+  const bool on_block = std::any_of(graph.layout.face_tilt.begin(),
+                                    graph.layout.face_tilt.end(),
+                                    [](int tilt) { return tilt >= 0; });
 
   std::set<std::string> said;
-  for (Eigen::Index i = 0; i < n; ++i) {  // eigenvalues ascend: worst first
-    const double sigma = sigmas[static_cast<std::size_t>(i)];
+  for (Eigen::Index i = n - 1; i >= 0; --i) {  // σ ascend: worst first
+    const double sigma = marginal.sigmas[i];
     if (!is_weak(sigma)) continue;
     const bool determined = sigma <= limit;
     result.determined = result.determined && determined;
-    if (result.weak_directions.size() >= 6) continue;
+    if (result.weak_directions.size() >= kMostDirections) continue;
     WeakDirection weak;
     weak.sigma = sigma;
-    const Eigen::VectorXd free = system.scale().asDiagonal() * system.eigenvectors().col(i);
+    const Eigen::VectorXd free = system.scale().asDiagonal() * marginal.directions.col(i);
     const Eigen::VectorXd loading = typical.asDiagonal().inverse() * (graph.layout.basis * free);
     weak.description = Describe(names, loading, determined);
+    if (on_block) {
+      weak.advice =
+          "this σ follows from tilt_sigma_deg: level the block better, or add free poses without it";
+      if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
+      continue;
+    }
     double best_gain = 0.0;
     std::size_t best = 0;
     std::vector<double> gains(candidates.size());

@@ -76,7 +76,7 @@ void PoseNode::Evaluate(const SharedLayout& layout,
   const Eigen::Map<const Eigen::Vector4d> reference(shared + layout.reference);
   const Eigen::Map<const Eigen::Vector3d> state_direction(state_values);
   const Eigen::Map<const Eigen::Quaterniond> world_from_body(state_values);
-  Eigen::Matrix<double, 3, 2> tangent_basis;
+  Eigen::Matrix<double, 3, 2> tangent_basis = Eigen::Matrix<double, 3, 2>::Zero();
   if (kind == PoseKind::kDirection) tangent_basis = TangentBasis(state_direction);
 
   int row = 0;

@@ -97,7 +97,7 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
     for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
       if (static_cast<int>(k) % folds != fold) part.nodes.push_back(graph.nodes[k]);
     }
-    SolveGraph(&part, 50);
+    SolveGraph(&part, kRoundTolerance);
     if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
     for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
       for (const Observation& observation : graph.nodes[k].observations) {

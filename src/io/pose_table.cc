@@ -102,7 +102,8 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
     stream.unit = (*axes)->unit;
   }
   TRUETRIAD_RETURN_IF_ERROR(header->RejectUnknown());
-  if (columns.triads.empty()) {
+  // A table of attitudes alone is what a turntable or a robot leaves behind.
+  if (columns.triads.empty() && !columns.attitude) {
     return BadInputError(
         csv.path() +
         ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
@@ -309,12 +310,11 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
       Result<StaticPose> pose = row.Read();
       TRUETRIAD_RETURN_IF_ERROR(pose);
       for (StreamSummary& stream : poses.streams) Extend(*pose, &stream);
-      if (std::none_of(pose->triads.begin(), pose->triads.end(), [](const auto& triad) {
-            return triad.has_value();
-          })) {
-        continue;
-      }
-      duplicates.Add(*pose, row.line());
+      const bool has_reading = std::any_of(
+          pose->triads.begin(), pose->triads.end(), [](const auto& triad) { return triad.has_value(); });
+      if (!has_reading && !columns->triads.empty()) continue;
+      // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
+      if (has_reading) duplicates.Add(*pose, row.line());
       ExtendTemperature(*pose, &poses);
       pose->number = static_cast<int>(poses.poses.size()) + 1;
       poses.poses.push_back(std::move(*pose));

@@ -141,7 +141,7 @@ struct CalibrateOptions {
   int cross_validation_folds = 5;
   /// Largest σ along any direction of parameter space, as a share of the signal, at which the
   /// parameters still count as determined. Range: (0, 1).
-  double observable_sigma = 0.05;
+  double observable_sigma = 0.1;
 
   /// Every problem with its value, or ok.
   Status Validate() const;
