@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(
         Misuse{"StrayWord", {"inspect", "log.csv"}, "`log.csv` is not a flag"},
         Misuse{"BooleanThatIsNone",
                {"calibrate", "--config=x", "--output=y", "--report=maybe"},
-               "--report=maybe is wrong; expected true or false"},
+               "`--report=maybe` is wrong; expected true or false"},
         Misuse{"PosesThatAreNone", {"inspect", "--input=x", "--poses=every:0"}, "--poses=every:0"}),
     [](const auto& test) { return test.param.name; });
 

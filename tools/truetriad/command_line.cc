@@ -77,9 +77,9 @@ Status SetFlags(const Command& command,
     } else if (i + 1 < arguments.size() && !IsFlag(arguments[i + 1])) {
       value = arguments[++i];
     }
-    if (value.empty()) return UsageError("--" + name + " has no value; expected --" + name + "=…");
+    if (value.empty()) return UsageError("--" + name + " has no value; expected one after `=`");
     if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
-      return UsageError("--" + name + "=" + value + " is wrong; expected " +
+      return UsageError("`" + arguments[i] + "` is wrong; expected " +
                         (IsBoolean(name) ? "true or false" : "a number"));
     }
   }

@@ -2,7 +2,6 @@
 #include "tools/truetriad/pipeline.h"
 
 #include <charconv>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
