@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -220,19 +222,17 @@ TEST_F(SapUnits, OfTheOlderMakeReportGravityToo) {
 
 // Every fourth row, as the reference took them: neighbours say much the same.
 TEST_F(JointRecordings, AMagnetometerTumbledWithoutRestsIsAlignedToItsAccelerometer) {
-  std::ifstream all(File("a-ck-160pose-and-accmag-tumble/acc_mag_log.csv"));
+  const std::string log = "a-ck-160pose-and-accmag-tumble/acc_mag_log.csv";
+  std::ifstream all(File(log));
   std::string rows;
   std::string line;
   for (int number = 0; std::getline(all, line); ++number) {
     if (number == 0 || number % 4 == 1) rows += line + '\n';
   }
-  const std::string manifest =
-      work().Write("tumble.yaml",
-                   "recording: 1\nstreams:\n"
-                   "  accelerometer: { file: every_fourth.csv, x: ax, y: ay, z: az, unit: g }\n"
-                   "  magnetometer: { file: every_fourth.csv, x: mx, y: my, z: mz, unit: counts }\n"
-                   "poses: every_row\n");
-  work().Write("every_fourth.csv", rows);
+  const std::string thinned = work().Path("thinned");
+  std::filesystem::create_directories(std::filesystem::path(thinned + "/" + log).parent_path());
+  work().Write("thinned/" + log, rows);
+  const std::string manifest = Manifest("ck-tumble", thinned);
   const Outcomes run = Run("ck-tumble", manifest);
   ASSERT_EQ(run.exit_code, 0) << run.text;
   EXPECT_EQ(run.calibration.quality.poses, 3000);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "accuracy/shared_recordings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/LU>
 #include <yaml-cpp/yaml.h>
@@ -49,11 +51,11 @@ bool SharedRecordings::MakeTables() {
   return made.exit_code == 0;
 }
 
-std::string SharedRecordings::Manifest(const std::string& name) const {
+std::string SharedRecordings::Manifest(const std::string& name, const std::string& datasets) const {
   const std::string folder = kSource + "/configs/recordings/";
   std::string text = TemporaryFolder::Read(folder + name + ".yaml");
-  ReplaceAll("../../../shared/datasets", TRUETRIAD_SHARED_DATASETS, &text);
-  ReplaceAll("../../out/recordings", std::filesystem::path(work_.Path("")).string(), &text);
+  ReplaceAll("../../../shared/datasets", datasets, &text);
+  ReplaceAll("../../out/recordings", work_.Path(""), &text);
   ReplaceAll("{ file: ", "{ file: " + folder, &text);
   return work_.Write(name + ".yaml", text);
 }

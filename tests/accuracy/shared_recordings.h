@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,8 +40,10 @@ class SharedRecordings : public ::testing::Test {
   static std::string File(const std::string& name) {
     return std::string(TRUETRIAD_SHARED_DATASETS) + "/" + name;
   }
-  /// A manifest of configs/recordings that points to where the recordings and tables are here.
-  std::string Manifest(const std::string& name) const;
+  /// A manifest of configs/recordings that points to where the tables are here, and to the
+  /// recordings in `datasets`.
+  std::string Manifest(const std::string& name,
+                       const std::string& datasets = TRUETRIAD_SHARED_DATASETS) const;
 
   const TemporaryFolder& work() const { return work_; }
 
