@@ -9,6 +9,7 @@
 # The folder holds truetriad and parse_floor, see docs/performance.md. The recording is looked for
 # in $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
 set -euo pipefail
+# shellcheck source=tools/bench/recording.sh
 source "$(dirname "$0")/recording.sh"
 need "$build/tools/bench/parse_floor"
 

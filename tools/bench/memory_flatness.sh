@@ -8,6 +8,7 @@
 # Needs GNU time (Debian: time), and 350 MB in $TMPDIR. The recording is looked for in
 # $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
 set -euo pipefail
+# shellcheck source=tools/bench/recording.sh
 source "$(dirname "$0")/recording.sh"
 need /usr/bin/time
 
