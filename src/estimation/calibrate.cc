@@ -25,6 +25,8 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr int kMaxNoiseRounds = 15;
 constexpr int kReadmittingRounds = 5;
+// Mean change of the weights below which they have settled.
+constexpr double kSettledWeight = 1e-3;
 // Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
 constexpr double kRejectionLevel = 0.01;
 // A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
@@ -410,8 +412,8 @@ void Estimator::GuessExcessFromMedians() {
 }
 
 // Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
-// Returns whether the rejected set or a weight changed notably. `may_readmit`: a rejected observation
-// whose test has become good again returns.
+// Returns whether the rejected set or a weight changed notably. `may_readmit`: a rejected
+// observation whose test has become good again returns.
 bool Estimator::UpdateWeights(bool may_readmit) {
   const ReducedSystem system(graph_);
   const std::vector<DeletionTest> tests = DeletionTests(graph_, system);
@@ -433,6 +435,7 @@ bool Estimator::UpdateWeights(bool may_readmit) {
   }
 
   bool changed = false;
+  double moved = 0.0;
   std::size_t t = 0;
   for (std::size_t k = 0; k < graph_.nodes.size(); ++k) {
     PoseNode& node = graph_.nodes[k];
@@ -468,13 +471,13 @@ bool Estimator::UpdateWeights(bool may_readmit) {
       }
       rejected = rejected || (observation.rejected && !may_readmit);
       if (rejected) weight = kRejectedWeight;
-      changed = changed || rejected != observation.rejected ||
-                std::abs(weight - observation.weight) > 1e-3;
+      changed = changed || rejected != observation.rejected;
+      moved += std::abs(weight - observation.weight);
       observation.rejected = rejected;
       observation.weight = weight;
     }
   }
-  return changed;
+  return changed || moved > kSettledWeight * static_cast<double>(tests.size());
 }
 
 void Estimator::SettleNoise() {
@@ -506,6 +509,8 @@ void Estimator::SettleNoise() {
     // Late in the day borderline observations could come and go for ever.
     const bool weights_changed = robust_ && UpdateWeights(round < kReadmittingRounds);
     Solve(kRoundTolerance);
+    // A direction that nothing determines: more rounds would only creep along it.
+    if (!converged_) return;
     const ExcessVariance before = excess_;
     if (!estimated_.empty()) {
       ReducedSystem system(graph_);
@@ -680,11 +685,6 @@ Status Estimator::Finish() {
   }
 
   // The verdict.
-  if (!converged_) {
-    calibration.outcome = Outcome::kNotConverged;
-    Say("the optimiser did not converge: the readings do not fit the model from any start");
-    return {};
-  }
   for (const Triad triad : kTriads) {
     if (!Wants(triad) || !quality.residual_rms[triad]) continue;
     const double strength = WorldVector(triad, reference).norm();
@@ -697,9 +697,15 @@ Status Estimator::Finish() {
       return {};
     }
   }
+  // Before convergence: along a direction that is not determined the optimiser only creeps.
   if (!observability.determined || system.rank() < system.size()) {
     calibration.outcome = Outcome::kNotObservable;
     Say("the poses do not determine every wanted parameter; see the weak directions");
+    return {};
+  }
+  if (!converged_) {
+    calibration.outcome = Outcome::kNotConverged;
+    Say("the optimiser did not converge: the readings do not fit the model from any start");
     return {};
   }
   calibration.outcome = Outcome::kConverged;
@@ -748,10 +754,14 @@ Result<CalibrationSummary> Estimator::Run() {
   }
   TRUETRIAD_RETURN_IF_ERROR(ChooseNoise());
   const bool only_start = options_.initialise.only;
+  calibration.quality.poses = static_cast<int>(poses_.poses.size());
+  if (const Status counts = CheckPoseCounts(poses_, options_); !counts) {
+    return Refuse(Outcome::kNotEnough, counts.error().message);
+  }
   auto starts = FindStartValues(poses_, options_);
   if (!starts) {
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
-    calibration.quality.poses = static_cast<int>(poses_.poses.size());
+    calibration.quality.weak_directions = WeakDirectionsOfReadings(poses_, options_);
     return Refuse(Outcome::kNotObservable, starts.error().message);
   }
   TRUETRIAD_RETURN_IF_ERROR(BuildNodes());

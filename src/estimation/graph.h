@@ -44,8 +44,8 @@ struct SolveOutcome {
 // Minimises the whitened sum of squares with Ceres: poses are eliminated by the Schur complement,
 // so the cost of a step is linear in the number of poses. Poses that hang together in a chain
 // (gyroscope increments) will need sparse Cholesky instead (model.md §2).
-// It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then stands
-// within sqrt(tolerance * χ²) σ of the optimum.
+// It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then
+// stands within sqrt(tolerance * χ²) σ of the optimum.
 inline constexpr double kFinalTolerance = 1e-13;
 inline constexpr double kRoundTolerance = 1e-8;  // between rounds of weights and noise
 SolveOutcome SolveGraph(PoseGraph* graph, double tolerance = kFinalTolerance);

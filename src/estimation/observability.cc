@@ -132,7 +132,6 @@ std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   return candidates;
 }
 
-
 // σ of the wanted parameters in typical units, with the tilts of a block, which nobody asked for,
 // taken out: eigenvalues of their covariance, ascending, infinite where nothing determines them.
 struct Marginal {
@@ -215,7 +214,8 @@ Observability AnalyseObservability(const PoseGraph& graph,
     weak.description = Describe(names, loading, determined);
     if (on_block) {
       weak.advice =
-          "this σ follows from tilt_sigma_deg: level the block better, or add free poses without it";
+          "this σ follows from tilt_sigma_deg: level the block better, or add free poses without "
+          "it";
       if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
       continue;
     }
@@ -249,34 +249,6 @@ Observability AnalyseObservability(const PoseGraph& graph,
     result.weak_directions.push_back(weak);
   }
   return result;
-}
-
-Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions) {
-  Coverage coverage;
-  coverage.triad = triad;
-  if (directions.empty()) return coverage;
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& direction : directions) moment += direction * direction.transpose();
-  moment /= static_cast<double>(directions.size());
-  coverage.eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment, Eigen::EigenvaluesOnly).eigenvalues();
-  // Largest empty cap over a Fibonacci grid (about 4 degrees apart).
-  constexpr int kGrid = 2000;
-  double smallest_cosine = 1.0;
-  for (int i = 0; i < kGrid; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kGrid;
-    const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
-    const double radius = std::sqrt(1.0 - z * z);
-    const Eigen::Vector3d point(radius * std::cos(azimuth), radius * std::sin(azimuth), z);
-    double nearest = -1.0;
-    for (const Eigen::Vector3d& direction : directions) {
-      nearest = std::max(nearest, point.dot(direction));
-    }
-    smallest_cosine = std::min(smallest_cosine, nearest);
-  }
-  coverage.largest_gap_deg =
-      std::acos(std::clamp(smallest_cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi;
-  return coverage;
 }
 
 }  // namespace truetriad

@@ -26,7 +26,4 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                    const ReducedSystem& system,
                                    double limit);
 
-// Coverage of the sphere by the directions of one triad's field in the body.
-Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions);
-
 }  // namespace truetriad

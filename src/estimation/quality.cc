@@ -6,7 +6,6 @@
 #include <limits>
 #include <string>
 
-#include "estimation/observability.h"
 #include "estimation/reduced_system.h"
 
 namespace truetriad {

@@ -2,9 +2,12 @@
 #include "estimation/start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 
@@ -24,6 +27,9 @@ constexpr double kEquatorSine = 0.02;
 // A gain this far from 1 in a log that states a physical unit is a unit mistake.
 constexpr double kLargestSiGain = 4.0;
 constexpr std::size_t kMaxCandidates = 4;
+// Readings thinner in one direction than this share of their largest extent are as good as plane;
+// evenly spread ones are near 1.
+constexpr double kThinShare = 0.2;
 
 std::vector<Eigen::Vector3d> Readings(const PoseSet& poses, Triad triad) {
   std::vector<Eigen::Vector3d> readings;
@@ -158,12 +164,6 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   const double gravity = *options.reference.gravity_mps2.value;
   const double sign = triad.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
   const std::vector<Eigen::Vector3d> readings = Readings(poses, Triad::kAccelerometer);
-  const bool attitudes = options.attitudes.kind != AttitudeKind::kNone;
-  const bool six_face_method = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
-                               options.initialise.method == InitialiseMethod::kSixPosition;
-  if (!six_face_method) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kAccelerometer, readings.size(), triad, attitudes));
-  }
   if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
 
   switch (options.initialise.method) {
@@ -238,7 +238,6 @@ Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
                                                   double field) {
   const TriadOptions& triad = options.triads[Triad::kMagnetometer];
   const std::vector<Eigen::Vector3d> readings = Readings(poses, Triad::kMagnetometer);
-  TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kMagnetometer, readings.size(), triad, false));
   if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
   return FitModelTrimmed(readings, triad.model, field);
 }
@@ -328,6 +327,53 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
 }
 
 }  // namespace
+
+Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
+  const bool six_faces = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
+                         options.initialise.method == InitialiseMethod::kSixPosition;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
+    const bool attitudes =
+        triad == Triad::kAccelerometer && options.attitudes.kind != AttitudeKind::kNone;
+    TRUETRIAD_RETURN_IF_ERROR(CheckCount(triad, Readings(poses, triad).size(), sensor, attitudes));
+  }
+  return {};
+}
+
+std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
+                                                    const CalibrateOptions& options) {
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::vector<WeakDirection> weak;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const std::vector<Eigen::Vector3d> readings = Readings(poses, triad);
+    if (!options.triads[triad].enabled || readings.size() < 3) continue;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& reading : readings) mean += reading;
+    mean /= static_cast<double>(readings.size());
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& reading : readings) {
+      scatter += (reading - mean) * (reading - mean).transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+    const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    if (extent[0] > kThinShare * extent[2]) continue;
+    Eigen::Index axis = 0;
+    solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
+    const std::string name = kAxes[static_cast<std::size_t>(axis)];
+    const std::string sensor(TriadName(triad));
+    WeakDirection direction;
+    direction.description = sensor + " bias " + name + " and scale " + name +
+                            " cannot be told apart: the readings vary too little along their " +
+                            name + " axis";
+    direction.advice = triad == Triad::kAccelerometer
+                           ? "add poses with body " + name + " up and down"
+                           : "add poses with body " + name + " along the field and against it";
+    direction.sigma = std::numeric_limits<double>::infinity();
+    weak.push_back(direction);
+  }
+  return weak;
+}
 
 Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign) {
   static constexpr std::array<const char*, kFaceCount> kNames = {

@@ -310,8 +310,9 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
       Result<StaticPose> pose = row.Read();
       TRUETRIAD_RETURN_IF_ERROR(pose);
       for (StreamSummary& stream : poses.streams) Extend(*pose, &stream);
-      const bool has_reading = std::any_of(
-          pose->triads.begin(), pose->triads.end(), [](const auto& triad) { return triad.has_value(); });
+      const bool has_reading = std::any_of(pose->triads.begin(),
+                                           pose->triads.end(),
+                                           [](const auto& triad) { return triad.has_value(); });
       if (!has_reading && !columns->triads.empty()) continue;
       // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
       if (has_reading) duplicates.Add(*pose, row.line());

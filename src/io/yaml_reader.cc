@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "truetriad/base/spelling.h"
 namespace truetriad {
 namespace {
 
@@ -27,36 +28,6 @@ std::string Join(const std::set<std::string, std::less<>>& words) {
   std::string joined;
   for (const std::string& word : words) joined += (joined.empty() ? "" : ", ") + word;
   return joined;
-}
-
-/// Insertions, deletions and replacements that turn one word into the other. Levenshtein 1966.
-std::size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = std::exchange(row[j + 1], std::min({replaced, row[j] + 1, row[j + 1] + 1}));
-    }
-  }
-  return row[b.size()];
-}
-
-/// "; did you mean `gauge`?" when a known word is within two edits of `word`, else nothing.
-std::string Suggestion(std::string_view word, const std::set<std::string, std::less<>>& known) {
-  constexpr std::size_t kMostEdits = 2;
-  // Fewer edits than letters, so that there is something in common.
-  std::size_t fewest = std::min(kMostEdits + 1, word.size());
-  std::string_view nearest;
-  for (const std::string& candidate : known) {
-    const std::size_t edits = EditDistance(word, candidate);
-    if (edits < fewest) {
-      fewest = edits;
-      nearest = candidate;
-    }
-  }
-  return nearest.empty() ? "" : "; did you mean `" + std::string(nearest) + "`?";
 }
 
 }  // namespace
@@ -278,7 +249,8 @@ void YamlReader::RejectUnknown() {
     const std::string& key = entry.first.Scalar();
     if (asked_.contains(key)) continue;
     YamlReader(entry.first, true, name_ + (name_.empty() ? "" : ".") + key, shared_)
-        .Fail("is not a known key; the known ones are " + Join(asked_) + Suggestion(key, asked_));
+        .Fail("is not a known key; the known ones are " + Join(asked_) +
+              DidYouMean(key, {asked_.begin(), asked_.end()}));
   }
 }
 

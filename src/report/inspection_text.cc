@@ -31,8 +31,7 @@ constexpr int kRecommendedPoses = 20;
 struct Directions {
   std::vector<Eigen::Vector3d> unit;
   int distinct = 0;
-  Eigen::Vector3d spread = Eigen::Vector3d::Zero();  ///< Ascending, sum 1.
-  double largest_gap_deg = 180.0;
+  Coverage coverage;
 };
 
 int CountDistinct(const std::vector<Eigen::Vector3d>& unit) {
@@ -44,23 +43,6 @@ int CountDistinct(const std::vector<Eigen::Vector3d>& unit) {
     }
   }
   return static_cast<int>(found.size());
-}
-
-/// Radius of the largest cap without any u, on a Fibonacci grid with a spacing of about 4 degrees.
-/// Opposite directions do not stand in for each other: only both together show the bias.
-double LargestGapDeg(const std::vector<Eigen::Vector3d>& unit) {
-  constexpr int kGrid = 2000;
-  double least = 1.0;
-  for (int i = 0; i < kGrid; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / kGrid;
-    const double r = std::sqrt(1.0 - z * z);
-    const double longitude = 2.0 * std::numbers::pi * i / std::numbers::phi;
-    const Eigen::Vector3d point(r * std::cos(longitude), r * std::sin(longitude), z);
-    double nearest = -1.0;
-    for (const Eigen::Vector3d& u : unit) nearest = std::max(nearest, u.dot(point));
-    least = std::min(least, nearest);
-  }
-  return std::acos(std::clamp(least, -1.0, 1.0)) * kDegPerRad;
 }
 
 Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
@@ -77,18 +59,12 @@ Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
     high = high.cwiseMax(reading);
   }
   const Eigen::Vector3d centre = 0.5 * (low + high);
-  Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& reading : readings) {
     const Eigen::Vector3d centred = reading - centre;
-    if (!(centred.norm() > 0.0)) continue;
-    directions.unit.push_back(centred.normalized());
-    moment += directions.unit.back() * directions.unit.back().transpose();
+    if (centred.norm() > 0.0) directions.unit.push_back(centred.normalized());
   }
-  if (directions.unit.empty()) return directions;
-  moment /= static_cast<double>(directions.unit.size());
-  directions.spread = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment).eigenvalues();
   directions.distinct = CountDistinct(directions.unit);
-  directions.largest_gap_deg = LargestGapDeg(directions.unit);
+  directions.coverage = DirectionCoverage(triad, directions.unit);
   return directions;
 }
 
@@ -196,7 +172,7 @@ std::string Judgement(const Directions& directions, int unknowns) {
   if (directions.distinct < unknowns) {
     return "no: " + have + " distinct directions for " + need + " unknowns";
   }
-  if (directions.spread(0) < kPlanar) {
+  if (directions.coverage.eigenvalues(0) < kPlanar) {
     return "no: the directions lie near a plane; turn the unit about another axis too";
   }
   if (directions.distinct < std::max(2 * unknowns, 6)) {
@@ -226,9 +202,10 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
     coverage.rows.push_back({std::string(TriadName(triad)),
                              std::to_string(found.unit.size()),
                              std::to_string(found.distinct),
-                             Fixed(found.spread(0), 3) + " · " + Fixed(found.spread(1), 3) + " · " +
-                                 Fixed(found.spread(2), 3),
-                             Fixed(found.largest_gap_deg, 0) + " deg"});
+                             Fixed(found.coverage.eigenvalues(0), 3) + " · " +
+                                 Fixed(found.coverage.eigenvalues(1), 3) + " · " +
+                                 Fixed(found.coverage.eigenvalues(2), 3),
+                             Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
     const std::string name(TriadName(triad));
     verdicts.rows.push_back({name + ", bias only", Judgement(found, 3)});
     verdicts.rows.push_back({name + ", diagonal", Judgement(found, 6)});

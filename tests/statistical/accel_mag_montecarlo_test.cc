@@ -3,6 +3,8 @@
 // Accuracy of the joint accelerometer + magnetometer estimate against known truth: efficiency
 // (RMSE over the Cramér-Rao bound), consistency (NEES), disturbed poses, global convergence.
 
+#include <cstdlib>
+
 #include <gtest/gtest.h>
 
 #include "support/accel_mag_trials.h"
@@ -238,6 +240,13 @@ void ExpectGlobalOptimum(int runs, std::uint64_t seed) {
 }
 
 TEST(CalibrateAccelMag, FindsTheGlobalOptimum) { ExpectGlobalOptimum(500, 70000); }
+
+TEST(CalibrateAccelMagNightly, FindsTheGlobalOptimumOfTenThousand) {
+  if (std::getenv("TRUETRIAD_NIGHTLY") == nullptr) {
+    GTEST_SKIP() << "ten thousand problems run nightly: TRUETRIAD_NIGHTLY=1 runs them here";
+  }
+  ExpectGlobalOptimum(10000, 100000);
+}
 
 }  // namespace
 }  // namespace truetriad

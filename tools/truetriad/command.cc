@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tools/truetriad/spelling.h"
+#include "truetriad/base/spelling.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/help.h"
-#include "tools/truetriad/spelling.h"
+#include "truetriad/base/spelling.h"
 
 namespace truetriad {
 namespace {

@@ -11,6 +11,7 @@
 #include "truetriad/base/input_file.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/coverage.h"
 #include "truetriad/model/gauge.h"
 #include "truetriad/model/triad_model.h"
 
@@ -109,13 +110,6 @@ struct RejectedPose {
   int pose = 0;
   Triad triad = Triad::kAccelerometer;
   std::string reason;
-};
-
-/// How evenly the directions of one triad's poses cover the sphere.
-struct Coverage {
-  Triad triad = Triad::kAccelerometer;
-  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending, sum 1.
-  double largest_gap_deg = 0.0;  ///< Radius of the largest cap of the sphere without a pose.
 };
 
 /// Cross-validation over poses.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/truetriad/spelling.h"
+#include "truetriad/base/spelling.h"
 
 #include <algorithm>
 #include <numeric>
@@ -30,7 +30,7 @@ std::string DidYouMean(std::string_view word, const std::vector<std::string_view
   std::string_view nearest;
   for (const std::string_view candidate : known) {
     const std::size_t distance = EditDistance(word, candidate);
-    if (distance < std::min(least, candidate.size())) {
+    if (distance < std::min(least, word.size())) {
       least = distance;
       nearest = candidate;
     }
