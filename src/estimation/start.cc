@@ -158,6 +158,40 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
                        "probably wrong (mg given as g? counts?)");
 }
 
+// The six-position solution with known forces: the analytic one, which takes each column from one
+// face, when there is one rest a face; else least squares over all rests.
+Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
+                                            const std::vector<Eigen::Vector3d>& readings,
+                                            const std::vector<Eigen::Vector3d>& forces,
+                                            double gravity) {
+  if (forces.size() != readings.size()) {
+    return BadInputError(poses.source + ": " + std::to_string(readings.size()) +
+                         " poses, but `initialise.forces` names " + std::to_string(forces.size()) +
+                         " forces; one row a pose is needed, in the same order");
+  }
+  const auto faces = AssignFaces(forces);
+  const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
+  if (!faces || forces.size() != 6 || stream == nullptr || stream->unit.is_counts) {
+    return FitKnownField(readings, forces);
+  }
+  // SixPositionKnownForce wants -z, +z, -y, +y, +x, -x and readings in the forces' unit.
+  std::array<Eigen::Vector3d, 6> ordered_readings;
+  std::array<Eigen::Vector3d, 6> ordered_forces;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const FacePose& face = (*faces)[k];
+    const bool up = face.sign > 0;
+    const std::size_t place = face.axis == 2   ? (up ? 1 : 0)
+                              : face.axis == 1 ? (up ? 3 : 2)
+                                               : (up ? 4 : 5);
+    ordered_readings[place] = readings[k] * stream->unit.truth_per_raw;
+    ordered_forces[place] = forces[k];
+  }
+  TriadModel<double> model = SixPositionKnownForce(ordered_readings, ordered_forces, gravity);
+  model.sensitivity /= stream->unit.truth_per_raw;
+  model.bias /= stream->unit.truth_per_raw;
+  return model;
+}
+
 Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
                                               const CalibrateOptions& options) {
   const TriadOptions& triad = options.triads[Triad::kAccelerometer];
@@ -174,7 +208,7 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
     }
     case InitialiseMethod::kSixPosition: {
       if (!options.initialise.known_forces.empty()) {
-        return FitKnownField(readings, options.initialise.known_forces);
+        return SixPositionStart(poses, readings, options.initialise.known_forces, gravity);
       }
       const auto faces = AssignFaces(readings);
       if (!faces) return faces.error();
