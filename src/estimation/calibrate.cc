@@ -40,6 +40,8 @@ constexpr double kLeastExcessDof = 0.5;
 constexpr double kFewDof = 10.0;
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.1;
+// A cap this wide without a pose is half of the sphere.
+constexpr double kOneSidedGapDeg = 90.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
 // Numerical floor of an estimated noise, as a share of the field strength.
@@ -484,9 +486,8 @@ void Estimator::SettleNoise() {
   const double dof = ResidualDof(ReducedSystem(graph_));
   robust_ = options_.robust.enabled && dof >= kMinRobustDof;
   if (options_.robust.enabled && !robust_) {
-    Say("only " + Format("%.0f", dof) +
-        " residual degrees of freedom: a disturbed pose could not be told from a good one, none "
-        "was looked for");
+    Say("few residual degrees of freedom (" + Format("%.0f", dof) +
+        "): a disturbed pose could not be told from a good one, none was looked for");
   }
   if (dof < 1.0) {
     if (!estimated_.empty()) {
@@ -721,6 +722,17 @@ Status Estimator::Finish() {
       graph_.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
     Say("the magnetometer's axes came out left-handed (determinant < 0); a wrong accelerometer "
         "`sign` or `hemisphere` would explain the data as well");
+  }
+  for (const Coverage& coverage : quality.coverage) {
+    if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
+    Say(std::string(TriadName(coverage.triad)) +
+        Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
+               coverage.largest_gap_deg));
+  }
+  if (poses_.temperature_range_degc) {
+    const Eigen::Vector2d& range = *poses_.temperature_range_degc;
+    Say("recorded at " + Format("%.1f", range[0]) + " to " + Format("%.1f", range[1]) +
+        " degC; no temperature terms were estimated");
   }
   if (field_nominal_) {
     Say(

@@ -81,8 +81,9 @@ std::string SpokenDirection(const Eigen::Vector3d& direction) {
   std::vector<std::string> parts;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     if (std::abs(direction[axis]) < 0.1) continue;
-    parts.push_back((direction[axis] > 0.0 ? "+" : "-") +
-                    std::string(kAxes[static_cast<std::size_t>(axis)]));
+    std::string part(1, direction[axis] > 0.0 ? '+' : '-');
+    part += kAxes[static_cast<std::size_t>(axis)];
+    parts.push_back(part);
   }
   if (parts.size() == 1) return parts.front();
   return (parts.size() == 2 ? "halfway between " : "between ") + JoinWithAnd(parts);

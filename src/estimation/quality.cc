@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "estimation/parameters.h"
 #include "estimation/reduced_system.h"
 
 namespace truetriad {
@@ -132,14 +133,18 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
       return UsageError("limit `" + name + "`: no such sensor in this calibration");
     }
     const TriadCalibration& sensor = *calibration.sensors[*triad];
-    const Eigen::Vector3d gain = sensor.model.sensitivity.rowwise().norm();
+    // Gains and misalignments by sensing axis, whatever body axis it was mounted along.
+    const Eigen::Matrix3d axis_map = NearestAxisMap(sensor.model.sensitivity);
+    const Eigen::Matrix3d sensitivity = sensor.model.sensitivity * axis_map.transpose();
+    const Eigen::Matrix3d sigma = sensor.sensitivity_sigma * axis_map.transpose().cwiseAbs();
+    const Eigen::Vector3d gain = sensitivity.diagonal();
     LimitCheck check;
     check.name = name;
     check.limit = limit;
-    const auto take = [&check](double value, double sigma) {
+    const auto take = [&check](double value, double value_sigma) {
       if (std::abs(value) < check.worst) return;
       check.worst = std::abs(value);
-      check.sigma = sigma;
+      check.sigma = value_sigma;
     };
     if (what == "bias") {
       for (int i = 0; i < 3; ++i) {
@@ -151,14 +156,12 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
         return UsageError("limit `" + name + "`: readings in counts have no nominal scale");
       }
       for (int i = 0; i < 3; ++i) {
-        take(gain[i] * stream->unit.truth_per_raw - 1.0,
-             sensor.sensitivity_sigma.row(i).norm() * stream->unit.truth_per_raw);
+        take(gain[i] * stream->unit.truth_per_raw - 1.0, sigma(i, i) * stream->unit.truth_per_raw);
       }
     } else if (what == "misalignment_rad") {
-      const Eigen::Matrix3d misalignment = sensor.MisalignmentRad();
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
-          if (i != j) take(misalignment(i, j), sensor.sensitivity_sigma(i, j) / gain[i]);
+          if (i != j) take(sensitivity(i, j) / gain[i], sigma(i, j) / gain[i]);
         }
       }
     } else if (what == "residual_rms") {

@@ -42,7 +42,7 @@ Eigen::Matrix3d SymmetricRotation(const Eigen::Matrix3d& sensitivity, double axi
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sensitivity,
                                               Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Vector3d signs = Eigen::Vector3d::Constant(axis_sign);
-  const Eigen::Matrix3d rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
+  Eigen::Matrix3d rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
   if (rotation.determinant() > 0.0) return rotation;
   signs[2] = -signs[2];
   return svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();

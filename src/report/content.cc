@@ -28,7 +28,7 @@ constexpr std::size_t kMaxRejectedRows = 50;
 std::string_view NoiseSourceWords(NoiseSource source) {
   switch (source) {
     case NoiseSource::kStatic:
-      return "from the rests of this recording";
+      return "as the recording gives it";
     case NoiseSource::kAllan:
       return "from an Allan deviation";
     case NoiseSource::kDatasheet:
@@ -285,9 +285,11 @@ Section CoverageSection(const Quality& quality) {
         {TriadTitle(coverage.triad),
          Fixed(spread(0), 3) + " · " + Fixed(spread(1), 3) + " · " + Fixed(spread(2), 3),
          Fixed(coverage.largest_gap_deg, 0) + " deg",
-         spread(0) < 0.05   ? "nearly in one plane"
-         : spread(0) < 0.15 ? "uneven"
-                            : "even"});
+         spread(0) < 0.05                   ? "nearly in one plane"
+         : coverage.largest_gap_deg >= 90.0 ? "one side is missing"
+         : spread(0) < 0.15                 ? "uneven"
+         : coverage.largest_gap_deg > 60.0  ? "with a gap"
+                                            : "even"});
   }
   section.blocks.emplace_back(std::move(table));
   section.blocks.emplace_back(std::string(

@@ -266,7 +266,7 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
     add("field dip (down)", *reference.dip_rad, "reference.dip_rad", kDegPerRad, "deg", given);
   }
   table.rows.push_back(
-      {"temperature", Significant(reference.temperature_degc, 4), "°C", "parameters hold here"});
+      {"temperature", Significant(reference.temperature_degc, 4), "°C", "reference, as configured"});
   return table;
 }
 

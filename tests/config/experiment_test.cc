@@ -383,6 +383,8 @@ TEST(ShippedConfigs, Load) {
     ++count;
   }
   EXPECT_GE(count, 20);
+  const Result<Experiment> unit = ReadExperiment((ConfigFolder() / "templates/unit.yaml").string());
+  EXPECT_TRUE(unit) << unit.error().message;
 }
 
 TEST_F(ExperimentConfig, LoadsEveryShippedPresetForEachSensorThatItDescribes) {

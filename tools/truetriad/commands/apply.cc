@@ -56,7 +56,9 @@ Command ApplyCommand() {
           "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo\n"
           "build/truetriad apply --calibration=out/demo/calibration.yaml "
           "--input=datasets/demo/recording.csv --output=out/demo/corrected.csv",
-      .details = "The corrected log is a self-describing CSV in m/s^2, rad/s and uT.\n",
+      .details =
+          "The corrected log is a self-describing CSV in m/s^2 and uT, of the sensors that the "
+          "calibration covers.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"output", "CSV", true}},
       .run = Run};
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 
 #include <gflags/gflags.h>
@@ -14,6 +15,23 @@ DEFINE_string(b, "", "the calibration.yaml to compare it with");
 namespace truetriad {
 namespace {
 
+// What makes a comparison mean less than it says.
+void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
+  for (const InputFile& file : a.inputs) {
+    const bool shared = std::any_of(b.inputs.begin(), b.inputs.end(), [&](const InputFile& other) {
+      return other.samples > 0 && other.sha256 == file.sha256;
+    });
+    if (!shared) continue;
+    std::fprintf(stderr,
+                 "note: both were made from %s, so they share its noise and agree better than two "
+                 "recordings would\n",
+                 file.file.c_str());
+  }
+  if (a.serial != b.serial && !a.serial.empty() && !b.serial.empty()) {
+    std::fprintf(stderr, "note: a is of %s, b of %s\n", a.serial.c_str(), b.serial.c_str());
+  }
+}
+
 Result<int> Run(const std::vector<std::string>&) {
   const Result<Calibration> a = ReadCalibration(FLAGS_a);
   TRUETRIAD_RETURN_IF_ERROR(a);
@@ -22,6 +40,7 @@ Result<int> Run(const std::vector<std::string>&) {
   const Result<Comparison> comparison = Compare(*a, *b);
   TRUETRIAD_RETURN_IF_ERROR(comparison);
   std::fputs(ComparisonText(*comparison).c_str(), stdout);
+  WarnOfCommonGround(*a, *b);
   return kExitGood;
 }
 
