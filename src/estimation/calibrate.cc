@@ -42,6 +42,8 @@ constexpr double kFewDof = 10.0;
 constexpr double kExplainedShare = 0.1;
 // A cap this wide without a pose is half of the sphere.
 constexpr double kOneSidedGapDeg = 90.0;
+// A magnetometer's gain this far from its unit is worth a word; normalised fields are used, too.
+constexpr double kOddGain = 5.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
 // Numerical floor of an estimated noise, as a share of the field strength.
@@ -81,6 +83,7 @@ class Estimator {
 
   // The robust step, the excess noise and the solution, in turn until nothing changes.
   void SettleNoise();
+  void SettleHemisphere();
   void GuessExcessFromMedians();
   ExcessVariance ExcessFloor() const;
   void DropExcessThatIsNotSeen();
@@ -111,6 +114,7 @@ class Estimator {
   PerTriad<NoiseSource> source_{};
   bool field_nominal_ = false;
   bool robust_ = false;
+  bool noise_unknown_ = false;  // residuals were to show it, and there are none
   bool converged_ = false;
   CalibrationSummary summary_;
 };
@@ -126,11 +130,19 @@ Status Estimator::ChooseNoise() {
   for (const Triad triad : kTriads) {
     if (!Wants(triad)) continue;
     const TriadOptions& sensor = options_.triads[triad];
-    bool all_have_covariance = true;
+    int seen = 0;
+    int with_covariance = 0;
     for (const StaticPose& pose : poses_.poses) {
-      if (pose.triads[triad]) {
-        all_have_covariance = all_have_covariance && pose.triads[triad]->has_covariance;
-      }
+      if (!pose.triads[triad]) continue;
+      ++seen;
+      if (pose.triads[triad]->has_covariance) ++with_covariance;
+    }
+    const bool all_have_covariance = with_covariance == seen;
+    if (!all_have_covariance && with_covariance > 0 && !sensor.noise_sigma_raw) {
+      Say(std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) + " of " +
+          std::to_string(seen) +
+          " poses state no sigma; those of the others are not used, noise comes from the "
+          "residuals");
     }
     if (sensor.noise_sigma_raw) {
       source_[triad] = sensor.noise_source;
@@ -310,10 +322,22 @@ void Estimator::BuildPriors() {
   }
 }
 
-// Rival starts (a magnetometer's rotation may have several) are all refined; the lowest cost wins.
+// How badly the poses fit, few of them counting little however far off they are: the sum over all
+// deletion tests of log(1 + χ² / dof), the cost of a Cauchy distribution.
+double RobustMisfit(const PoseGraph& graph) {
+  const ReducedSystem system(graph);
+  double misfit = 0.0;
+  for (const DeletionTest& test : DeletionTests(graph, system)) {
+    if (test.rank > 0) misfit += std::log1p(test.chi2 / test.rank);
+  }
+  return misfit;
+}
+
+// Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
+// a measure that three poses beside a magnet do not decide.
 bool Estimator::SolveFromBestStart(const std::vector<StartValues>& starts) {
   PoseGraph best;
-  double best_cost = std::numeric_limits<double>::infinity();
+  double best_misfit = std::numeric_limits<double>::infinity();
   const std::vector<PoseNode> nodes = graph_.nodes;
   for (const StartValues& start : starts) {
     graph_.nodes = nodes;
@@ -329,12 +353,14 @@ bool Estimator::SolveFromBestStart(const std::vector<StartValues>& starts) {
     }
     ApplyExcess(excess_, &graph_);
     Solve(kRoundTolerance);
-    if (std::isfinite(summary_.final_cost) && summary_.final_cost < best_cost) {
-      best_cost = summary_.final_cost;
+    if (!std::isfinite(summary_.final_cost)) continue;
+    const double misfit = starts.size() > 1 ? RobustMisfit(graph_) : 0.0;
+    if (misfit < best_misfit) {
+      best_misfit = misfit;
       best = graph_;
     }
   }
-  if (!std::isfinite(best_cost)) return false;
+  if (!std::isfinite(best_misfit)) return false;
   graph_ = std::move(best);
   return true;
 }
@@ -423,7 +449,10 @@ bool Estimator::UpdateWeights(bool may_readmit) {
       kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
   // A weight that starts at `scale` normal σ must start at the same probability for any rank.
   std::array<double, 4> huber_limit{};
-  for (int rank = 1; rank <= 3; ++rank) {
+  // A scale whose tail a double cannot hold is as good as no loss at all.
+  const double inside =
+      std::min(ChiSquareCdf(options_.robust.scale * options_.robust.scale, 1.0), 1.0 - 1e-12);
+  for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(
         ChiSquareQuantile(ChiSquareCdf(options_.robust.scale * options_.robust.scale, 1.0), rank));
   }
@@ -432,7 +461,8 @@ bool Estimator::UpdateWeights(bool may_readmit) {
                         std::numeric_limits<double>::infinity()}};
   for (const Triad triad : estimated_) {
     if (!excess_estimate_.triads.empty()) {
-      dof[triad] = std::max(1.0, ExcessDegreesOfFreedom(excess_estimate_, graph_, triad));
+      const double found = ExcessDegreesOfFreedom(excess_estimate_, graph_, triad);
+      dof[triad] = found > 1.0 ? found : 1.0;
     }
   }
 
@@ -495,6 +525,7 @@ void Estimator::SettleNoise() {
           "the noise inside rests alone");
     }
     for (const Triad triad : estimated_) {
+      noise_unknown_ = noise_unknown_ || source_[triad] == NoiseSource::kResidual;
       if (source_[triad] != NoiseSource::kResidual) excess_[triad] = 0.0;
     }
     estimated_.clear();
@@ -527,6 +558,35 @@ void Estimator::SettleNoise() {
     if (!weights_changed && !excess_changed) break;
   }
   Solve(kFinalTolerance);
+}
+
+// (S_m, dip) and (-S_m, -dip) explain the same readings with every attitude turned half a turn
+// about the vertical. A start spoilt by disturbed poses may have ended on the wrong side of the
+// equator.
+void Estimator::SettleHemisphere() {
+  const SharedLayout& layout = graph_.layout;
+  if (!Wants(Triad::kMagnetometer) || layout.basis.row(layout.reference + kDip).isZero(0.0) ||
+      options_.reference.dip_rad.known() || options_.attitudes.kind == AttitudeKind::kGiven ||
+      options_.triads[Triad::kMagnetometer].prior ||
+      options_.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    return;
+  }
+  double& dip = graph_.shared[layout.reference + kDip];
+  const bool north = dip > 0.0;
+  if (std::abs(std::sin(dip)) < kEquatorSine || north == options_.reference.northern_hemisphere) {
+    return;
+  }
+  dip = -dip;
+  graph_.shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
+  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
+  for (PoseNode& node : graph_.nodes) {
+    if (node.kind == PoseKind::kRotation) {
+      const Eigen::Quaterniond turned = half_turn * node.rotation();
+      node.state = {turned.x(), turned.y(), turned.z(), turned.w()};
+    } else if (node.observations.front().triad == Triad::kMagnetometer) {
+      node.state = {-node.state[0], -node.state[1], -node.state[2], 0.0};
+    }
+  }
 }
 
 void Estimator::StateSensors(const PresentedSolution& solution) {
@@ -686,6 +746,21 @@ Status Estimator::Finish() {
   }
 
   // The verdict.
+  if (!graph_.shared.allFinite() || !solution.covariance.matrix.allFinite() ||
+      solution.covariance.matrix.diagonal().minCoeff() < 0.0) {
+    quality = Quality{};
+    quality.poses = static_cast<int>(graph_.nodes.size());
+    calibration.outcome = Outcome::kNotConverged;
+    Say("the numbers left the range that can be computed with; look for absurd readings, σ or held "
+        "values");
+    return {};
+  }
+  if (noise_unknown_) {
+    calibration.outcome = Outcome::kNotEnough;
+    Say("every residual is needed to determine the parameters, so the noise cannot be estimated; "
+        "add poses, or state `noise: { sigma: [x, y, z] }`");
+    return {};
+  }
   for (const Triad triad : kTriads) {
     if (!Wants(triad) || !quality.residual_rms[triad]) continue;
     const double strength = WorldVector(triad, reference).norm();
@@ -734,6 +809,17 @@ Status Estimator::Finish() {
     Say("recorded at " + Format("%.1f", range[0]) + " to " + Format("%.1f", range[1]) +
         " degC; no temperature terms were estimated");
   }
+  if (const auto& magnetometer = calibration.sensors[Triad::kMagnetometer];
+      magnetometer && options_.reference.field_ut.known()) {
+    const StreamSummary* stream = poses_.Find(Triad::kMagnetometer);
+    const double gain = std::cbrt(std::abs(magnetometer->model.sensitivity.determinant())) *
+                        stream->unit.truth_per_raw;
+    if (!stream->unit.is_counts && (gain > kOddGain || gain < 1.0 / kOddGain)) {
+      Say("the magnetometer's gain is " + Format("%.4g", gain) + " times what " +
+          stream->unit.name +
+          " means at the stated field strength: check the unit and strength_ut");
+    }
+  }
   if (field_nominal_) {
     Say(
         Format("field strength unknown: the magnetometer's common scale is not observable, "
@@ -781,7 +867,11 @@ Result<CalibrationSummary> Estimator::Run() {
   if (!SolveFromBestStart(*starts)) {
     return Refuse(Outcome::kNotConverged, "the optimiser failed from every start");
   }
+  if (graph_.layout.free_size() == 0) {
+    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
+  }
   SettleNoise();
+  SettleHemisphere();
   TRUETRIAD_RETURN_IF_ERROR(Finish());
   return summary_;
 }

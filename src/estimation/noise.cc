@@ -196,15 +196,18 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& 
   // The moments are expansions for many degrees of freedom; where they break down there are few.
   const double mean_inverse = 1.0 - a2 / q;
   const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
-  if (mean_inverse <= 0.05 || 1.0 - c2 * b <= 0.0 || 1.0 - c3 * b <= 0.0) {
-    test.dof = std::max(1.0, 2.0 * q * q / std::max(a1, 2.0 * q * a2));
-    return test;
+  if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {
+    const double mean = 1.0 / mean_inverse;
+    const double variance = 2.0 / q * (1.0 + c1 * b) / spread;
+    const double rho = variance / (2.0 * mean * mean);
+    // An F distribution with a variance has more than four; anything else is the expansion's fault.
+    if (q * rho > 1.0) {
+      test.dof = 4.0 + (q + 2.0) / (q * rho - 1.0);
+      test.scale = std::min(1.0, test.dof / (mean * (test.dof - 2.0)));
+      return test;
+    }
   }
-  const double mean = 1.0 / mean_inverse;
-  const double variance = 2.0 / q * (1.0 + c1 * b) / spread;
-  const double rho = variance / (2.0 * mean * mean);
-  test.dof = 4.0 + (q + 2.0) / (q * rho - 1.0);
-  test.scale = test.dof / (mean * (test.dof - 2.0));
+  test.dof = std::max(1.0, 2.0 * q * q / std::max(a1, 2.0 * q * a2));
   return test;
 }
 
@@ -235,6 +238,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
         test.chi2 += residual * residual / variance;
         ++test.rank;
       }
+      // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
+      if (!std::isfinite(test.chi2)) test = {k, i, 0.0, 0};
       tests.push_back(test);
     }
   }

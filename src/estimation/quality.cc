@@ -86,7 +86,7 @@ void FillPoseQuality(const PoseGraph& graph,
 }
 
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
-  if (folds < 2 || graph.nodes.size() < static_cast<std::size_t>(2 * folds)) return std::nullopt;
+  if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
   HeldOut result;
   result.folds = folds;
   PerTriad<RootMeanSquare> errors;

@@ -86,6 +86,7 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
     gradient.noalias() += projected.transpose() * pose.residual;
   }
 
+  if (information_.rows() == 0) return;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale_.asDiagonal() * information_ *
                                                               scale_.asDiagonal());
   eigenvalues_ = solver.eigenvalues();

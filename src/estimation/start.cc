@@ -22,8 +22,6 @@ namespace {
 // A magnetometer in counts whose field is unknown has no natural scale: 50 uT is a mid-latitude
 // field.
 constexpr double kNominalFieldUt = 50.0;
-// Below this |sin(dip)| the sign of the dip does not decide, the positive determinant does.
-constexpr double kEquatorSine = 0.02;
 // A gain this far from 1 in a log that states a physical unit is a unit mistake.
 constexpr double kLargestSiGain = 4.0;
 constexpr std::size_t kMaxCandidates = 4;
@@ -88,6 +86,7 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
     std::vector<double> errors;
+    errors.reserve(readings.size());
     for (const auto& reading : readings)
       errors.push_back(std::abs(NormError(*fitted, reading, radius)));
     // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
@@ -126,12 +125,10 @@ Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& rea
 
 Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
   std::size_t needed = 9;
-  if (options.fixed_sensitivity || options.model == MatrixModel::kBias) {
+  if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
     needed = 4;
   } else if (options.model == MatrixModel::kDiagonal) {
     needed = 6;
-  } else if (attitudes) {
-    needed = 4;
   }
   if (poses >= needed) return {};
   return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
@@ -150,6 +147,7 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
       std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
   if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
   std::vector<double> norms;
+  norms.reserve(readings.size());
   for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
   return BadInputError(poses.source + ": the accelerometer reads " + std::to_string(Median(norms)) +
                        " " + stream->unit.name + " at rest (median norm), and its fitted gain is " +
@@ -397,12 +395,18 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     const std::string name = kAxes[static_cast<std::size_t>(axis)];
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
-    direction.description = sensor + " bias " + name + " and scale " + name +
-                            " cannot be told apart: the readings vary too little along their " +
-                            name + " axis";
-    direction.advice = triad == Triad::kAccelerometer
-                           ? "add poses with body " + name + " up and down"
-                           : "add poses with body " + name + " along the field and against it";
+    direction.description.append(sensor)
+        .append(" bias ")
+        .append(name)
+        .append(" and scale ")
+        .append(name);
+    direction.description.append(" cannot be told apart: the readings vary too little along their ")
+        .append(name)
+        .append(" axis");
+    direction.advice.append("add poses with body ")
+        .append(name)
+        .append(triad == Triad::kAccelerometer ? " up and down"
+                                               : " along the field and against it");
     direction.sigma = std::numeric_limits<double>::infinity();
     weak.push_back(direction);
   }

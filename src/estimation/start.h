@@ -15,6 +15,9 @@
 
 namespace truetriad {
 
+// Below this |sin(dip)| the sign of the dip does not decide, the positive determinant does.
+inline constexpr double kEquatorSine = 0.02;
+
 // Where the optimiser may start: closed-form models of the triads, no guess from the user.
 // model.md §4.
 struct StartValues {

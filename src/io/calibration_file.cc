@@ -322,6 +322,10 @@ void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
   // The inverse of a matrix with condition number c reproduces the identity to c epsilon; 1e-6
   // allows c = 1e9, far beyond any sensor, and is far below any change made on purpose.
   constexpr double kTolerance = 1e-6;
+  if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
+    reader.Fail("belongs to a sensor whose bias or sensitivity is not finite");
+    return;
+  }
   const Eigen::Matrix3d error = correction * model.sensitivity - Eigen::Matrix3d::Identity();
   if (!(error.cwiseAbs().maxCoeff() < kTolerance)) {
     reader.Fail("is not the inverse of `sensitivity`; correct the one that was changed");
@@ -366,6 +370,10 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   ReadMatrix(reader.RequireChild("matrix"),
              static_cast<Eigen::Index>(covariance->parameters.size()),
              &covariance->matrix);
+  const Eigen::MatrixXd& matrix = covariance->matrix;
+  if (matrix.size() > 0 && (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0)) {
+    reader.Fail("holds a number that is not finite or a negative variance");
+  }
   reader.RejectUnknown();
 }
 

@@ -39,6 +39,10 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   if (std::filesystem::is_directory(path, failure)) {
     return BadInputError(path + ": is a folder; a file is expected");
   }
+  // Opening a pipe would wait for somebody to write.
+  if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure)) {
+    return BadInputError(path + ": is not a regular file");
+  }
   const std::uintmax_t size = std::filesystem::file_size(path, failure);
   std::ifstream file(path, std::ios::binary);
   if (failure || !file) {
@@ -79,7 +83,8 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
                            ": is not a YAML map; lines of the form `key: value` are expected");
     }
     std::set<int> visited;
-    reader.RejectDuplicates(&visited);
+    std::set<int> ancestors;
+    reader.RejectDuplicates(&visited, &ancestors);
     TRUETRIAD_RETURN_IF_ERROR(reader.status());
     return reader;
   } catch (const YAML::Exception& exception) {
@@ -88,12 +93,21 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
   }
 }
 
-void YamlReader::RejectDuplicates(std::set<int>* visited) {
+void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
   // yaml-cpp 0.7 keeps the first of two equal keys and says nothing. An alias is the node it names:
   // visiting each only once keeps a file of nested aliases from costing exponential time.
-  if (node_.IsScalar() || !visited->insert(node_.Mark().pos).second) return;
+  if (node_.IsScalar()) return;
+  const int position = node_.Mark().pos;
+  if (!ancestors->insert(position).second) {
+    Fail("holds an alias of itself");
+    return;
+  }
+  if (!visited->insert(position).second) {
+    ancestors->erase(position);
+    return;
+  }
   if (node_.IsSequence()) {
-    for (YamlReader& item : Items()) item.RejectDuplicates(visited);
+    for (YamlReader& item : Items()) item.RejectDuplicates(visited, ancestors);
   } else if (node_.IsMap()) {
     std::set<std::string, std::less<>> seen;
     for (const auto& entry : node_) {
@@ -105,9 +119,10 @@ void YamlReader::RejectDuplicates(std::set<int>* visited) {
       const std::string& text = entry.first.Scalar();
       key.name_ += (name_.empty() ? "" : ".") + text;
       if (!seen.insert(text).second) key.Fail("is given twice; keep one");
-      YamlReader(entry.second, true, key.name_, shared_).RejectDuplicates(visited);
+      YamlReader(entry.second, true, key.name_, shared_).RejectDuplicates(visited, ancestors);
     }
   }
+  ancestors->erase(position);
 }
 
 YamlReader YamlReader::Child(std::string_view key) {

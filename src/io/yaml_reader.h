@@ -96,7 +96,7 @@ class YamlReader {
              bool present,
              std::string name,
              std::shared_ptr<Shared> shared);
-  void RejectDuplicates(std::set<int>* visited);
+  void RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors);
   bool ReadScalar(std::string_view expected, std::string* text);
 
   YAML::Node node_;  ///< The value, or its parent when there is none: then only for the line.

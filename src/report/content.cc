@@ -311,6 +311,11 @@ std::string FailedLimits(const Quality& quality) {
 Verdict VerdictOf(const Calibration& calibration) {
   switch (calibration.outcome) {
     case Outcome::kConverged:
+      if (calibration.covariance.parameters.empty()) {
+        return {Grade::kCaution,
+                "START VALUES ONLY, as asked",
+                "Nothing was refined and nothing says how good these numbers are."};
+      }
       if (!calibration.within_limits) {
         return {
             Grade::kGood, "USABLE, no limits set", "Converged and every parameter is determined."};

@@ -51,6 +51,7 @@ PoseSet SimulatePoses(const SyntheticUnit& unit,
 
 std::vector<Eigen::Quaterniond> RandomAttitudes(int count, Random* random) {
   std::vector<Eigen::Quaterniond> attitudes;
+  attitudes.reserve(static_cast<std::size_t>(count));
   for (int k = 0; k < count; ++k) attitudes.push_back(random->Rotation());
   return attitudes;
 }

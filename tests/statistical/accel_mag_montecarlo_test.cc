@@ -205,6 +205,48 @@ TEST(CalibrateAccelMag, DisturbedPosesHardlyMoveTheBias) {
   EXPECT_GT(named, kRuns * 8 / 10);
 }
 
+// Three of twenty-four poses beside a magnet, rotation unknown: the wrong rotation must not win
+// because the outliers like it better.
+TEST(CalibrateAccelMag, ThreePosesBesideAMagnetDoNotTurnTheMagnetometerAround) {
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(8000 + static_cast<std::uint64_t>(run));
+    UnitSpread spread;
+    spread.permute_magnetometer = true;
+    const SyntheticUnit unit = RandomUnit(spread, &random);
+    PoseSet poses = SimulatePoses(unit, RandomAttitudes(kPoses, &random), ModelNoise(), &random);
+    for (const std::size_t victim : {4U, 11U, 17U}) {
+      poses.poses[victim].triads[Triad::kMagnetometer]->mean_raw +=
+          5.0 * random.Normal3().normalized();
+    }
+    const auto summary = Calibrate(poses, JointOptions(unit));
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    // A wrong rotation is off by the size of the gains; a right one, even disturbed, by a percent.
+    EXPECT_LT((summary->calibration.sensors[Triad::kMagnetometer]->model.sensitivity -
+               unit.models[Triad::kMagnetometer]->sensitivity)
+                  .norm(),
+              0.1)
+        << "run " << run;
+  }
+}
+
+// Very few poses: whatever the expansions for small samples do, a variance is not negative.
+TEST(CalibrateAccelMag, NineToTwelvePosesGiveNoNegativeVariance) {
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(9000 + static_cast<std::uint64_t>(run));
+    const SyntheticUnit unit = RandomUnit({}, &random);
+    SyntheticNoise noise = ModelNoise();
+    noise.excess_sigma[Triad::kAccelerometer] = 0.01;
+    const auto summary =
+        Calibrate(SimulatePoses(unit, RandomAttitudes(9 + run % 4, &random), noise, &random),
+                  JointOptions(unit));
+    ASSERT_TRUE(summary);
+    const Calibration& calibration = summary->calibration;
+    if (!calibration.IsUsable()) continue;
+    EXPECT_GE(calibration.covariance.matrix.diagonal().minCoeff(), 0.0) << "run " << run;
+    EXPECT_GE(calibration.quality.effective_dof, 1.0) << "run " << run;
+  }
+}
+
 // model.md §6, "Basin": the cost reached from our own start is that reached from the truth.
 void ExpectGlobalOptimum(int runs, std::uint64_t seed) {
   UnitSpread spread;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "tools/truetriad/command.h"
@@ -32,7 +33,25 @@ void Tell(const CorrectedLogSummary& summary) {
   }
 }
 
+// The output is renamed into its place: it must not be a file that is still needed, nor a device.
+Status CheckOutput() {
+  std::error_code none;
+  const std::filesystem::path output = FLAGS_output;
+  if (!std::filesystem::exists(output, none)) return {};
+  for (const std::string& input : {FLAGS_input, FLAGS_calibration}) {
+    if (std::filesystem::equivalent(output, input, none)) {
+      return UsageError("--output=" + FLAGS_output +
+                        " is an input of this call; name another file");
+    }
+  }
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
+    return UsageError("--output=" + FLAGS_output + " exists and is not a regular file");
+  }
+  return {};
+}
+
 Result<int> Run(const std::vector<std::string>&) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckOutput());
   const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);

@@ -68,6 +68,12 @@ Status WriteResult(const Calibration& calibration) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   const std::filesystem::path directory = FLAGS_output;
   const std::string file = (directory / "calibration.yaml").string();
+  // Both or none: what would fail for the second must stop the first.
+  for (const char* name : {"calibration.yaml", "report.html"}) {
+    if (std::filesystem::is_directory(directory / name)) {
+      return BadInputError((directory / name).string() + ": is a folder where a file is to stand");
+    }
+  }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
   std::string written = "\nCalibration: " + file + '\n';
   if (FLAGS_report) {
