@@ -453,8 +453,7 @@ bool Estimator::UpdateWeights(bool may_readmit) {
   const double inside =
       std::min(ChiSquareCdf(options_.robust.scale * options_.robust.scale, 1.0), 1.0 - 1e-12);
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
-    huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(
-        ChiSquareQuantile(ChiSquareCdf(options_.robust.scale * options_.robust.scale, 1.0), rank));
+    huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
   }
   PerTriad<double> dof{{std::numeric_limits<double>::infinity(),
                         std::numeric_limits<double>::infinity(),

@@ -2,6 +2,7 @@
 #include "io/csv_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 #include <utility>
@@ -10,6 +11,9 @@
 
 namespace truetriad {
 namespace {
+
+/// No sensor reads more in any unit; squares of larger numbers would leave the range of a double.
+constexpr double kLargestReading = 1e30;
 
 constexpr char kBlankRuns = ' ';
 
@@ -295,7 +299,7 @@ const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row
     column->times[row] = *time;
   } else {
     const std::optional<double> number = ToDouble(decimal);
-    if (!number) return nullptr;
+    if (!number || std::abs(*number) > kLargestReading) return nullptr;
     column->numbers[row] = *number;
   }
   return decimal.end;
@@ -316,7 +320,7 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   if (IsNumber(field)) {
     return BadInputError(message + (columns_[column].kind == Kind::kTime
                                         ? " is out of the range of times; is the unit right?"
-                                        : " is out of the range of a double"));
+                                        : " is too large for a reading"));
   }
   message += " is not a number";
   if (field.find('\0') != std::string_view::npos) {

@@ -268,6 +268,35 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
 }
 
+/// Readings that pile up at an axis' extreme are the limit of the sensor, not the field.
+Status RejectClipped(const PoseSet& poses) {
+  constexpr std::int64_t kLeastRows = 4;
+  constexpr double kLeastShare = 0.2;
+  for (const StreamSummary& stream : poses.streams) {
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      if (stream.minimum_raw[axis] == stream.maximum_raw[axis]) continue;
+      for (const double limit : {stream.minimum_raw[axis], stream.maximum_raw[axis]}) {
+        const auto rows =
+            std::count_if(poses.poses.begin(), poses.poses.end(), [&](const StaticPose& pose) {
+              return pose.triads[stream.triad] &&
+                     pose.triads[stream.triad]->mean_raw[axis] == limit;
+            });
+        if (rows < kLeastRows ||
+            static_cast<double>(rows) < kLeastShare * static_cast<double>(poses.poses.size())) {
+          continue;
+        }
+        std::string message = poses.source + ": " + std::string(TriadName(stream.triad)) + " axis ";
+        message += "xyz"[axis];
+        message += " reads exactly " + std::to_string(limit) + ", its extreme, in " +
+                   std::to_string(rows) + " of " + std::to_string(poses.poses.size()) +
+                   " rows: it is clipped; set the sensor to a wider range";
+        return BadInputError(std::move(message));
+      }
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<bool> IsPoseTable(const std::string& path) {
@@ -333,6 +362,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
     }
     poses.warnings.push_back(duplicates.Describe());
   }
+  TRUETRIAD_RETURN_IF_ERROR(RejectClipped(poses));
   if (poses.has_time && !poses.poses.empty()) {
     const auto [first, last] = std::minmax_element(
         poses.poses.begin(), poses.poses.end(), [](const StaticPose& a, const StaticPose& b) {

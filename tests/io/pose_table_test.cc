@@ -10,6 +10,7 @@
 namespace truetriad {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -98,6 +99,17 @@ TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
   EXPECT_THAT(table->poses.warnings[0], HasSubstr("(lines 2 and 6)"));
   EXPECT_THAT(ErrorOf(accel_ + "\n" + distinct + "1,2,3\n1,2,3\n4,5,6\n"),
               HasSubstr("3 rows repeat the readings of another row"));
+}
+
+TEST_F(PoseTables, AreRefusedWhenReadingsPileUpAtAnExtreme) {
+  std::string text = accel_ + "\n";
+  for (int k = 0; k < 12; ++k) {
+    text += std::to_string(0.1 * k) + "," + std::to_string(1.0 - 0.2 * k) + "," +
+            (k % 3 == 0 ? "7.5" : std::to_string(0.3 * k)) + "\n";
+  }
+  EXPECT_THAT(
+      ErrorOf(text),
+      AllOf(HasSubstr("accelerometer axis z reads exactly 7.5"), HasSubstr("in 4 of 12 rows")));
 }
 
 TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {

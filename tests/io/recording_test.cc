@@ -141,7 +141,7 @@ TEST_F(Recording, NamesLineAndColumnOfWhatIsNoNumber) {
               HasSubstr("log.csv:3: column `accel_x[m/s^2]`: `abc` is not a number"));
   EXPECT_THAT(ErrorOfRows("0,1,2,12ab\n"), HasSubstr("column `accel_z[m/s^2]`: `12ab` is not"));
   EXPECT_THAT(ErrorOfRows("0,1,-inf,3\n"), HasSubstr("log.csv:2: column `accel_y[m/s^2]`: `-inf`"));
-  EXPECT_THAT(ErrorOfRows("0,1,1e999,3\n"), HasSubstr("out of the range of a double"));
+  EXPECT_THAT(ErrorOfRows("0,1,1e999,3\n"), HasSubstr("too large for a reading"));
   EXPECT_THAT(ErrorOfRows("1e30,1,1,3\n"), HasSubstr("out of the range of times"));
   EXPECT_THAT(ErrorOfRows("0,1 2,2,3\n"), HasSubstr("`1 2` is not a number"));
   EXPECT_THAT(ErrorOf("time[s];accel_x[g];accel_y[g];accel_z[g]\n0;1,5;2;3\n"),
