@@ -79,6 +79,10 @@ TEST(CommandLine, StatesItsVersion) {
 TEST(CommandLine, SaysWhereAWriteToAFullStdoutFailed) {
   const Finished run = RunShell("'" TRUETRIAD_BINARY "' help >/dev/full 2>&1; echo $?");
   EXPECT_THAT(run.out, StartsWith("2"));
+  // More than one buffer: the failure comes before the end and must not be forgotten.
+  const std::string inspect = "'" TRUETRIAD_BINARY "' inspect --input='" TRUETRIAD_SOURCE_DIR
+                              "/datasets/demo/recording.csv' >/dev/full 2>/dev/null; echo $?";
+  EXPECT_THAT(RunShell(inspect).out, StartsWith("2"));
 }
 
 class CommandLineHelp : public ::testing::TestWithParam<std::string> {};

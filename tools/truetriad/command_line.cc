@@ -128,7 +128,7 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
     return static_cast<int>(ErrorCode::kUsage);
   }
   const int exit_code = RunVerb(arguments);
-  if (std::fflush(stdout) != 0) {
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return Fail("truetriad",
                 BadInputError("stdout: cannot be written: " + std::string(std::strerror(errno))));
   }
