@@ -75,7 +75,7 @@ class Estimator {
                : 1.0;
   }
 
-  Status ChooseNoise();
+  void ChooseNoise();
   Status BuildNodes();
   void BuildLayout(const StartValues& start);
   void BuildPriors();
@@ -126,7 +126,7 @@ CalibrationSummary Estimator::Refuse(Outcome outcome, const std::string& message
 }
 
 // Where each triad's rest noise comes from, and whether its excess is estimated.
-Status Estimator::ChooseNoise() {
+void Estimator::ChooseNoise() {
   for (const Triad triad : kTriads) {
     if (!Wants(triad)) continue;
     const TriadOptions& sensor = options_.triads[triad];
@@ -155,7 +155,6 @@ Status Estimator::ChooseNoise() {
       excess_[triad] = sensor.excess_sigma * sensor.excess_sigma;
     }
   }
-  return {};
 }
 
 Status Estimator::BuildNodes() {
@@ -849,8 +848,7 @@ Result<CalibrationSummary> Estimator::Run() {
     return BadInputError(poses_.source + ": the experiment wants the " +
                          std::string(TriadName(triad)) + ", but the recording has none");
   }
-  TRUETRIAD_RETURN_IF_ERROR(ChooseNoise());
-  const bool only_start = options_.initialise.only;
+  ChooseNoise();
   calibration.quality.poses = static_cast<int>(poses_.poses.size());
   if (const Status counts = CheckPoseCounts(poses_, options_); !counts) {
     return Refuse(Outcome::kNotEnough, counts.error().message);
@@ -862,7 +860,7 @@ Result<CalibrationSummary> Estimator::Run() {
     return Refuse(Outcome::kNotObservable, starts.error().message);
   }
   TRUETRIAD_RETURN_IF_ERROR(BuildNodes());
-  if (only_start) return StateStart(starts->front());
+  if (options_.initialise.only) return StateStart(starts->front());
   if (!SolveFromBestStart(*starts)) {
     return Refuse(Outcome::kNotConverged, "the optimiser failed from every start");
   }

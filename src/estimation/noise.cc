@@ -138,10 +138,7 @@ ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
       largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
       variance = next;
     }
-    if (largest_change < 1e-7) {
-      estimate.converged = true;
-      break;
-    }
+    if (largest_change < 1e-7) break;
   }
   ApplyExcess(estimate.variance, graph);
   system->Eliminate(*graph);

@@ -35,7 +35,6 @@ struct ExcessEstimate {
   std::vector<Eigen::MatrixXd> sensitivities;
   // J^T D Z_s P Z_t D J for every pair (s, t), row by row.
   std::vector<Eigen::MatrixXd> curvatures;
-  bool converged = false;
 };
 // `floor`: no component goes below it (zero where rest noise keeps the weights finite).
 ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,

@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimation/quality.h"
 #include "truetriad/init/ellipsoid_fit.h"
 #include "truetriad/init/frame_alignment.h"
 #include "truetriad/init/six_position.h"
@@ -35,11 +36,6 @@ std::vector<Eigen::Vector3d> Readings(const PoseSet& poses, Triad triad) {
     if (pose.triads[triad]) readings.push_back(pose.triads[triad]->mean_raw);
   }
   return readings;
-}
-
-// |S^-1 (y - b)| / radius - 1.
-double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double radius) {
-  return model.TruthFromRaw(reading).norm() / radius - 1.0;
 }
 
 // Sphere through readings of a triad whose matrix is held: linear in the centre and in
@@ -88,7 +84,7 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
     std::vector<double> errors;
     errors.reserve(readings.size());
     for (const auto& reading : readings)
-      errors.push_back(std::abs(NormError(*fitted, reading, radius)));
+      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
     // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
     const double limit = 6.0 * 1.4826 * Median(errors);
     std::vector<Eigen::Vector3d> kept;
