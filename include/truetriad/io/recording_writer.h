@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// How many digits a recording is written with, and in which files.
+struct RecordingFormat {
+  /// As many digits as it takes to read the same double back; slower to write and to read.
+  static constexpr int kShortest = -1;
+  int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: 0…9.
+  PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.
+  int temperature_decimals = kShortest;
+  /// False: a file for each triad, and a manifest.
+  bool one_file = true;
+  std::string comment;  ///< First line of every file, without '#'; empty: none.
+};
+
+/// Streams `source` into files that OpenRecording reads back: `directory`/recording.yaml, a
+/// manifest with the serial, and recording.csv, with a row for each time at which some triad has a
+/// sample (fields of the others empty), or accelerometer.csv, gyroscope.csv and magnetometer.csv. A
+/// single CSV is self-describing and can be opened without the manifest too. Every file is written
+/// beside its name, and all are renamed when all are whole. Returns the manifest's path.
+Result<std::string> WriteRecording(SampleSource& source,
+                                   const RecordingFormat& format,
+                                   const std::string& directory,
+                                   const ProgressCallback& progress = {});
+
+}  // namespace truetriad

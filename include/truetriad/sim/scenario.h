@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/pose_program.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+/// How units of one kind differ from the nominal one: standard deviations, each entry drawn
+/// independently and normally. All zero: every unit is the nominal one (the truth is given).
+struct UnitSpread {
+  double bias = 0.0;              ///< Each axis, true unit.
+  double scale = 0.0;             ///< Each gain, relative: 0.01 = 1 %.
+  double misalignment_rad = 0.0;  ///< Each off-diagonal entry of K^-1 S, K = diag S.
+  double g_sensitivity = 0.0;     ///< Each entry, true unit per m/s^2. Gyroscope only.
+  double thermal_bias = 0.0;      ///< Each axis of the linear term of the bias, true unit / degC.
+  double thermal_scale = 0.0;     ///< Each gain of the linear term of S, relative / degC.
+};
+
+/// Noise of one triad, per axis, as if added to the true quantity: the readings have it times the
+/// nominal gain |diag S|. All zero: no noise. Range of every number: >= 0.
+struct SensorNoise {
+  /// White noise N, true unit / sqrt(Hz): one sample's sigma is N sqrt(rate), and N is the Allan
+  /// deviation at 1 s (IEEE Std 952-1997, C.1.1: angle or velocity random walk).
+  Eigen::Vector3d density = Eigen::Vector3d::Zero();
+
+  /// Bias instability as a first-order Gauss-Markov process: its stationary sigma, true unit, from
+  /// the first sample on, and its correlation time. Its Allan deviation peaks at 0.617 sigma, at
+  /// 1.89 correlation times.
+  Eigen::Vector3d instability_sigma = Eigen::Vector3d::Zero();
+  double correlation_time_s = 100.0;  ///< Range: > 0.
+
+  /// Random walk K of the bias, true unit / s / sqrt(Hz): zero at the start, sigma K sqrt(t) later
+  /// (IEEE Std 952-1997, C.1.4).
+  Eigen::Vector3d random_walk = Eigen::Vector3d::Zero();
+};
+
+/// When a triad is read and what its log says of it.
+struct SensorSampling {
+  double rate_hz = 100.0;  ///< Range: > 0, <= 1e6.
+  double jitter_s = 0.0;   ///< Sigma of the error of a reported time. Range: 0…0.2 / rate.
+  double dropout = 0.0;    ///< Probability that a sample is missing. Range: 0…1, less than 1.
+  double clock_offset_s = 0.0;  ///< Reported minus true time.
+};
+
+/// What the gyroscope reports.
+enum class GyroscopeOutput {
+  /// The mean rate since its last sample (a sample before it at the first): Log(R'(t1)^T R'(t2)) /
+  /// (t2 - t1) with R' the attitude against the stars, so that integrating the readings gives the
+  /// attitudes back to the last digit.
+  kMeanRate,
+  kInstantaneous,  ///< The rate at the moment of the sample.
+};
+
+/// One triad of the simulated units.
+struct SimulatedTriad {
+  Unit unit;                           ///< Of the readings.
+  std::optional<double> si_per_count;  ///< Stated in the recording; readings in counts only.
+
+  TriadModel<double> nominal;                    ///< Bias in raw, sensitivity in raw per true unit.
+  std::optional<Eigen::Matrix3d> g_sensitivity;  ///< Raw per m/s^2. Gyroscope only.
+  /// Terms in the temperature of the element; `range_degc` is ignored: nothing is clamped.
+  std::optional<ThermalTerms> thermal;
+  UnitSpread spread;
+
+  SensorNoise noise;
+  SensorSampling sampling;
+  double resolution_raw = 0.0;  ///< Readings are rounded to its multiples; 0: not rounded.
+  std::optional<Eigen::Vector2d> range_raw;  ///< Readings stop at its ends, low and high.
+
+  /// Sensor from the point about which the unit turns, body frame. Accelerometer only:
+  /// f = R^T (a + g) + alpha x r + omega x (omega x r).
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
+  GyroscopeOutput gyroscope_output = GyroscopeOutput::kMeanRate;
+};
+
+/// What surrounds the unit; heading of the field zero, as world x is magnetic north. model.md §1.
+struct SimulatedWorld {
+  struct EarthRate {
+    double latitude_rad = 0.0;     ///< North positive.
+    double declination_rad = 0.0;  ///< Magnetic north east of true north: positive.
+  };
+  double gravity_mps2 = kStandardGravityMps2;
+  double field_ut = 48.0;
+  double dip_rad = 1.0821041362364843;  ///< Positive where the field points down. Default: 62 deg.
+  std::optional<EarthRate> earth_rate;  ///< Unset: the earth stands still.
+};
+
+/// Rests in given attitudes, with a smooth turn about a fixed axis into each (minimum jerk).
+struct PosesStep {
+  std::vector<ProgramPose> poses;
+  double rest_s = 4.0;       ///< Range: > 0.
+  double rest_spread = 0.0;  ///< Each rest is uniform in rest_s (1 ± this). Range: 0…0.9.
+  double move_s = 1.2;       ///< Range: > 0.
+  /// Sigma, about each body axis, of the error with which each pose is taken.
+  double tilt_sigma_rad = 0.0;
+  double travel_m = 0.0;  ///< How far the unit is carried in each move, in a random direction.
+  bool shuffle = false;   ///< Take the poses in a random order.
+};
+
+/// A turn about a body axis by whole or broken turns, then a rest (Ferraris-style).
+struct TurnStep {
+  Eigen::Vector3d axis_in_body = Eigen::Vector3d::UnitZ();  ///< Any length but zero.
+  double turns = 1.0;                                       ///< Signed.
+  double duration_s = 4.0;                                  ///< Range: > 0.
+  double rest_s = 2.0;                                      ///< Range: >= 0.
+};
+
+/// A turntable about a body axis: for each rate a ramp up, a hold, a ramp down and a rest.
+struct RateStep {
+  Eigen::Vector3d axis_in_body = Eigen::Vector3d::UnitZ();  ///< Any length but zero.
+  std::vector<double> rates_radps;                          ///< Signed, none zero.
+  double hold_s = 5.0;                                      ///< Range: > 0.
+  double ramp_s = 1.0;                                      ///< Range: > 0.
+  double rest_s = 2.0;                                      ///< Range: >= 0.
+};
+
+/// Continuous turning through all attitudes, no two alike, from rest to rest.
+struct TumbleStep {
+  double duration_s = 60.0;     ///< Range: > 0.
+  double rms_rate_radps = 2.0;  ///< RMS length of the rate once it is under way. Range: > 0.
+};
+
+using MotionStep = std::variant<PosesStep, TurnStep, RateStep, TumbleStep>;
+
+/// One stretch of the chamber's temperature.
+struct TemperatureHold {
+  double duration_s = 0.0;  ///< Range: > 0.
+};
+struct TemperatureRamp {
+  double to_degc = 25.0;
+  double rate_degcps = 0.01;  ///< Its size; the sign follows from where it starts. Range: > 0.
+};
+struct TemperatureSine {
+  double amplitude_degc = 0.0;  ///< About the temperature at its start, up first.
+  double period_s = 3600.0;     ///< Range: > 0.
+  double duration_s = 3600.0;   ///< Range: > 0.
+};
+using TemperatureSegment = std::variant<TemperatureHold, TemperatureRamp, TemperatureSine>;
+
+/// The chamber, and how the unit and its thermometer follow it.
+struct SimulatedTemperature {
+  double start_degc = 25.0;  ///< Everything is settled here at the start.
+  /// From the start of the recording on; held at its last value afterwards. It does not prolong the
+  /// recording: the motion does. Not together with `soak_degc`.
+  std::vector<TemperatureSegment> profile;
+  /// The whole motion is repeated at each of these; the unit rests while the chamber goes there.
+  std::vector<double> soak_degc;
+  /// How the chamber goes to a soak or to the temperature that a pose asks for, and how long it is
+  /// waited there before the next move.
+  double chamber_rate_degcps = 0.05;  ///< Range: > 0.
+  double settle_s = 60.0;             ///< Range: >= 0.
+
+  double element_lag_s = 0.0;      ///< Of the sensing elements behind the chamber, first order.
+  double thermometer_lag_s = 0.0;  ///< Of the unit's thermometer behind the chamber, first order.
+  double thermometer_noise_degc = 0.0;       ///< Sigma of one reading.
+  double thermometer_resolution_degc = 0.0;  ///< 0: not rounded.
+  /// Half-width of the play between the element's temperature and that on which bias and matrix
+  /// depend: they do not follow until it is used up.
+  double hysteresis_degc = 0.0;
+  bool logged = true;  ///< The recording has a temperature column.
+};
+
+/// When a disturbance begins.
+struct DisturbanceTime {
+  std::optional<int> rest;  ///< 1-based number of a rest; unset: the start of the recording.
+  double offset_s = 0.0;    ///< Seconds after that start. Range: >= 0.
+};
+
+/// A knock: a half-sine pulse of specific force.
+struct Knock {
+  DisturbanceTime when;
+  double duration_s = 0.05;                             ///< Range: > 0.
+  Eigen::Vector3d peak_mps2 = Eigen::Vector3d::Zero();  ///< Body frame.
+};
+
+/// A magnet (or a lorry) that passes: the field swells and fades as sin^2.
+struct MagnetPassing {
+  DisturbanceTime when;
+  double duration_s = 2.0;                            ///< Range: > 0.
+  Eigen::Vector3d peak_ut = Eigen::Vector3d::Zero();  ///< World frame.
+};
+
+/// A triad that repeats its last reading.
+struct StuckSamples {
+  Triad triad = Triad::kAccelerometer;
+  DisturbanceTime when;
+  double duration_s = 0.1;  ///< Range: > 0.
+};
+
+/// A rest that is not one at first: the unit comes in tilted and creeps into place,
+/// tilt (1 + s) e^-s, s = t / decay_s.
+struct UnsettledPose {
+  int rest = 1;                                        ///< 1-based number of a rest.
+  Eigen::Vector3d tilt_rad = Eigen::Vector3d::Zero();  ///< Rotation vector, body frame.
+  double decay_s = 0.5;                                ///< Range: > 0.
+};
+
+using Disturbance = std::variant<Knock, MagnetPassing, StuckSamples, UnsettledPose>;
+
+/// Everything that a simulated recording, or a fleet of them, follows from.
+struct Scenario {
+  std::string serial = "SIM";  ///< Of the unit; with `count` > 1 followed by 0001, 0002, …
+  std::string model = "simulated";
+  std::uint64_t seed = 1;
+  int count = 1;  ///< Units. Range: 1…9999.
+
+  PerTriad<std::optional<SimulatedTriad>> sensors;  ///< At least one.
+  SimulatedWorld world;
+  /// In this order; at least one. The unit starts at rest: in the first pose, or else with its axes
+  /// along those of the world.
+  std::vector<MotionStep> motion;
+  double first_rest_s = 2.0;  ///< Rest before the first step when that is not PosesStep.
+  SimulatedTemperature temperature;
+  std::vector<Disturbance> disturbances;
+
+  /// Error (bad input): every value out of its range and every contradiction between values, a line
+  /// each, with what was seen and what is expected.
+  Status Validate() const;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/io/recording_writer.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/sim/scenario.h"
+
+namespace truetriad {
+
+/// One triad of one unit as it really is.
+struct TrueTriad {
+  TriadModel<double> model;
+  std::optional<Eigen::Matrix3d> g_sensitivity;
+  std::optional<ThermalTerms> thermal;
+};
+
+/// One unit drawn from the population of a scenario.
+struct SimulatedUnit {
+  std::string serial;
+  PerTriad<std::optional<TrueTriad>> triads;
+};
+
+/// Unit `index` (0-based, below `count`) of a valid scenario. Depends on the seed and the index
+/// alone: units can be drawn in any order.
+SimulatedUnit DrawUnit(const Scenario& scenario, int index);
+
+/// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
+/// from its recording: converged, every sigma zero. Gauge `accel-x` if the leading triad's matrix
+/// has that form, else `fixture`: the body frame is that of the scenario's attitudes. The reference
+/// temperature is the thermal terms', else the scenario's start.
+Calibration TruthOf(const Scenario& scenario, int index);
+
+/// One rest of the recording, as it really is.
+struct TrueRest {
+  int number = 0;        ///< 1-based.
+  double start_s = 0.0;  ///< True time.
+  double end_s = 0.0;
+  Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();  ///< At its end.
+  /// What the program asked for: without the error with which the pose was taken.
+  Eigen::Quaterniond intended_world_from_body = Eigen::Quaterniond::Identity();
+  double element_degc = 25.0;  ///< Temperature of the sensing elements, mean of start and end.
+  std::string label;           ///< The pose's, or empty.
+};
+
+/// The recording of one unit, generated while it is read, in bounded memory. The readings are those
+/// of the file that WriteRecording makes of them, to the bit.
+class Simulation : public SampleSource {
+ public:
+  /// Error (bad input): the scenario is not valid.
+  static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, int index);
+
+  /// Every rest of the motion, between moves, longer than nothing.
+  virtual const std::vector<TrueRest>& rests() const = 0;
+
+  /// Attitude at a true time, held at the ends.
+  virtual Eigen::Quaterniond WorldFromBody(double time_s) const = 0;
+
+  /// Length of the recording.
+  virtual double duration_s() const = 0;
+
+  /// How WriteRecording is to write it.
+  virtual const RecordingFormat& format() const = 0;
+};
+
+}  // namespace truetriad
