@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/config/experiment.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <numbers>
 #include <optional>
-#include <set>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,197 +12,19 @@
 #include <Eigen/Core>
 #include <GeographicLib/NormalGravity.hpp>
 
+#include "config/documents.h"
+#include "config/experiment_draft.h"
+#include "config/yaml_values.h"
 #include "io/yaml_reader.h"
-#include "io/yaml_text.h"
-#include "truetriad/base/named_values.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+using Draft = ExperimentDraft;
+
 /// Typical anomaly of gravity against the normal gravity of the ellipsoid. formats.md §4.
 constexpr double kNormalGravitySigmaMps2 = 5e-4;
-
-/// How messages name an override.
-constexpr std::string_view kOverride = "--set=";
-
-/// The triads that this version calibrates.
-constexpr std::array kCalibratedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
-constexpr std::array<std::string_view, 4> kLimitQuantities = {
-    "bias", "scale_error", "misalignment_rad", "residual_rms"};
-
-/// The named values of a table that another layer owns, for messages that list them.
-template <typename T, std::size_t N>
-NamedValues<T, N> Named(std::string_view (*name)(T), const std::array<T, N>& values) {
-  NamedValues<T, N> named;
-  for (std::size_t i = 0; i < N; ++i) named.entries[i] = {values[i], name(values[i])};
-  return named;
-}
-
-auto Gauges() {
-  return Named(GaugeName,
-               std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
-}
-auto Models() {
-  return Named(
-      MatrixModelName,
-      std::array{
-          MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
-}
-auto NoiseSources() {
-  return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
-}
-constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
-    {AccelerometerSign::kSpecificForce, "specific_force"},
-    {AccelerometerSign::kGravity, "gravity"},
-}};
-constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
-    {ExcessNoise::kNone, "none"},
-    {ExcessNoise::kEstimate, "estimate"},
-}};
-constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
-constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
-constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
-    {InitialiseMethod::kAuto, "auto"},
-    {InitialiseMethod::kSixFaceExtremes, "six-face-extremes"},
-    {InitialiseMethod::kSixPosition, "six-position"},
-    {InitialiseMethod::kEllipsoidAxisAligned, "ellipsoid-axis-aligned"},
-    {InitialiseMethod::kEllipsoid, "ellipsoid"},
-}};
-
-/// `number`, `{ value, sigma }` or `unknown`, as far as it has been said.
-struct Stated {
-  std::optional<double> value;
-  std::optional<double> sigma;
-};
-
-/// What the documents have said so far. Each document (preset, experiment, override) is read on top
-/// of those before it, so that a later one changes just what it names.
-struct Draft {
-  Experiment experiment;
-  std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
-  Stated gravity_mps2, strength_ut, dip_deg;
-  std::optional<Gauge> gauge;
-  std::set<std::string> given;  ///< Full names of all keys that any document has.
-};
-
-// ---------------------------------------------------------------------------------- single values
-
-struct Range {
-  double lowest = -kInfinity;
-  double highest = kInfinity;
-  std::string_view expected;  ///< "a positive number".
-};
-constexpr Range kAnyNumber{-kInfinity, kInfinity, "a number"};
-constexpr Range kPositive{
-    std::numeric_limits<double>::denorm_min(), kInfinity, "a positive number"};
-constexpr Range kNotNegative{0.0, kInfinity, "a number of at least zero"};
-
-bool ReadNumber(YamlReader reader, const Range& range, double* value) {
-  double number = 0.0;
-  if (!reader.Read(&number)) return false;
-  if (number < range.lowest || number > range.highest) {
-    std::string text;
-    reader.Read(&text);
-    reader.Fail("`" + text + "` is out of range; " + std::string(range.expected) + " is expected");
-    return false;
-  }
-  *value = number;
-  return true;
-}
-
-template <typename T, std::size_t N>
-bool ReadChoice(YamlReader reader, const NamedValues<T, N>& choices, T* value) {
-  std::string word;
-  if (!reader.Read(&word)) return false;
-  if (const std::optional<T> choice = choices.Find(word)) {
-    *value = *choice;
-    return true;
-  }
-  std::string known;
-  for (const auto& entry : choices.entries) {
-    known += (known.empty() ? "" : ", ") + std::string(entry.second);
-  }
-  reader.Fail("`" + word + "` is not known; one of " + known + " is expected");
-  return false;
-}
-
-/// True when the value is exactly this word.
-bool IsWord(YamlReader reader, std::string_view word) {
-  std::string text;
-  return reader.IsScalar() && reader.Read(&text) && text == word;
-}
-
-/// A σ; `.inf` says that nothing is known.
-bool ReadSigma(YamlReader reader, double* value) {
-  if (IsWord(reader, ".inf")) {
-    *value = kInfinity;
-    return true;
-  }
-  return ReadNumber(reader, kPositive, value);
-}
-
-/// A matrix as a list of rows, or a vector as a list, each entry read by `read`; `may_be_number`:
-/// one number may stand for all entries.
-template <typename Matrix, typename ReadEntry>
-bool ReadEntries(YamlReader reader, bool may_be_number, ReadEntry read, Matrix* matrix) {
-  constexpr bool kIsVector = Matrix::ColsAtCompileTime == 1;
-  if (!reader) return false;
-  if (may_be_number && reader.IsScalar()) {
-    double value = 0.0;
-    if (!read(reader, &value)) return false;
-    matrix->setConstant(value);
-    return true;
-  }
-  std::vector<YamlReader> rows = reader.IsSequence() ? reader.Items() : std::vector<YamlReader>();
-  if (rows.size() != 3) {
-    reader.Fail(std::string(kIsVector ? "three numbers [x, y, z]" : "three rows [[a, b, c], …]") +
-                (may_be_number ? " or one number for all" : "") + " are expected");
-    return false;
-  }
-  Matrix result;
-  for (int i = 0; i < 3; ++i) {
-    YamlReader& row = rows[static_cast<std::size_t>(i)];
-    if constexpr (kIsVector) {
-      if (!read(row, &result(i))) return false;
-    } else {
-      Eigen::Vector3d entries;
-      if (!ReadEntries(row, false, read, &entries)) return false;
-      result.row(i) = entries.transpose();
-    }
-  }
-  *matrix = result;
-  return true;
-}
-
-template <typename Matrix>
-bool ReadNumbers(const YamlReader& reader, Matrix* matrix) {
-  const auto read = [](const YamlReader& entry, double* value) {
-    return ReadNumber(entry, kAnyNumber, value);
-  };
-  return ReadEntries(reader, false, read, matrix);
-}
-
-template <typename Matrix>
-bool ReadSigmas(const YamlReader& reader, Matrix* matrix) {
-  return ReadEntries(reader, true, ReadSigma, matrix);
-}
-
-void ReadStated(YamlReader reader, const Range& range, bool may_be_unknown, Stated* stated) {
-  if (!reader) return;
-  if (may_be_unknown && IsWord(reader, "unknown")) {
-    *stated = {};
-  } else if (reader.IsMap()) {
-    double number = 0.0;
-    if (ReadNumber(reader.Child("value"), range, &number)) stated->value = number;
-    if (ReadNumber(reader.Child("sigma"), kNotNegative, &number)) stated->sigma = number;
-    reader.RejectUnknown();
-  } else if (double number = 0.0; ReadNumber(reader, range, &number)) {
-    *stated = {number, std::nullopt};
-  }
-}
 
 // --------------------------------------------------------------------------------------- sections
 
@@ -455,13 +271,6 @@ void ReadCrossValidation(YamlReader reader, int* folds) {
   reader.RejectUnknown();
 }
 
-void ReadVersion(YamlReader reader) {
-  int version = 0;
-  if (reader.Read(&version) && version != 1) {
-    reader.Fail("`" + std::to_string(version) + "` cannot be read by this version, which reads 1");
-  }
-}
-
 /// Reads one document on top of what the draft holds.
 void ReadDocument(YamlReader root, Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
@@ -495,12 +304,6 @@ void ReadDocument(YamlReader root, Draft* draft) {
 }
 
 // ----------------------------------------------------------------------------- draft to experiment
-
-/// `path` as seen from the folder of `experiment_path`.
-std::string Resolve(const std::string& path, const std::string& experiment_path) {
-  if (path.empty()) return path;
-  return (std::filesystem::path(experiment_path).parent_path() / path).string();
-}
 
 Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   if (!stated.value) return {};
@@ -566,202 +369,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
                                   : "";
 }
 
-/// Writes nested maps, one key a line, and marks the lines that no document asked for.
-class ResolvedText {
- public:
-  explicit ResolvedText(const std::set<std::string>& given) : given_(given) {}
-
-  void Open(std::string_view key) {
-    Indent() << key << ":\n";
-    path_ += std::string(key) + ".";
-    ++depth_;
-  }
-
-  void Close() {
-    path_.erase(path_.rfind('.', path_.size() - 2) + 1);
-    --depth_;
-  }
-
-  /// One line; the value is all `parts` one after another.
-  template <typename... Parts>
-  void Line(std::string_view key, const Parts&... parts) {
-    Indent() << key << ": ";
-    (text_ << ... << parts);
-    text_ << (given_.contains(path_ + std::string(key)) ? "\n" : "  # default\n");
-  }
-
-  void Line(std::string_view key, const Stated& stated) {
-    if (!stated.value) {
-      Line(key, "unknown");
-    } else if (stated.sigma) {
-      Line(key, "{ value: ", *stated.value, ", sigma: ", *stated.sigma, " }");
-    } else {
-      Line(key, *stated.value);
-    }
-  }
-
-  const std::string& str() const { return text_.str(); }
-
- private:
-  YamlText& Indent() { return text_ << std::string(2 * depth_, ' '); }
-
-  const std::set<std::string>& given_;
-  YamlText text_;
-  std::string path_;  ///< "sensors.accelerometer."
-  std::size_t depth_ = 0;
-};
-
-void WriteReference(ResolvedText& out, const Draft& draft) {
-  const ReferenceOptions& reference = draft.experiment.options.reference;
-  out.Open("reference");
-  out.Line("gravity_mps2", draft.gravity_mps2);
-  if (const auto& position = draft.experiment.position) {
-    out.Open("position");
-    out.Line("latitude_deg", position->latitude_deg);
-    out.Line("longitude_deg", position->longitude_deg);
-    out.Line("height_m", position->height_m);
-    if (!position->date.empty()) out.Line("date", Quoted{position->date});
-    out.Close();
-  }
-  out.Open("field");
-  out.Line("strength_ut", draft.strength_ut);
-  out.Line("dip_deg", draft.dip_deg);
-  out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
-  out.Close();
-  out.Line("temperature_degc", reference.temperature_degc);
-  out.Close();
-}
-
-void WriteSensor(ResolvedText& out, Triad triad, const Experiment& experiment) {
-  const TriadOptions& options = experiment.options.triads[triad];
-  out.Open(TriadName(triad));
-  out.Line("model", Models().Name(options.model));
-  if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
-  out.Open("noise");
-  if (options.noise_sigma_raw) {
-    out.Line("sigma", *options.noise_sigma_raw);
-  } else {
-    out.Line("sigma", "auto");
-  }
-  out.Line("source", NoiseSources().Name(options.noise_source));
-  if (options.excess == ExcessNoise::kGiven) {
-    out.Line("excess", "{ sigma: ", options.excess_sigma, " }");
-  } else {
-    out.Line("excess", kExcesses.Name(options.excess));
-  }
-  out.Close();
-  if (const std::optional<TriadPrior>& prior = options.prior) {
-    out.Open("prior");
-    out.Line("bias", prior->bias);
-    out.Line("bias_sigma", prior->bias_sigma);
-    out.Line("sensitivity", prior->sensitivity);
-    out.Line("sensitivity_sigma", prior->sensitivity_sigma);
-    out.Close();
-  }
-  if (experiment.fixed_identity[triad] || options.fixed_sensitivity || options.fixed_bias) {
-    out.Open("fixed");
-    if (experiment.fixed_identity[triad]) out.Line("matrix", "identity");
-    if (options.fixed_sensitivity) out.Line("matrix", *options.fixed_sensitivity);
-    if (options.fixed_bias) out.Line("bias", *options.fixed_bias);
-    out.Close();
-  }
-  out.Close();
-}
-
-void WritePoses(ResolvedText& out, const Draft& draft) {
-  const PosesConfig& poses = draft.experiment.poses;
-  if (!poses.given) return;  // Writing the default would overrule what a recording states.
-  switch (poses.kind) {
-    case PoseSelectionKind::kDetect:
-      return out.Line("poses", "{ detect: auto }");
-    case PoseSelectionKind::kEveryRow:
-      return out.Line("poses", "every_row");
-    case PoseSelectionKind::kEveryN:
-      return out.Line("poses", "{ every: ", poses.every, " }");
-    case PoseSelectionKind::kColumn:
-      return out.Line("poses", "{ column: ", Quoted{poses.column}, " }");
-    case PoseSelectionKind::kRanges:
-      return out.Line("poses", "{ file: ", Quoted{draft.pose_file}, " }");
-  }
-}
-
-void WriteAttitudes(ResolvedText& out, const Draft& draft) {
-  const AttitudeOptions& attitudes = draft.experiment.options.attitudes;
-  switch (attitudes.kind) {
-    case AttitudeKind::kNone:
-      return out.Line("attitudes", "none");
-    case AttitudeKind::kSixFace:
-      out.Open("attitudes");
-      out.Open("six_face");
-      out.Line("tilt_sigma_deg", attitudes.tilt_sigma_deg);
-      out.Line("seat_sigma_deg", attitudes.seat_sigma_deg);
-      out.Close();
-      return out.Close();
-    case AttitudeKind::kGiven:
-      out.Open("attitudes");
-      out.Line("file", Quoted{draft.attitudes_file});
-      out.Line("sigma_deg", draft.experiment.attitudes_sigma_deg);
-      out.Line("fixture_rotation", "identity");
-      return out.Close();
-  }
-}
-
-std::string ResolvedYaml(const Draft& draft) {
-  const Experiment& experiment = draft.experiment;
-  const CalibrateOptions& options = experiment.options;
-  ResolvedText out(draft.given);
-  out.Line("experiment", 1);
-  if (!draft.input.empty()) out.Line("input", Quoted{draft.input});
-  out.Line("device",
-           "{ serial: ",
-           Quoted{experiment.serial},
-           ", model: ",
-           Quoted{experiment.model},
-           " }");
-  WriteReference(out, draft);
-  out.Line("gauge", Gauges().Name(options.gauge));
-  out.Open("sensors");
-  for (const Triad triad : kCalibratedTriads) {
-    if (options.triads[triad].enabled) WriteSensor(out, triad, experiment);
-  }
-  out.Close();
-  WritePoses(out, draft);
-  WriteAttitudes(out, draft);
-  out.Open("robust");
-  out.Line("loss", kLosses.Name(options.robust.enabled));
-  out.Line("scale", options.robust.scale);
-  out.Close();
-  out.Open("initialise");
-  out.Line("method", kMethods.Name(options.initialise.method));
-  out.Line("only", options.initialise.only);
-  if (!draft.forces_file.empty()) out.Line("forces", Quoted{draft.forces_file});
-  out.Close();
-  out.Open("limits");
-  for (const auto& [name, limit] : options.limits.limits) out.Line(name, limit);
-  if (options.limits.guard_band_k > 0.0) {
-    out.Line("decision", "{ guard_band_k: ", options.limits.guard_band_k, " }");
-  } else {
-    out.Line("decision", "simple");
-  }
-  out.Close();
-  out.Open("cross_validation");
-  out.Line("folds", options.cross_validation_folds);
-  out.Close();
-  out.Line("observable_sigma", options.observable_sigma);
-  return out.str();
-}
-
 // -------------------------------------------------------------------------------------- documents
-
-/// The full names of all keys below `reader`.
-void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names) {
-  if (!reader.IsMap()) return;
-  for (const std::string& key : reader.Keys()) {
-    YamlReader child = reader.Child(key);
-    names->insert(prefix + child.name());
-    CollectNames(child, prefix, names);
-  }
-}
 
 /// The experiment at `path`, or the one that made the calibration at `path`.
 Result<YamlReader> OpenExperiment(const std::string& path) {
@@ -770,26 +378,6 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
   const Result<Calibration> calibration = ReadCalibration(path);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   return YamlReader::FromText(calibration->config_yaml, path + " (config)");
-}
-
-/// `key.sub=value` as a YAML document of its own.
-Result<YamlReader> ParseOverride(const std::string& text) {
-  const std::string name = std::string(kOverride) + text;
-  const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || text.find_first_of("\n\r") != std::string::npos) {
-    return UsageError(name + ": one line of the form key.sub=value is expected");
-  }
-  std::string yaml;
-  std::string indent;
-  std::string rest = text.substr(0, equals);
-  while (!rest.empty()) {
-    const std::size_t dot = rest.find('.');
-    yaml += (indent.empty() ? "" : "\n") + indent + rest.substr(0, dot) + ":";
-    indent += "  ";
-    rest = dot == std::string::npos ? "" : rest.substr(dot + 1);
-  }
-  yaml += " " + text.substr(equals + 1);
-  return YamlReader::FromText(yaml, name);
 }
 
 /// Reads the presets that the documents name, the last word of each sensor.
@@ -820,33 +408,6 @@ void ReadPresets(std::vector<YamlReader>& documents,
   }
 }
 
-std::string Joined(const std::vector<std::string>& errors) {
-  std::string text;
-  for (const std::string& error : errors) text += (text.empty() ? "" : "\n") + error;
-  return text;
-}
-
-/// Adds the errors of a document, without those about keys whose value an override replaces. An
-/// override itself has no lines to name.
-void CollectErrors(const YamlReader& document,
-                   const std::vector<std::string>& overridden,
-                   std::vector<std::string>* errors) {
-  const Status status = document.status();
-  if (status) return;
-  const std::string& file = document.file();
-  std::istringstream lines(status.error().message);
-  for (std::string error; std::getline(lines, error);) {
-    // "file:line: key.sub: message"
-    const std::size_t key = error.starts_with(file) ? error.find(": ", file.size()) : 0;
-    const std::string about = error.substr(key == 0 ? 0 : key + 2);
-    const auto concerns = [&about](const std::string& name) {
-      return about.starts_with(name + ":") || about.starts_with(name + ".");
-    };
-    if (std::any_of(overridden.begin(), overridden.end(), concerns)) continue;
-    errors->push_back(file.starts_with(kOverride) ? file + ": " + about : error);
-  }
-}
-
 }  // namespace
 
 Result<Experiment> ReadExperiment(const std::string& path,
@@ -854,33 +415,19 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Result<YamlReader> main = OpenExperiment(path);
   TRUETRIAD_RETURN_IF_ERROR(main);
   main->RequireChild("experiment");
-  std::vector<YamlReader> documents = {*main};
-  std::vector<std::string> overridden;
-  for (const std::string& text : overrides) {
-    Result<YamlReader> document = ParseOverride(text);
-    TRUETRIAD_RETURN_IF_ERROR(document);
-    documents.push_back(*document);
-    overridden.push_back(text.substr(0, text.find('=')));
-  }
-
-  const auto collect_errors = [&](std::vector<std::string>* errors) {
-    for (std::size_t i = 0; i < documents.size(); ++i) {
-      CollectErrors(documents[i], i == 0 ? overridden : std::vector<std::string>(), errors);
-    }
-  };
+  Result<Documents> documents = Documents::Of(*main, overrides);
+  TRUETRIAD_RETURN_IF_ERROR(documents);
   std::vector<std::string> errors;
-  for (const YamlReader& document : documents) RefuseUnavailable(document);
-  collect_errors(&errors);
+  for (const YamlReader& document : documents->all()) RefuseUnavailable(document);
+  documents->CollectErrors(&errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
 
   Draft draft;
   draft.experiment.path = path;
-  ReadPresets(documents, &draft, &errors);
-  for (const YamlReader& document : documents) {
-    CollectNames(document, "", &draft.given);
-    ReadDocument(document, &draft);
-  }
-  collect_errors(&errors);
+  draft.given = documents->Names();
+  ReadPresets(documents->all(), &draft, &errors);
+  for (const YamlReader& document : documents->all()) ReadDocument(document, &draft);
+  documents->CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
   draft.experiment.resolved_yaml = ResolvedYaml(draft);

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/documents.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <sstream>
+
+namespace truetriad {
+namespace {
+
+/// How messages name an override.
+constexpr std::string_view kOverride = "--set=";
+
+/// `key.sub=value` as a YAML document of its own.
+Result<YamlReader> ParseOverride(const std::string& text) {
+  const std::string name = std::string(kOverride) + text;
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || text.find_first_of("\n\r") != std::string::npos) {
+    return UsageError(name + ": one line of the form key.sub=value is expected");
+  }
+  std::string yaml;
+  std::string indent;
+  std::string rest = text.substr(0, equals);
+  while (!rest.empty()) {
+    const std::size_t dot = rest.find('.');
+    yaml += (indent.empty() ? "" : "\n") + indent + rest.substr(0, dot) + ":";
+    indent += "  ";
+    rest = dot == std::string::npos ? "" : rest.substr(dot + 1);
+  }
+  yaml += " " + text.substr(equals + 1);
+  return YamlReader::FromText(yaml, name);
+}
+
+/// Adds the errors of a document, without those about keys whose value an override replaces. An
+/// override itself has no lines to name.
+void CollectDocumentErrors(const YamlReader& document,
+                           const std::vector<std::string>& overridden,
+                           std::vector<std::string>* errors) {
+  const Status status = document.status();
+  if (status) return;
+  const std::string& file = document.file();
+  std::istringstream lines(status.error().message);
+  for (std::string error; std::getline(lines, error);) {
+    // "file:line: key.sub: message"
+    const std::size_t key = error.starts_with(file) ? error.find(": ", file.size()) : 0;
+    const std::string about = error.substr(key == 0 ? 0 : key + 2);
+    const auto concerns = [&about](const std::string& name) {
+      return about.starts_with(name + ":") || about.starts_with(name + ".");
+    };
+    if (std::any_of(overridden.begin(), overridden.end(), concerns)) continue;
+    errors->push_back(file.starts_with(kOverride) ? file + ": " + about : error);
+  }
+}
+
+}  // namespace
+
+Result<Documents> Documents::Of(const YamlReader& file, const std::vector<std::string>& overrides) {
+  Documents documents;
+  documents.documents_.push_back(file);
+  for (const std::string& text : overrides) {
+    Result<YamlReader> document = ParseOverride(text);
+    TRUETRIAD_RETURN_IF_ERROR(document);
+    documents.documents_.push_back(*document);
+    documents.overridden_.push_back(text.substr(0, text.find('=')));
+  }
+  return documents;
+}
+
+std::set<std::string> Documents::Names() const {
+  std::set<std::string> names;
+  for (const YamlReader& document : documents_) CollectNames(document, "", &names);
+  return names;
+}
+
+void Documents::CollectErrors(std::vector<std::string>* errors) const {
+  CollectDocumentErrors(documents_[0], overridden_, errors);
+  for (std::size_t i = 1; i < documents_.size(); ++i) {
+    CollectDocumentErrors(documents_[i], {}, errors);
+  }
+}
+
+void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names) {
+  if (!reader.IsMap()) return;
+  for (const std::string& key : reader.Keys()) {
+    YamlReader child = reader.Child(key);
+    names->insert(prefix + child.name());
+    CollectNames(child, prefix, names);
+  }
+}
+
+std::string Joined(const std::vector<std::string>& errors) {
+  std::string text;
+  for (const std::string& error : errors) text += (text.empty() ? "" : "\n") + error;
+  return text;
+}
+
+std::string Resolve(const std::string& path, const std::string& file) {
+  if (path.empty()) return path;
+  return (std::filesystem::path(file).parent_path() / path).string();
+}
+
+}  // namespace truetriad

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include "config/yaml_values.h"
+#include "truetriad/base/named_values.h"
+#include "truetriad/config/experiment.h"
+
+namespace truetriad {
+
+/// The triads that this version calibrates.
+constexpr std::array kCalibratedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
+constexpr std::array<std::string_view, 4> kLimitQuantities = {
+    "bias", "scale_error", "misalignment_rad", "residual_rms"};
+
+inline auto Gauges() {
+  return Named(GaugeName,
+               std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
+}
+inline auto Models() {
+  return Named(
+      MatrixModelName,
+      std::array{
+          MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
+}
+inline auto NoiseSources() {
+  return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
+}
+constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
+    {AccelerometerSign::kSpecificForce, "specific_force"},
+    {AccelerometerSign::kGravity, "gravity"},
+}};
+constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
+    {ExcessNoise::kNone, "none"},
+    {ExcessNoise::kEstimate, "estimate"},
+}};
+constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
+constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
+constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
+    {InitialiseMethod::kAuto, "auto"},
+    {InitialiseMethod::kSixFaceExtremes, "six-face-extremes"},
+    {InitialiseMethod::kSixPosition, "six-position"},
+    {InitialiseMethod::kEllipsoidAxisAligned, "ellipsoid-axis-aligned"},
+    {InitialiseMethod::kEllipsoid, "ellipsoid"},
+}};
+
+/// What the documents have said so far. Each document (preset, experiment, override) is read on top
+/// of those before it, so that a later one changes just what it names.
+struct ExperimentDraft {
+  Experiment experiment;
+  std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
+  Stated gravity_mps2, strength_ut, dip_deg;
+  std::optional<Gauge> gauge;
+  std::set<std::string> given;  ///< Full names of all keys that any document has.
+};
+
+/// The experiment with every default written out and marked; reads back with the same options.
+std::string ResolvedYaml(const ExperimentDraft& draft);
+
+}  // namespace truetriad

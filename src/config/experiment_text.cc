@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "config/experiment_draft.h"
+#include "config/resolved_text.h"
+#include "io/yaml_text.h"
+
+namespace truetriad {
+namespace {
+
+void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
+  const ReferenceOptions& reference = draft.experiment.options.reference;
+  out.Open("reference");
+  out.Line("gravity_mps2", draft.gravity_mps2);
+  if (const auto& position = draft.experiment.position) {
+    out.Open("position");
+    out.Line("latitude_deg", position->latitude_deg);
+    out.Line("longitude_deg", position->longitude_deg);
+    out.Line("height_m", position->height_m);
+    if (!position->date.empty()) out.Line("date", Quoted{position->date});
+    out.Close();
+  }
+  out.Open("field");
+  out.Line("strength_ut", draft.strength_ut);
+  out.Line("dip_deg", draft.dip_deg);
+  out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
+  out.Close();
+  out.Line("temperature_degc", reference.temperature_degc);
+  out.Close();
+}
+
+void WriteSensor(ResolvedText& out, Triad triad, const Experiment& experiment) {
+  const TriadOptions& options = experiment.options.triads[triad];
+  out.Open(TriadName(triad));
+  out.Line("model", Models().Name(options.model));
+  if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
+  out.Open("noise");
+  if (options.noise_sigma_raw) {
+    out.Line("sigma", *options.noise_sigma_raw);
+  } else {
+    out.Line("sigma", "auto");
+  }
+  out.Line("source", NoiseSources().Name(options.noise_source));
+  if (options.excess == ExcessNoise::kGiven) {
+    out.Line("excess", "{ sigma: ", options.excess_sigma, " }");
+  } else {
+    out.Line("excess", kExcesses.Name(options.excess));
+  }
+  out.Close();
+  if (const std::optional<TriadPrior>& prior = options.prior) {
+    out.Open("prior");
+    out.Line("bias", prior->bias);
+    out.Line("bias_sigma", prior->bias_sigma);
+    out.Line("sensitivity", prior->sensitivity);
+    out.Line("sensitivity_sigma", prior->sensitivity_sigma);
+    out.Close();
+  }
+  if (experiment.fixed_identity[triad] || options.fixed_sensitivity || options.fixed_bias) {
+    out.Open("fixed");
+    if (experiment.fixed_identity[triad]) out.Line("matrix", "identity");
+    if (options.fixed_sensitivity) out.Line("matrix", *options.fixed_sensitivity);
+    if (options.fixed_bias) out.Line("bias", *options.fixed_bias);
+    out.Close();
+  }
+  out.Close();
+}
+
+void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
+  const PosesConfig& poses = draft.experiment.poses;
+  if (!poses.given) return;  // Writing the default would overrule what a recording states.
+  switch (poses.kind) {
+    case PoseSelectionKind::kDetect:
+      return out.Line("poses", "{ detect: auto }");
+    case PoseSelectionKind::kEveryRow:
+      return out.Line("poses", "every_row");
+    case PoseSelectionKind::kEveryN:
+      return out.Line("poses", "{ every: ", poses.every, " }");
+    case PoseSelectionKind::kColumn:
+      return out.Line("poses", "{ column: ", Quoted{poses.column}, " }");
+    case PoseSelectionKind::kRanges:
+      return out.Line("poses", "{ file: ", Quoted{draft.pose_file}, " }");
+  }
+}
+
+void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
+  const AttitudeOptions& attitudes = draft.experiment.options.attitudes;
+  switch (attitudes.kind) {
+    case AttitudeKind::kNone:
+      return out.Line("attitudes", "none");
+    case AttitudeKind::kSixFace:
+      out.Open("attitudes");
+      out.Open("six_face");
+      out.Line("tilt_sigma_deg", attitudes.tilt_sigma_deg);
+      out.Line("seat_sigma_deg", attitudes.seat_sigma_deg);
+      out.Close();
+      return out.Close();
+    case AttitudeKind::kGiven:
+      out.Open("attitudes");
+      out.Line("file", Quoted{draft.attitudes_file});
+      out.Line("sigma_deg", draft.experiment.attitudes_sigma_deg);
+      out.Line("fixture_rotation", "identity");
+      return out.Close();
+  }
+}
+
+}  // namespace
+
+std::string ResolvedYaml(const ExperimentDraft& draft) {
+  const Experiment& experiment = draft.experiment;
+  const CalibrateOptions& options = experiment.options;
+  ResolvedText out(draft.given);
+  out.Line("experiment", 1);
+  if (!draft.input.empty()) out.Line("input", Quoted{draft.input});
+  out.Line("device",
+           "{ serial: ",
+           Quoted{experiment.serial},
+           ", model: ",
+           Quoted{experiment.model},
+           " }");
+  WriteReference(out, draft);
+  out.Line("gauge", Gauges().Name(options.gauge));
+  out.Open("sensors");
+  for (const Triad triad : kCalibratedTriads) {
+    if (options.triads[triad].enabled) WriteSensor(out, triad, experiment);
+  }
+  out.Close();
+  WritePoses(out, draft);
+  WriteAttitudes(out, draft);
+  out.Open("robust");
+  out.Line("loss", kLosses.Name(options.robust.enabled));
+  out.Line("scale", options.robust.scale);
+  out.Close();
+  out.Open("initialise");
+  out.Line("method", kMethods.Name(options.initialise.method));
+  out.Line("only", options.initialise.only);
+  if (!draft.forces_file.empty()) out.Line("forces", Quoted{draft.forces_file});
+  out.Close();
+  out.Open("limits");
+  for (const auto& [name, limit] : options.limits.limits) out.Line(name, limit);
+  if (options.limits.guard_band_k > 0.0) {
+    out.Line("decision", "{ guard_band_k: ", options.limits.guard_band_k, " }");
+  } else {
+    out.Line("decision", "simple");
+  }
+  out.Close();
+  out.Open("cross_validation");
+  out.Line("folds", options.cross_validation_folds);
+  out.Close();
+  out.Line("observable_sigma", options.observable_sigma);
+  return out.str();
+}
+
+}  // namespace truetriad
