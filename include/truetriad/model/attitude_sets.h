@@ -19,8 +19,10 @@ std::vector<Eigen::Quaterniond> CubeAttitudes();
 /// M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022.
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count);
 
-/// An attitude as an operator would say it: "z up, x to the north" for the cube's orientations,
-/// else "z up tilted 30 deg towards x, y 45 deg west of north"; always unambiguous.
+/// An attitude as an operator would say it, in whole degrees: "z up, x to the north" for the cube's
+/// orientations, else "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west of north".
+/// The axis named as up is the one that points up most; two axes' elevations then fix the tilt, and
+/// where the first of them points over the ground the heading.
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body);
 
 }  // namespace truetriad
