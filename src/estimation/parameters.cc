@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "truetriad/model/world.h"
+
 namespace truetriad {
 
 Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
@@ -114,12 +116,8 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
 }
 
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
-  if (triad == Triad::kAccelerometer) return {0.0, 0.0, reference[kGravity]};
-  const double dip = reference[kDip];
-  const double heading = reference[kHeading];
-  return reference[kField] * Eigen::Vector3d(std::cos(dip) * std::cos(heading),
-                                             std::cos(dip) * std::sin(heading),
-                                             -std::sin(dip));
+  if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
+  return FieldInWorld(reference[kField], reference[kDip], reference[kHeading]);
 }
 
 Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
@@ -133,8 +131,7 @@ Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
   const double field = reference[kField];
   const double dip = reference[kDip];
   const double heading = reference[kHeading];
-  jacobian.col(kField) = Eigen::Vector3d(
-      std::cos(dip) * std::cos(heading), std::cos(dip) * std::sin(heading), -std::sin(dip));
+  jacobian.col(kField) = FieldInWorld(1.0, dip, heading);
   jacobian.col(kDip) = field * Eigen::Vector3d(-std::sin(dip) * std::cos(heading),
                                                -std::sin(dip) * std::sin(heading),
                                                -std::cos(dip));

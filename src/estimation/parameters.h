@@ -39,6 +39,7 @@ struct SharedLayout {
   int free_size() const { return static_cast<int>(basis.cols()); }
 
   bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
+  bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
   // The basis restricted to one block: its own rows, only the columns that touch it.
   Eigen::MatrixXd BlockBasis(int offset, int block_size) const;

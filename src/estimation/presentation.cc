@@ -35,7 +35,7 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
     }
   }
   for (int i = 0; i < kReferenceSize; ++i) {
-    if (!layout.basis.row(layout.reference + i).isZero(0.0)) listed.push_back(layout.reference + i);
+    if (layout.IsFree(layout.reference + i)) listed.push_back(layout.reference + i);
   }
   const std::vector<std::string> names = ParameterNames(layout);
   Eigen::MatrixXd basis(static_cast<Eigen::Index>(listed.size()), layout.basis.cols());

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/sim/synthetic_poses.h"
 
-#include <cmath>
+#include "truetriad/model/world.h"
 
 namespace truetriad {
 
 Eigen::Vector3d SyntheticUnit::WorldVector(Triad triad) const {
-  if (triad == Triad::kAccelerometer) return {0.0, 0.0, gravity_mps2};
-  return field_ut * Eigen::Vector3d(std::cos(dip_rad), 0.0, -std::sin(dip_rad));
+  if (triad == Triad::kAccelerometer) return ForceInWorld(gravity_mps2);
+  return FieldInWorld(field_ut, dip_rad);
 }
 
 PoseSet SimulatePoses(const SyntheticUnit& unit,

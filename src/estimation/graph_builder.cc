@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/graph_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+// The seat of a six-face rest is never exact: a zero sigma is this.
+constexpr double kSmallestSeatRad = 1e-7;
+
+}  // namespace
+
+Triad LeadingTriad(const CalibrateOptions& options) {
+  return options.triads[Triad::kAccelerometer].enabled ? Triad::kAccelerometer
+                                                       : Triad::kMagnetometer;
+}
+
+double LeadingAxisSign(const CalibrateOptions& options) {
+  const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
+  return accelerometer.enabled && accelerometer.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+}
+
+Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         const PerTriad<NoiseSource>& sources) {
+  std::vector<int> faces(poses.poses.size(), -1);
+  if (options.attitudes.kind == AttitudeKind::kSixFace) {
+    auto found = FacesOfPoses(poses, options.triads[Triad::kAccelerometer].sign);
+    if (!found) return found.error();
+    faces = std::move(*found);
+  }
+  std::vector<PoseNode> nodes;
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    PoseNode node;
+    node.number = pose.number;
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      const TriadOptions& sensor = options.triads[triad];
+      if (!sensor.enabled || !pose.triads[triad]) continue;
+      Observation observation;
+      observation.triad = triad;
+      observation.mean_raw = pose.triads[triad]->mean_raw;
+      if (sensor.noise_sigma_raw) {
+        observation.rest_covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+      } else if (sources[triad] != NoiseSource::kResidual) {
+        observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
+      }
+      node.observations.push_back(observation);
+    }
+    if (node.observations.empty()) continue;
+    node.kind = node.observations.size() == 1 ? PoseKind::kDirection : PoseKind::kRotation;
+    if (options.attitudes.kind == AttitudeKind::kGiven) {
+      if (!pose.attitude) {
+        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                             " has no known attitude; every pose needs one with `attitudes: "
+                             "{file: …}`");
+      }
+      const Eigen::Quaterniond& q = pose.attitude->world_from_body;
+      node.state = {q.x(), q.y(), q.z(), q.w()};
+      if (pose.attitude->sigma_rad.maxCoeff() > 0.0) {
+        node.kind = PoseKind::kRotation;
+        node.has_attitude_prior = true;
+        node.prior_world_from_body = q;
+        node.prior_sigma_rad = pose.attitude->sigma_rad;
+      } else {
+        node.kind = PoseKind::kHeld;
+      }
+    }
+    // The face is known from what the accelerometer says; a pose without it carries no face.
+    if (faces[k] >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
+      node.face = faces[k];
+      node.seat_sigma_rad =
+          std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
+    }
+    nodes.push_back(node);
+  }
+  return nodes;
+}
+
+void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
+  SharedLayout& layout = graph->layout;
+  layout = SharedLayout{};
+  const auto wants = [&options](Triad triad) { return options.triads[triad].enabled; };
+  int size = 0;
+  for (const Triad triad : kTriads) {
+    if (!wants(triad)) continue;
+    layout.bias[triad] = size;
+    layout.sensitivity[triad] = size + 3;
+    size += 12;
+  }
+  layout.reference = size;
+  size += kReferenceSize;
+  for (const PoseNode& node : graph->nodes) {
+    if (node.face < 0 || layout.face_tilt[static_cast<std::size_t>(node.face)] >= 0) continue;
+    layout.face_tilt[static_cast<std::size_t>(node.face)] = size;
+    size += 2;
+  }
+  layout.size = size;
+
+  graph->shared = Eigen::VectorXd::Zero(size);
+  std::vector<Eigen::VectorXd> columns;
+  const auto free_entry = [&columns, size](int index) {
+    columns.push_back(Eigen::VectorXd::Unit(size, index));
+  };
+  const Triad leading = LeadingTriad(options);
+  const bool fixture = options.attitudes.kind != AttitudeKind::kNone;
+  for (const Triad triad : kTriads) {
+    if (!wants(triad)) continue;
+    const TriadOptions& sensor = options.triads[triad];
+    const TriadModel<double>& model = *start.models[triad];
+    graph->shared.segment<3>(layout.bias[triad]) = sensor.fixed_bias.value_or(model.bias);
+    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
+    if (!sensor.fixed_bias) {
+      for (int i = 0; i < 3; ++i) free_entry(layout.bias[triad] + i);
+    }
+    if (sensor.fixed_sensitivity) continue;
+    const bool triangular = triad == leading && !fixture;
+    const Eigen::Matrix3d axis_map =
+        triad == leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(model.sensitivity);
+    for (const Eigen::Matrix3d& entry : SensitivityBasis(sensor.model, triangular, axis_map)) {
+      Eigen::VectorXd column = Eigen::VectorXd::Zero(size);
+      column.segment<9>(layout.sensitivity[triad]) = entry.reshaped();
+      columns.push_back(column);
+    }
+  }
+
+  graph->shared.segment<4>(layout.reference) = start.reference;
+  const ReferenceOptions& reference = options.reference;
+  if (wants(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
+    free_entry(layout.reference + kGravity);
+  }
+  if (wants(Triad::kMagnetometer)) {
+    const bool matrix_held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+    const bool field_free =
+        reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
+    if (field_free) free_entry(layout.reference + kField);
+    // A magnetometer alone sees neither dip nor heading.
+    const bool sees_dip =
+        wants(Triad::kAccelerometer) || options.attitudes.kind == AttitudeKind::kGiven;
+    if (sees_dip && !(reference.dip_rad.known() && reference.dip_rad.sigma == 0.0)) {
+      free_entry(layout.reference + kDip);
+    }
+    if (options.attitudes.kind == AttitudeKind::kGiven) free_entry(layout.reference + kHeading);
+  }
+  for (const int tilt : layout.face_tilt) {
+    if (tilt < 0) continue;
+    free_entry(tilt);
+    free_entry(tilt + 1);
+  }
+  layout.basis.resize(size, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    layout.basis.col(static_cast<Eigen::Index>(i)) = columns[i];
+  }
+  SetStartAttitudes(start, graph);
+}
+
+void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {
+  graph->priors.clear();
+  const SharedLayout& layout = graph->layout;
+  const auto add = [graph, &layout](int index, double mean, double sigma) {
+    if (!std::isfinite(sigma) || sigma <= 0.0 || !layout.IsFree(index)) return;
+    graph->priors.push_back({index, mean, sigma});
+  };
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || !options.triads[triad].prior) continue;
+    const TriadPrior& prior = *options.triads[triad].prior;
+    for (int i = 0; i < 3; ++i) {
+      add(layout.bias[triad] + i, prior.bias[i], prior.bias_sigma[i]);
+    }
+    for (int i = 0; i < 9; ++i) {
+      add(layout.sensitivity[triad] + i,
+          prior.sensitivity.reshaped()[i],
+          prior.sensitivity_sigma.reshaped()[i]);
+    }
+  }
+  const ReferenceOptions& reference = options.reference;
+  const auto add_reference = [&](int at, const Knowledge& knowledge) {
+    if (knowledge.known()) add(layout.reference + at, *knowledge.value, knowledge.sigma);
+  };
+  add_reference(kGravity, reference.gravity_mps2);
+  add_reference(kField, reference.field_ut);
+  add_reference(kDip, reference.dip_rad);
+  for (const int tilt : layout.face_tilt) {
+    if (tilt < 0) continue;
+    add(tilt, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+    add(tilt + 1, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+  }
+}
+
+}  // namespace truetriad

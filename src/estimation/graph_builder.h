@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "estimation/graph.h"
+#include "estimation/start.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+
+// The triad that fixes the body frame: the accelerometer where it is calibrated. model.md §1.
+Triad LeadingTriad(const CalibrateOptions& options);
+
+// Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
+double LeadingAxisSign(const CalibrateOptions& options);
+
+// One node a pose that saw a wanted triad, with its attitude where it is given and the covariance
+// inside its rest where `sources` says that it is known; weights and excess noise come later.
+// Error (bad input): no attitude where all are to be given; faces that cannot be told apart.
+Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         const PerTriad<NoiseSource>& sources);
+
+// From the nodes and the start values: where each shared block stands, which of its entries are
+// free, their start values, and the attitudes that nobody gave.
+void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
+
+// What is known beforehand of the free entries.
+void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
+
+}  // namespace truetriad

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "estimation/graph.h"
+#include "estimation/messages.h"
+#include "estimation/noise.h"
+#include "estimation/reduced_system.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+
+// What is known of the noise that weights the observations, and how.
+struct NoiseState {
+  PerTriad<NoiseSource> source{};
+  std::vector<Triad> estimated;  // triads whose excess is estimated
+  ExcessVariance excess{};
+  ExcessEstimate estimate;
+  bool unknown = false;  // residuals were to show it, and there are none
+};
+
+// Where each triad's rest noise comes from, and whether its excess is estimated.
+NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Messages* messages);
+
+// Before anything is known of the excess: what keeps triads without rest noise balanced against
+// each other. Sets the graph's variances.
+void StartNoise(NoiseState* noise, PoseGraph* graph);
+
+// The optimisations of a run, added up.
+struct SolveLog {
+  bool converged = false;  // the last one
+  int iterations = 0;
+  double initial_cost = -1.0;  // of the first one
+  double final_cost = -1.0;
+
+  void Solve(double tolerance, PoseGraph* graph);
+};
+
+// Rows and priors less unknowns; rejected observations do not count.
+double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
+
+// The robust step, the excess noise and the solution, in turn until nothing changes. Returns the
+// number of rounds.
+int SettleNoise(const RobustOptions& robust,
+                NoiseState* noise,
+                PoseGraph* graph,
+                SolveLog* log,
+                Messages* messages);
+
+}  // namespace truetriad

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estimation/graph_builder.h"
+#include "estimation/observability.h"
+#include "estimation/presentation.h"
+#include "estimation/quality.h"
+
+namespace truetriad {
+namespace {
+
+// Below this the noise level itself is hardly known. model.md §2.
+constexpr double kFewDof = 10.0;
+// A fit whose residual is this share of the field does not explain the data.
+constexpr double kExplainedShare = 0.1;
+// A cap this wide without a pose is half of the sphere.
+constexpr double kOneSidedGapDeg = 90.0;
+// A magnetometer's gain this far from its unit is worth a word; normalised fields are used, too.
+constexpr double kOddGain = 5.0;
+
+bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
+
+// A sensor with nothing but its units.
+TriadCalibration InUnits(Triad triad, const PoseSet& poses) {
+  TriadCalibration sensor;
+  const StreamSummary* stream = poses.Find(triad);
+  sensor.input_unit = stream != nullptr ? stream->unit.name : "";
+  sensor.output_unit = std::string(TruthUnitName(triad));
+  return sensor;
+}
+
+// The sensors of a usable solution.
+void StateSensors(const SettledRun& run,
+                  const PresentedSolution& solution,
+                  Calibration* calibration) {
+  const NoiseState& noise = run.noise;
+  int at = 0;
+  for (const Triad triad : kTriads) {
+    if (!Wants(run.options, triad)) continue;
+    TriadCalibration sensor = InUnits(triad, run.poses);
+    sensor.model = *solution.models[triad];
+    const Eigen::VectorXd variance = solution.covariance.matrix.diagonal().segment(at, 12);
+    for (int i = 0; i < 3; ++i) {
+      sensor.bias_sigma[i] = std::sqrt(std::max(variance[i], 0.0));
+      for (int j = 0; j < 3; ++j) {
+        sensor.sensitivity_sigma(i, j) = std::sqrt(std::max(variance[3 + 3 * i + j], 0.0));
+      }
+    }
+    at += 12;
+    // RMS over poses of each axis' σ.
+    Eigen::Vector3d rest = Eigen::Vector3d::Zero();
+    Eigen::Vector3d total = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (const PoseNode& node : run.graph.nodes) {
+      for (const Observation& observation : node.observations) {
+        if (observation.triad != triad || observation.rejected) continue;
+        rest += observation.rest_covariance.diagonal();
+        total += observation.variance.diagonal();
+        ++count;
+      }
+    }
+    sensor.noise.source = noise.source[triad];
+    const bool residual = noise.source[triad] == NoiseSource::kResidual;
+    sensor.noise.sigma = ((residual ? total : rest) / std::max(count, 1)).cwiseSqrt();
+    sensor.noise.excess_sigma = residual ? 0.0 : std::sqrt(noise.excess[triad]);
+    sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, triad);
+    calibration->sensors[triad] = sensor;
+  }
+}
+
+void StateReference(const SettledRun& run, ReferenceValues* stated) {
+  const SharedLayout& layout = run.graph.layout;
+  const ReferenceOptions& wanted = run.options.reference;
+  const Eigen::Vector4d reference = run.graph.reference();
+  stated->gravity_mps2 = reference[kGravity];
+  if (wanted.gravity_mps2.sigma > 0.0) stated->gravity_sigma_mps2 = wanted.gravity_mps2.sigma;
+  if (!Wants(run.options, Triad::kMagnetometer)) return;
+  const bool field_free = layout.IsFree(layout.reference + kField);
+  const bool dip_free = layout.IsFree(layout.reference + kDip);
+  stated->field_ut = reference[kField];
+  stated->field_nominal = !wanted.field_ut.known() && !field_free;
+  stated->field_estimated = field_free || dip_free;
+  if (dip_free || wanted.dip_rad.known()) stated->dip_rad = reference[kDip];
+}
+
+void StateRejected(const PoseGraph& graph, Quality* quality) {
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& observation : node.observations) {
+      if (!observation.rejected) continue;
+      const auto at =
+          std::find_if(quality->pose_residuals.begin(),
+                       quality->pose_residuals.end(),
+                       [&](const auto& residual) {
+                         return residual.pose == node.number && residual.triad == observation.triad;
+                       });
+      quality->rejected_poses.push_back(
+          {node.number,
+           observation.triad,
+           Format("disagrees with all other poses by %.1f times its noise", at->normalized)});
+    }
+  }
+}
+
+// χ² of the residuals over their degrees of freedom.
+double ReducedChi2(const ReducedSystem& system, double dof) {
+  double sum = 0.0;
+  for (const ReducedSystem::Pose& pose : system.poses()) {
+    sum += (pose.residual + pose.J * system.step()).dot(pose.projected);
+  }
+  return sum / dof;
+}
+
+// χ² against all noise, and against the noise inside rests alone where that is known.
+void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Quality* quality) {
+  quality->reduced_chi2 = std::numeric_limits<double>::quiet_NaN();
+  quality->reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
+  if (dof < 1.0) return;
+  quality->reduced_chi2 = ReducedChi2(system, dof);
+  for (const Triad triad : kTriads) {
+    if (Wants(run.options, triad) && run.noise.source[triad] == NoiseSource::kResidual) return;
+  }
+  PoseGraph rests = run.graph;
+  ApplyExcess(ExcessVariance{}, &rests);
+  quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
+}
+
+// Why a solution cannot be used.
+struct Refusal {
+  Outcome outcome = Outcome::kNotCalled;
+  std::string message;
+};
+
+std::optional<Refusal> WhyUnusable(const SettledRun& run,
+                                   const Quality& quality,
+                                   const ReducedSystem& system,
+                                   bool determined) {
+  if (run.noise.unknown) {
+    return Refusal{
+        Outcome::kNotEnough,
+        "every residual is needed to determine the parameters, so the noise cannot be estimated; "
+        "add poses, or state `noise: { sigma: [x, y, z] }`"};
+  }
+  for (const Triad triad : kTriads) {
+    if (!Wants(run.options, triad) || !quality.residual_rms[triad]) continue;
+    const double share =
+        *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
+    if (share <= kExplainedShare) continue;
+    return Refusal{
+        Outcome::kNotConverged,
+        std::string(TriadName(triad)) +
+            Format(": after the fit the readings still scatter by %.0f %%", 100.0 * share) +
+            " of the field; these are not rests in one constant field"};
+  }
+  // Before convergence: along a direction that is not determined the optimiser only creeps.
+  if (!determined || system.rank() < system.size()) {
+    return Refusal{Outcome::kNotObservable,
+                   "the poses do not determine every wanted parameter; see the weak directions"};
+  }
+  if (!run.converged) {
+    return Refusal{
+        Outcome::kNotConverged,
+        "the optimiser did not converge: the readings do not fit the model from any start"};
+  }
+  return std::nullopt;
+}
+
+// What the reader of a usable result should know besides its numbers.
+void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages* messages) {
+  const CalibrateOptions& options = run.options;
+  const Quality& quality = calibration.quality;
+  if (!run.noise.estimated.empty() && quality.effective_dof < kFewDof) {
+    messages->push_back(
+        Format("σ rests on few (%.1f) degrees of freedom: use the stated interval factor, not 2 σ",
+               quality.effective_dof));
+  }
+  const auto& magnetometer = calibration.sensors[Triad::kMagnetometer];
+  if (magnetometer && Wants(options, Triad::kAccelerometer) &&
+      run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
+    messages->emplace_back(
+        "the magnetometer's axes came out left-handed (determinant < 0); a wrong accelerometer "
+        "`sign` or `hemisphere` would explain the data as well");
+  }
+  for (const Coverage& coverage : quality.coverage) {
+    if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
+    messages->push_back(
+        std::string(TriadName(coverage.triad)) +
+        Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
+               coverage.largest_gap_deg));
+  }
+  if (run.poses.temperature_range_degc) {
+    const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
+    std::string range_text = Format("recorded at %.1f", range[0]);
+    range_text += Format(" to %.1f degC; no temperature terms were estimated", range[1]);
+    messages->push_back(std::move(range_text));
+  }
+  if (magnetometer && options.reference.field_ut.known()) {
+    const Unit& unit = run.poses.Find(Triad::kMagnetometer)->unit;
+    const double gain =
+        std::cbrt(std::abs(magnetometer->model.sensitivity.determinant())) * unit.truth_per_raw;
+    if (!unit.is_counts && (gain > kOddGain || gain < 1.0 / kOddGain)) {
+      messages->push_back(Format("the magnetometer's gain is %.4g times what ", gain) + unit.name +
+                          " means at the stated field strength: check the unit and strength_ut");
+    }
+  }
+  if (calibration.reference.field_nominal) {
+    messages->push_back(
+        Format("field strength unknown: the magnetometer's common scale is not observable, "
+               "strength fixed to %.6g uT",
+               *calibration.reference.field_ut));
+  }
+}
+
+}  // namespace
+
+Status StateVerdict(const SettledRun& run, Calibration* calibration) {
+  const CalibrateOptions& options = run.options;
+  const PoseGraph& graph = run.graph;
+  Quality& quality = calibration->quality;
+  const ReducedSystem system(graph);
+  quality.poses = static_cast<int>(graph.nodes.size());
+  quality.dof = ResidualDof(graph, system);
+  const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
+  quality.effective_dof = joint.dof;
+  StateReference(run, &calibration->reference);
+
+  Observability observability = AnalyseObservability(graph, system, options.observable_sigma);
+  quality.weak_directions = std::move(observability.weak_directions);
+
+  // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
+  PresentedSolution solution =
+      SolvedFrame(graph, AdjustedCovariance(run.noise.estimate, system) / joint.scale);
+  StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
+  FillPoseQuality(graph, solution, DeletionTests(graph, system), run.poses, &quality);
+  StateRejected(graph, &quality);
+  StateChi2(run, system, quality.dof, &quality);
+
+  if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite() ||
+      solution.covariance.matrix.diagonal().minCoeff() < 0.0) {
+    quality = Quality{};
+    quality.poses = static_cast<int>(graph.nodes.size());
+    calibration->outcome = Outcome::kNotConverged;
+    calibration->messages.emplace_back(
+        "the numbers left the range that can be computed with; look for absurd readings, σ or held "
+        "values");
+    return {};
+  }
+  if (auto refusal = WhyUnusable(run, quality, system, observability.determined)) {
+    calibration->outcome = refusal->outcome;
+    calibration->messages.push_back(std::move(refusal->message));
+    return {};
+  }
+  calibration->outcome = Outcome::kConverged;
+  calibration->covariance = solution.covariance;
+  StateSensors(run, solution, calibration);
+  quality.held_out = CrossValidate(graph, options.cross_validation_folds);
+  SayRemarks(run, *calibration, &calibration->messages);
+  auto limits = JudgeLimits(*calibration, run.poses, options.limits);
+  if (!limits) return limits.error();
+  quality.limits = std::move(*limits);
+  if (!quality.limits.empty()) {
+    calibration->within_limits = std::all_of(quality.limits.begin(),
+                                             quality.limits.end(),
+                                             [](const LimitCheck& check) { return check.pass; });
+  }
+  return {};
+}
+
+void StateStart(const PoseSet& poses,
+                const CalibrateOptions& options,
+                const NoiseState& noise,
+                const StartValues& start,
+                const PoseGraph& graph,
+                Calibration* calibration) {
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::Matrix3d Q = GaugeRotation(
+      options.gauge, start.models[LeadingTriad(options)]->sensitivity, LeadingAxisSign(options));
+  for (const Triad triad : kTriads) {
+    if (!start.models[triad]) continue;
+    TriadCalibration sensor = InUnits(triad, poses);
+    sensor.model = {start.models[triad]->sensitivity * Q, start.models[triad]->bias};
+    sensor.bias_sigma.setConstant(unknown);
+    sensor.sensitivity_sigma.setConstant(unknown);
+    sensor.noise.sigma.setConstant(unknown);
+    sensor.noise.source = noise.source[triad];
+    calibration->sensors[triad] = sensor;
+    const double strength = WorldVector(triad, start.reference).norm();
+    double sum = 0.0;
+    int count = 0;
+    for (const PoseNode& node : graph.nodes) {
+      for (const Observation& observation : node.observations) {
+        if (observation.triad != triad) continue;
+        const double error = NormError(sensor.model, observation.mean_raw, strength);
+        sum += error * error;
+        ++count;
+      }
+    }
+    if (count > 0) calibration->quality.residual_rms[triad] = std::sqrt(sum / count);
+  }
+  calibration->reference.gravity_mps2 = start.reference[kGravity];
+  if (Wants(options, Triad::kMagnetometer)) {
+    calibration->reference.field_ut = start.reference[kField];
+    calibration->reference.field_nominal = start.field_nominal;
+    if (Wants(options, Triad::kAccelerometer))
+      calibration->reference.dip_rad = start.reference[kDip];
+  }
+  calibration->quality.poses = static_cast<int>(graph.nodes.size());
+  calibration->quality.reduced_chi2 = unknown;
+  calibration->quality.reduced_chi2_before = unknown;
+  calibration->outcome = Outcome::kConverged;
+  calibration->messages.emplace_back("start values only, as asked: no refinement, no uncertainty");
+}
+
+}  // namespace truetriad

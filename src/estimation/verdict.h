@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "estimation/graph.h"
+#include "estimation/noise_settling.h"
+#include "estimation/start.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+
+// A run whose weights, noise and solution have settled.
+struct SettledRun {
+  const PoseSet& poses;
+  const CalibrateOptions& options;
+  const PoseGraph& graph;
+  const NoiseState& noise;
+  bool converged = false;
+};
+
+// Everything that is reported, from the settled graph: quality, the verdict, and where it can be
+// used the sensors with their covariance. Error (usage): a limit that cannot be judged.
+Status StateVerdict(const SettledRun& run, Calibration* calibration);
+
+// The start values as a calibration without uncertainty; `graph` is laid out at them.
+void StateStart(const PoseSet& poses,
+                const CalibrateOptions& options,
+                const NoiseState& noise,
+                const StartValues& start,
+                const PoseGraph& graph,
+                Calibration* calibration);
+
+}  // namespace truetriad
