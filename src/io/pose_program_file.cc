@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/io/pose_program_file.h"
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "io/yaml_reader.h"
+#include "io/yaml_text.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kAbsoluteZeroDegc = -273.15;
+/// Quaternions that people write have few digits: those of 0.7071 are off by 2e-5. More than this
+/// is a mistake, such as angles in their place.
+constexpr double kUnitLengthTolerance = 1e-3;
+/// Lengths within rounding are kept as they are, so that a file reads back to the same bits.
+constexpr double kExactUnitLength = 1e-14;
+
+void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
+  std::vector<double> wxyz;
+  if (!reader.Read(&wxyz)) return;
+  if (wxyz.size() != 4) {
+    reader.Fail("has " + std::to_string(wxyz.size()) +
+                " numbers; four are expected: [qw, qx, qy, qz], world <- body");
+    return;
+  }
+  Eigen::Quaterniond attitude(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  const double length_error = std::abs(attitude.norm() - 1.0);
+  // Written so that a length that overflows is refused too.
+  if (!(length_error <= kUnitLengthTolerance)) {
+    reader.Fail("is not a rotation: a quaternion [qw, qx, qy, qz] of length 1 is expected");
+    return;
+  }
+  if (length_error > kExactUnitLength) attitude.normalize();
+  *world_from_body = attitude;
+}
+
+ProgramPose ReadPose(YamlReader reader) {
+  ProgramPose pose;
+  int number = 0;  // For people; poses are taken in the order of the file.
+  reader.Optional("number", &number);
+  ReadAttitude(reader.RequireChild("attitude"), &pose.world_from_body);
+  double temperature_degc = 0.0;
+  if (YamlReader child = reader.Child("temperature_degc"); child.Read(&temperature_degc)) {
+    pose.temperature_degc = temperature_degc;
+    if (temperature_degc < kAbsoluteZeroDegc) child.Fail("is below absolute zero");
+  }
+  reader.Optional("label", &pose.label);
+  reader.RejectUnknown();
+  return pose;
+}
+
+}  // namespace
+
+std::string PoseProgramToYaml(const PoseProgram& program) {
+  YamlText text;
+  text << "program: 1\nposes:\n";
+  for (std::size_t i = 0; i < program.poses.size(); ++i) {
+    const ProgramPose& pose = program.poses[i];
+    const Eigen::Quaterniond& q = pose.world_from_body;
+    text << "  - { number: " << i + 1
+         << ", attitude: " << Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
+    if (pose.temperature_degc) text << ", temperature_degc: " << *pose.temperature_degc;
+    if (!pose.label.empty()) text << ", label: " << Quoted{pose.label};
+    text << " }\n";
+  }
+  return text.str();
+}
+
+Result<PoseProgram> ReadPoseProgram(const std::string& path) {
+  Result<YamlReader> root = YamlReader::FromFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(root);
+  PoseProgram program;
+  int version = 0;
+  if (YamlReader child = root->RequireChild("program"); child.Read(&version) && version != 1) {
+    child.Fail("version " + std::to_string(version) + " cannot be read; 1 is expected");
+  }
+  YamlReader poses = root->RequireChild("poses");
+  for (const YamlReader& item : poses.Items()) program.poses.push_back(ReadPose(item));
+  if (poses.IsSequence() && program.poses.empty()) poses.Fail("has no poses; list at least one");
+  root->RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  return program;
+}
+
+}  // namespace truetriad
