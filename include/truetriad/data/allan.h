@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// A number with a 95 % confidence interval.
+struct Interval {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+};
+
+/// One point of an Allan deviation.
+struct AllanPoint {
+  double tau_s = 0.0;
+  Interval deviation;  ///< Raw unit.
+  double degrees_of_freedom = 0.0;
+  std::int64_t terms = 0;  ///< Second differences averaged.
+};
+
+/// The minimum of an Allan deviation and what it says of flicker noise: B = minimum / 0.664,
+/// 0.664 = sqrt(2 ln 2 / pi). IEEE Std 952-1997, C.1.3.
+struct BiasInstability {
+  Interval coefficient;  ///< B, raw unit.
+  Interval minimum;      ///< Of the deviation, raw unit.
+  double tau_s = 0.0;    ///< Where it is.
+  bool at_end = false;   ///< Still falling at the longest tau: B is an upper bound.
+};
+
+/// One axis of one triad. Coefficients as in IEEE Std 952-1997, annex C, for a reading in raw units
+/// that is a rate (bias-like quantity):
+///
+///   sigma^2(tau) = 3 Q^2 / tau^2 + N^2 / tau + (2 ln 2 / pi) B^2 + K^2 tau / 3
+struct AllanAxis {
+  std::vector<AllanPoint> points;  ///< Ascending in tau.
+  std::optional<Interval>
+      white_density;  ///< N, raw unit / sqrt(Hz): value at tau = 1 s of slope -1/2.
+  /// Range of tau that N was fitted over: the one given, else that in which white noise is more
+  /// than half of the fitted variance.
+  std::optional<std::array<double, 2>> white_range_s;
+  std::optional<double> white_sigma_sample;  ///< N * sqrt(rate): one sample's noise, raw unit.
+  std::optional<BiasInstability> instability;
+  std::optional<Interval>
+      random_walk;  ///< K, raw unit / s / sqrt(Hz): value at tau = 3 s of slope +1/2.
+  std::optional<Interval> quantisation;  ///< Q, raw unit * s: value at tau = sqrt(3) s of slope -1.
+};
+
+struct AllanTriad {
+  Triad triad = Triad::kAccelerometer;
+  Unit unit;
+  std::optional<double> si_per_count;  ///< True units a count, when the recording states it.
+  double rate_hz = 0.0;
+  std::int64_t samples = 0;
+  double duration_s = 0.0;
+  std::int64_t filled_samples = 0;  ///< Interpolated over short gaps.
+  std::int64_t breaks = 0;          ///< Longer gaps, across which nothing is differenced.
+  std::array<AllanAxis, 3> axes;
+  std::vector<std::string> warnings;
+};
+
+struct AllanResult {
+  std::string source;
+  std::string serial;
+  std::vector<InputFile> inputs;
+  std::vector<AllanTriad> triads;
+  const AllanTriad* Find(Triad triad) const {
+    for (const AllanTriad& item : triads) {
+      if (item.triad == triad) return &item;
+    }
+    return nullptr;
+  }
+};
+
+struct AllanOptions {
+  /// Rate of a recording without time, Hz. 0: the recording has time. Range: >= 0.
+  double rate_hz = 0.0;
+  int points_per_decade = 10;
+  /// Range of tau over which N is fitted, seconds; unset: where the slope is -1/2.
+  std::optional<std::array<double, 2>> white_range_s;
+};
+
+/// The overlapping Allan deviation of every axis and the noises that the data show. Streams
+/// `source` once; memory does not grow with the length of the log.
+///
+/// Up to ten missing samples are filled by straight lines; nothing is differenced across longer
+/// gaps. What may spoil the result (motion, a clipped or stuck axis, a temperature that drifts, a
+/// curve that the four noises do not describe) is a warning. Errors: no time and no rate, or a
+/// wrong option (usage); malformed readings, a stuck sensor (bad input); fewer than 100 samples in
+/// the longest stretch (not enough).
+Result<AllanResult> AnalyseAllan(SampleSource& source,
+                                 const AllanOptions& options = {},
+                                 const ProgressCallback& progress = {});
+
+}  // namespace truetriad

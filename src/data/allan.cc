@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/data/allan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <memory>
+#include <numbers>
+#include <sstream>
+#include <utility>
+
+#include "data/allan_curve.h"
+#include "data/allan_fit.h"
+#include "data/allan_rest.h"
+#include "data/allan_spacing.h"
+#include "data/allan_theory.h"
+#include "data/stream_checks.h"
+
+namespace truetriad {
+namespace {
+
+constexpr char kAxisName[] = "xyz";
+/// In the longest stretch.
+constexpr std::int64_t kFewestSamples = 100;
+/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
+constexpr double kFewestFreedoms = 8.0;
+constexpr double kWidestTemperatureDegc = 5.0;
+/// Share of the samples that may be filled in before it shows in the curve.
+constexpr double kMostFilled = 0.01;
+constexpr double kMostAtLimit = 0.005;
+
+std::string Number(double value, int digits = 4) {
+  std::ostringstream text;
+  text << std::setprecision(digits) << value;
+  return text.str();
+}
+
+Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
+  if (!(options.rate_hz >= 0.0) || !std::isfinite(options.rate_hz)) {
+    return UsageError("a rate of " + Number(options.rate_hz) + " Hz; expected one above zero");
+  }
+  if (options.points_per_decade < 1 || options.points_per_decade > 100) {
+    return UsageError(std::to_string(options.points_per_decade) +
+                      " points a decade; expected 1 to 100");
+  }
+  if (options.white_range_s) {
+    const auto [low, high] = *options.white_range_s;
+    if (!(low > 0.0 && low < high) || !std::isfinite(high)) {
+      return UsageError("white noise over tau from " + Number(low) + " s to " + Number(high) +
+                        " s; expected two numbers above zero, the smaller first");
+    }
+  }
+  if (info.has_time && options.rate_hz > 0.0) {
+    return UsageError(info.path + ": has times of its own; leave the rate of " +
+                      Number(options.rate_hz) + " Hz out");
+  }
+  if (!info.has_time && options.rate_hz == 0.0) {
+    return UsageError(info.path +
+                      ": has no time, so tau is not known; give its rate (--rate_hz=100), or state "
+                      "it in a manifest: `time: { unit: samples, rate_hz: 100 }`");
+  }
+  return {};
+}
+
+/// Counts how often an axis reads its own extremes.
+class LimitWatch {
+ public:
+  void Add(std::span<const double> readings) {
+    const Eigen::Map<const Eigen::ArrayXd> values(readings.data(),
+                                                  static_cast<Eigen::Index>(readings.size()));
+    Count(values, values.maxCoeff(), 1.0, &top_, &at_top_);
+    Count(values, values.minCoeff(), -1.0, &bottom_, &at_bottom_);
+  }
+  std::int64_t most() const { return std::max(at_top_, at_bottom_); }
+  double limit() const { return at_top_ >= at_bottom_ ? top_ : bottom_; }
+
+ private:
+  static void Count(const Eigen::Map<const Eigen::ArrayXd>& values,
+                    double extreme,
+                    double sign,
+                    double* limit,
+                    std::int64_t* hits) {
+    if (*hits > 0 && sign * extreme < sign * *limit) return;
+    if (*hits > 0 && extreme != *limit) *hits = 0;
+    *limit = extreme;
+    *hits += (values == extreme).count();
+  }
+
+  double top_ = 0.0, bottom_ = 0.0;
+  std::int64_t at_top_ = 0, at_bottom_ = 0;
+};
+
+/// What one stream leaves behind as it passes.
+class StreamAnalysis {
+ public:
+  StreamAnalysis(const StreamInfo& info,
+                 const RecordingInfo& recording,
+                 const AllanOptions& options)
+      : info_(info),
+        options_(options),
+        has_time_(recording.has_time),
+        monitor_(info, recording.has_time),
+        stream_([this](const SpacedStream::Readings& readings,
+                       std::int64_t start_ns) { Take(readings, start_ns); },
+                [this] { EndStretch(); }) {
+    for (int axis = 0; axis < 3; ++axis) curves_.emplace_back(options.points_per_decade);
+  }
+  StreamAnalysis(const StreamAnalysis&) = delete;
+  StreamAnalysis& operator=(const StreamAnalysis&) = delete;
+
+  Triad triad() const { return info_.triad; }
+
+  Status Add(const SampleBlock& block) {
+    TRUETRIAD_RETURN_IF_ERROR(monitor_.Add(block));
+    stream_.Add(block);
+    return {};
+  }
+
+  Result<AllanTriad> Finish(const StreamCounts& counts);
+
+ private:
+  double SpacingSeconds() const {
+    return has_time_ ? stream_.spacing_ns() * 1e-9 : 1.0 / options_.rate_hz;
+  }
+  void Take(const SpacedStream::Readings& readings, std::int64_t start_ns);
+  void EndStretch() {
+    for (AllanCurve& curve : curves_) curve.EndStretch();
+    for (RestWatch& watch : rests_) watch.Break();
+  }
+  Status CheckCurves() const;
+  Result<AllanAxis> Analyse(const Eigen::VectorXd& variances,
+                            const std::vector<AllanFactor>& factors,
+                            const AllanCovariance& covariance,
+                            int axis,
+                            std::vector<std::string>* warnings) const;
+  Status FitDensity(const Eigen::VectorXd& variances,
+                    const std::vector<AllanFactor>& factors,
+                    const AllanCovariance& covariance,
+                    const AllanFit& fit,
+                    AllanAxis* result) const;
+  void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
+  std::string Name() const { return std::string(TriadName(info_.triad)); }
+  std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
+
+  StreamInfo info_;
+  AllanOptions options_;
+  bool has_time_;
+  StreamMonitor monitor_;
+  SpacedStream stream_;
+  std::vector<AllanCurve> curves_;
+  std::vector<RestWatch> rests_;  // One an axis once the rate is known.
+  std::array<LimitWatch, 3> limits_;
+};
+
+void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t start_ns) {
+  const double to_ns = has_time_ ? 1.0 : 1e9 / options_.rate_hz;  // Without time they are rows.
+  const double spacing_ns = stream_.typical_ns() * to_ns;
+  if (rests_.empty()) {
+    // A second shows a knock as well as a slow turn; fewer samples do not tell noise from noise.
+    const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
+    rests_.assign(3, RestWatch(std::llround(a_second)));
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    curves_[axis].Add(readings[axis]);
+    rests_[axis].Add(readings[axis],
+                     std::llround(static_cast<double>(start_ns - monitor_.first_ns()) * to_ns),
+                     spacing_ns);
+    limits_[axis].Add(readings[axis]);
+  }
+}
+
+Status StreamAnalysis::CheckCurves() const {
+  const std::vector<AllanFactor> factors = curves_[0].factors();
+  if (curves_[0].longest_stretch() < kFewestSamples) {
+    return NotEnoughError(info_.file + ": the longest stretch of the " + Name() +
+                          " without a gap has " + std::to_string(curves_[0].longest_stretch()) +
+                          " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
+                          ", a useful one an hour at rest");
+  }
+  if (!(SpacingSeconds() > 0.0)) {
+    return BadInputError(info_.file + ": all samples of the " + Name() +
+                         " have the same time; expected times that go on");
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!curves_[static_cast<std::size_t>(axis)].variances().allFinite()) {
+      return BadInputError(info_.file + ": the " + Name(axis) +
+                           " reads numbers whose squares are beyond what can be computed with");
+    }
+  }
+  return {};
+}
+
+Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
+  stream_.Finish();
+  const Result<StreamSummary> summary = monitor_.Summary(counts);
+  TRUETRIAD_RETURN_IF_ERROR(summary);
+  TRUETRIAD_RETURN_IF_ERROR(CheckCurves());
+
+  AllanTriad result;
+  result.triad = info_.triad;
+  result.unit = info_.unit;
+  result.si_per_count = info_.si_per_count;
+  result.rate_hz = 1.0 / SpacingSeconds();
+  result.samples = monitor_.samples();
+  result.duration_s = has_time_
+                          ? static_cast<double>(monitor_.last_ns() - monitor_.first_ns()) * 1e-9
+                          : static_cast<double>(result.samples) * SpacingSeconds();
+  result.filled_samples = stream_.filled();
+  result.breaks = stream_.breaks();
+  result.warnings = monitor_.Warnings(*summary);
+  if (stream_.irregular()) {
+    result.warnings.push_back(Name() +
+                              ": the time stamps are irregular; the samples are taken as equally "
+                              "spaced and missing ones are not filled");
+  }
+  if (static_cast<double>(result.filled_samples) >
+      kMostFilled * static_cast<double>(result.samples)) {
+    result.warnings.push_back(
+        Name() + ": " + std::to_string(result.filled_samples) +
+        " missing samples are filled by straight lines, which takes noise from the shortest tau");
+  }
+  if (monitor_.has_temperature()) {
+    const Eigen::Vector2d range = monitor_.temperature_range_degc();
+    if (range[1] - range[0] > kWidestTemperatureDegc) {
+      result.warnings.push_back(Name() + ": the temperature went from " + Number(range[0]) +
+                                " to " + Number(range[1]) +
+                                " degC; the bias follows it, and long tau show that as random "
+                                "walk: keep the temperature, or wait until the unit is warm");
+    }
+  }
+
+  const std::vector<AllanFactor> factors = curves_[0].factors();
+  const AllanCovariance covariance(factors);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    Result<AllanAxis> analysed =
+        Analyse(curves_[i].variances(), factors, covariance, axis, &result.warnings);
+    TRUETRIAD_RETURN_IF_ERROR(analysed);
+    result.axes[i] = *std::move(analysed);
+    WarnOfAxis(axis, result.axes[i], &result.warnings);
+  }
+  return result;
+}
+
+Interval Root(const Interval& squared, double factor) {
+  return {factor * std::sqrt(squared.value),
+          factor * std::sqrt(squared.low),
+          factor * std::sqrt(squared.high)};
+}
+
+Interval Scaled(const Interval& interval, double factor) {
+  return {factor * interval.value, factor * interval.low, factor * interval.high};
+}
+
+std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
+                                           bool can_only_fall) {
+  const AllanPoint* lowest = nullptr;
+  const AllanPoint* last = nullptr;
+  for (const AllanPoint& point : points) {
+    if (point.degrees_of_freedom < kFewestFreedoms) continue;
+    last = &point;
+    if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
+  }
+  if (lowest == nullptr) return std::nullopt;
+  BiasInstability instability;
+  instability.minimum = lowest->deviation;
+  instability.coefficient =
+      Scaled(lowest->deviation, 1.0 / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi));
+  instability.tau_s = lowest->tau_s;
+  instability.at_end = lowest == last || can_only_fall;
+  return instability;
+}
+
+Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
+                                          const std::vector<AllanFactor>& factors,
+                                          const AllanCovariance& covariance,
+                                          int axis,
+                                          std::vector<std::string>* warnings) const {
+  AllanAxis result;
+  const AllanFit fit = FitNoises(factors, variances, covariance);
+  if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
+  const double spacing_s = SpacingSeconds();
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto m = static_cast<double>(factors[i].m);
+    const double expected = fit.strengths.dot(UnitAllanVariance(m));
+    AllanPoint point;
+    point.tau_s = m * spacing_s;
+    point.terms = factors[i].terms;
+    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, fit.strengths);
+    point.deviation = Root(ChiSquareInterval(variances[row], point.degrees_of_freedom), 1.0);
+    result.points.push_back(point);
+  }
+
+  const auto& [quantisation, white, flicker, walk] = fit.shown;
+  TRUETRIAD_RETURN_IF_ERROR(FitDensity(variances, factors, covariance, fit, &result));
+  if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
+  if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
+  result.instability = Instability(result.points, !flicker && !walk);
+  if (!fit.follows) {
+    warnings->push_back(Name(axis) +
+                        ": no sum of the four noises describes the curve; the coefficients are "
+                        "rough, look at the plot");
+  }
+  return result;
+}
+
+Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
+                                  const std::vector<AllanFactor>& factors,
+                                  const AllanCovariance& covariance,
+                                  const AllanFit& fit,
+                                  AllanAxis* result) const {
+  const double spacing_s = SpacingSeconds();
+  std::optional<Interval> strength = fit.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
+  if (options_.white_range_s) {
+    // Limits that are meant as a point of the curve do not miss it by rounding.
+    const double low = options_.white_range_s->front() / spacing_s * (1.0 - 1e-6);
+    const double high = options_.white_range_s->back() / spacing_s * (1.0 + 1e-6);
+    const auto index = [&](double m) {
+      return std::count_if(factors.begin(), factors.end(), [&](const AllanFactor& factor) {
+        return static_cast<double>(factor.m) < m;
+      });
+    };
+    const Eigen::Index begin = index(low);
+    const Eigen::Index end = index(high);
+    if (begin == end) {
+      return UsageError("white noise over tau from " + Number(options_.white_range_s->front()) +
+                        " s to " + Number(options_.white_range_s->back()) +
+                        " s: the curve of the " + Name() + " has no point there, it goes from " +
+                        Number(result->points.front().tau_s) + " s to " +
+                        Number(result->points.back().tau_s) + " s");
+    }
+    strength = FitWhite(factors, variances, covariance, fit.strengths, begin, end);
+    result->white_range_s = options_.white_range_s;
+  } else if (strength) {
+    const AllanPoint* first = nullptr;
+    const AllanPoint* last = nullptr;
+    for (std::size_t i = static_cast<std::size_t>(fit.first); i < factors.size(); ++i) {
+      const NoiseStrengths parts =
+          fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(factors[i].m)));
+      if (parts[static_cast<int>(NoiseTerm::kWhite)] < 0.5 * parts.sum()) continue;
+      last = &result->points[i];
+      if (first == nullptr) first = last;
+    }
+    if (first != nullptr) result->white_range_s = {first->tau_s, last->tau_s};
+  }
+  if (strength) {
+    result->white_density = Root(*strength, std::sqrt(spacing_s));
+    result->white_sigma_sample = result->white_density->value / std::sqrt(spacing_s);
+  }
+  return {};
+}
+
+void StreamAnalysis::WarnOfAxis(int axis,
+                                const AllanAxis& result,
+                                std::vector<std::string>* warnings) const {
+  if (result.points.empty()) return;
+  const auto i = static_cast<std::size_t>(axis);
+  const RestWatch::Verdict rest = rests_[i].Judge();
+  const double step = monitor_.resolution_raw()[axis];
+  if (rest.disturbed > 0) {
+    warnings->push_back(
+        Name(axis) + ": THE UNIT MOVED, or its readings jumped: " + std::to_string(rest.disturbed) +
+        " of " + std::to_string(rest.windows) + " windows are unlike the others, the worst at " +
+        Number(static_cast<double>(rest.worst_ns) * 1e-9, 6) +
+        " s; an Allan deviation is that of a unit at rest: cut these parts out or record again");
+  } else if (const auto highest = std::max_element(result.points.begin(),
+                                                   result.points.end(),
+                                                   [](const AllanPoint& a, const AllanPoint& b) {
+                                                     return a.deviation.value < b.deviation.value;
+                                                   });
+             highest->deviation.value > 3.0 * result.points.front().deviation.value &&
+             highest->degrees_of_freedom > kFewestFreedoms) {
+    warnings->push_back(Name(axis) +
+                        ": the deviation rises above that of single samples, which noise at rest "
+                        "rarely does; did the unit move?");
+  }
+  if (step > 0.0 && rest.sigma < 0.5 * step) {
+    warnings->push_back(Name(axis) + ": the noise of " + Number(rest.sigma) + " " +
+                        info_.unit.name + " is below the step of " + Number(step) + " " +
+                        info_.unit.name + " of the readings; short tau show the rounding");
+  }
+  if (rest.sigma > 2.0 * step && static_cast<double>(limits_[i].most()) >
+                                     kMostAtLimit * static_cast<double>(monitor_.samples())) {
+    warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
+                        Number(limits_[i].limit(), 9) + " " + info_.unit.name +
+                        ", the furthest there is: is the axis clipped?");
+  }
+}
+
+}  // namespace
+
+Result<AllanResult> AnalyseAllan(SampleSource& source,
+                                 const AllanOptions& options,
+                                 const ProgressCallback& progress) {
+  const RecordingInfo& info = source.info();
+  TRUETRIAD_RETURN_IF_ERROR(CheckOptions(info, options));
+  PerTriad<std::unique_ptr<StreamAnalysis>> analyses;
+  for (const StreamInfo& stream : info.streams) {
+    analyses[stream.triad] = std::make_unique<StreamAnalysis>(stream, info, options);
+  }
+  std::vector<SampleBlock> blocks;
+  for (;;) {
+    const Result<bool> more = source.Next(&blocks);
+    TRUETRIAD_RETURN_IF_ERROR(more);
+    if (!*more) break;
+    for (const SampleBlock& block : blocks) {
+      TRUETRIAD_RETURN_IF_ERROR(analyses[block.triad]->Add(block));
+    }
+    if (progress) progress(source.progress());
+  }
+
+  AllanResult result;
+  result.source = info.path;
+  result.serial = info.serial;
+  result.inputs = source.inputs();
+  for (const auto& analysis : analyses) {
+    if (analysis == nullptr) continue;
+    Result<AllanTriad> triad = analysis->Finish(source.counts(analysis->triad()));
+    TRUETRIAD_RETURN_IF_ERROR(triad);
+    result.triads.push_back(*std::move(triad));
+  }
+  return result;
+}
+
+}  // namespace truetriad

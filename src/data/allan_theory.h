@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+/// The power-law noises of a rate. IEEE Std 952-1997, annex C.
+enum class NoiseTerm { kQuantisation = 0, kWhite = 1, kFlicker = 2, kWalk = 3 };
+
+inline constexpr int kNoiseTerms = 4;
+/// Strength of each noise, indexed by NoiseTerm, as variances: Q^2, N^2, B^2, K^2 for samples one
+/// unit of time apart.
+using NoiseStrengths = Eigen::Matrix<double, kNoiseTerms, 1>;
+
+/// Allan variance at averaging factor `m` of each noise of strength one, samples one unit of time
+/// apart: 3/m^2, 1/m, 2 ln 2/pi and m/3 + 1/(6 m). The last is that of a walk that is sampled, as
+/// sensors and simulators do; the textbook's m/3 is that of a walk averaged over each sample.
+NoiseStrengths UnitAllanVariance(double m);
+
+/// How one averaging factor was evaluated.
+struct AllanFactor {
+  std::int64_t m = 1;          ///< Averaging factor, in samples; a multiple of `stride`.
+  std::int64_t stride = 1;     ///< Samples from one second difference to the next.
+  std::int64_t terms = 0;      ///< Second differences, of all stretches together.
+  std::int64_t stretches = 0;  ///< Stretches that hold at least one.
+};
+
+/// The covariance of the estimated Allan variances of one log, at all factors, for any mixture of
+/// the four noises.
+///
+/// The second differences d of the summed readings x are Gaussian and stationary, and
+///
+///   E[d_m(t) d_n(t + u)] = sum_ab w_a w_b G(u + b n - a m),   a, b in {-1, 0, 1}, w = {1, -2, 1}
+///
+/// where G is the generalised autocovariance of x: a delta for quantisation, -|t|/2 for white
+/// noise, t^2 ln|t| / 2 pi for flicker and (|t|^3 - |t|)/12 for the sampled walk. The covariance of
+/// two means of squares is twice the mean of the squared covariances over all pairs of terms.
+/// C. Greenhall and W. Riley, "Uncertainty of stability variances based on finite differences",
+/// PTTI 2003; the same theory as NIST SP 1065's degrees of freedom, without their approximations,
+/// for mixtures, and also between factors. The stretches are taken as equally long.
+class AllanCovariance {
+ public:
+  explicit AllanCovariance(const std::vector<AllanFactor>& factors);
+
+  /// Variance of the estimate at factor i.
+  double Variance(Eigen::Index i, const NoiseStrengths& strengths) const;
+  /// Covariance of all estimates from factor `first` on.
+  Eigen::MatrixXd Matrix(Eigen::Index first, const NoiseStrengths& strengths) const;
+
+ private:
+  /// The covariance is quadratic in the strengths: strengths^T * form * strengths.
+  using Form = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
+  struct Pair {
+    Eigen::Index i = 0, j = 0;
+    Form form = Form::Zero();
+  };
+
+  Eigen::Index size_;
+  std::vector<Form> diagonal_;
+  std::vector<Pair> pairs_;  ///< i < j; pairs far apart are left out as uncorrelated.
+};
+
+}  // namespace truetriad
