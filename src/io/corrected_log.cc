@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "truetriad/io/recording.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
@@ -134,14 +135,7 @@ class Corrector {
     const ThermalTerms& thermal = *calibration_.thermal;
     const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);
     clamped_ = !std::isnan(temperature_degc) && used != temperature_degc;
-    const double tau = used - thermal.reference_degc;
-    TriadModel<double> model = calibration_.model;
-    double power = 1.0;
-    for (std::size_t i = 0; i < std::max(thermal.bias.size(), thermal.sensitivity.size()); ++i) {
-      power *= tau;
-      if (i < thermal.bias.size()) model.bias += power * thermal.bias[i];
-      if (i < thermal.sensitivity.size()) model.sensitivity += power * thermal.sensitivity[i];
-    }
+    const TriadModel<double> model = ModelAtTemperature(calibration_.model, thermal, used);
     bias_ = model.bias;
     correction_ = model.Correction();
   }
