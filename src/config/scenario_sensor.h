@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "io/yaml_reader.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/sim/scenario.h"
+
+namespace truetriad {
+
+/// What the documents of a scenario have said about one sensor so far, in true units; what it is in
+/// readings can only be told when all have been read.
+struct ScenarioSensor {
+  Unit unit;
+  std::optional<double> si_per_count;
+  Eigen::Vector3d zero_raw = Eigen::Vector3d::Zero();  ///< Reading of a perfect chip at zero.
+
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+  /// Given as a whole, or as gains and misalignment: what was said last.
+  std::optional<Eigen::Matrix3d> sensitivity;
+  Eigen::Vector3d scale_error = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d misalignment_rad = Eigen::Matrix3d::Zero();
+  std::optional<Eigen::Matrix3d> g_sensitivity;
+  std::optional<ThermalTerms> thermal;
+
+  /// Values of one sample; become a density once the rate is known.
+  std::optional<Eigen::Vector3d> sample_sigma;
+  std::optional<double> resolution, resolution_raw;
+  std::optional<double> range;  ///< Each way from zero.
+  std::optional<Eigen::Vector2d> range_raw;
+
+  /// Everything else, which is the same in both.
+  SimulatedTriad settled;
+};
+
+/// Reads one document's word on a sensor on top of what was said before. `none` removes it.
+void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSensor>* sensor);
+
+/// Adds to `errors` what contradicts itself, each after `place`.
+SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
+                             const std::string& place,
+                             std::vector<std::string>* errors);
+
+}  // namespace truetriad
