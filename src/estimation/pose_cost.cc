@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include <Eigen/Cholesky>
-
 namespace truetriad {
 namespace {
 
@@ -24,28 +22,6 @@ std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout) {
     if (tilt >= 0) blocks.push_back({tilt, 2});
   }
   return blocks;
-}
-
-Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>
-RowSquareRootInformation(const PoseNode& node) {
-  const int rows = node.row_count();
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows> root;
-  root.setZero(rows, rows);
-  int row = 0;
-  for (const Observation& observation : node.observations) {
-    // V = L L^T / w, so sqrt(w) L^-1 whitens.
-    const Eigen::LLT<Eigen::Matrix3d> factor(observation.variance / observation.weight);
-    root.block<3, 3>(row, row) = factor.matrixL().solve(Eigen::Matrix3d::Identity());
-    row += 3;
-  }
-  if (node.has_attitude_prior) {
-    root.block<3, 3>(row, row).diagonal() = node.prior_sigma_rad.cwiseInverse();
-    row += 3;
-  }
-  if (node.face >= 0) {
-    root.block<2, 2>(row, row).diagonal().setConstant(1.0 / node.seat_sigma_rad);
-  }
-  return root;
 }
 
 PoseCost::PoseCost(const SharedLayout& layout, const PoseNode& node)
@@ -73,7 +49,7 @@ bool PoseCost::Evaluate(double const* const* parameters,
                  &residual,
                  wants_jacobians ? &shared_jacobian : nullptr,
                  wants_jacobians ? &tangent_jacobian : nullptr);
-  const auto root = RowSquareRootInformation(node_);
+  const PoseRowMatrix root = node_.SquareRootInformation();
   const int rows = node_.row_count();
   Eigen::Map<Eigen::VectorXd>(residuals, rows) = root * residual;
   if (!wants_jacobians) return true;

@@ -39,10 +39,6 @@ class PoseCost final : public ceres::CostFunction {
   std::vector<SharedBlock> blocks_;
 };
 
-// Square-root information of all rows of a node (block lower triangular): robust weights included.
-Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>
-RowSquareRootInformation(const PoseNode& node);
-
 // Parameters that move in a linear subspace: x + basis * delta. Held entries are rows of zeros,
 // tied entries share a column.
 class LinearManifold final : public ceres::Manifold {

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 namespace truetriad {
 namespace {
 
@@ -146,17 +148,22 @@ void PoseNode::Evaluate(const SharedLayout& layout,
   }
 }
 
-void PoseNode::Move(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
-  if (kind == PoseKind::kDirection) {
-    const Eigen::Vector3d moved = (direction() + TangentBasis(direction()) * tangent).normalized();
-    state = {moved.x(), moved.y(), moved.z(), 0.0};
-  } else if (kind == PoseKind::kRotation) {
-    const double angle = tangent.norm();
-    Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-    if (angle > 0.0) turn = Eigen::AngleAxisd(angle, tangent / angle);
-    const Eigen::Quaterniond moved = (rotation() * turn).normalized();
-    state = {moved.x(), moved.y(), moved.z(), moved.w()};
+PoseRowMatrix PoseNode::SquareRootInformation() const {
+  PoseRowMatrix root;
+  root.setZero(row_count(), row_count());
+  int row = 0;
+  for (const Observation& observation : observations) {
+    // V = L L^T / w, so sqrt(w) L^-1 whitens.
+    const Eigen::LLT<Eigen::Matrix3d> factor(observation.variance / observation.weight);
+    root.block<3, 3>(row, row) = factor.matrixL().solve(Eigen::Matrix3d::Identity());
+    row += 3;
   }
+  if (has_attitude_prior) {
+    root.block<3, 3>(row, row).diagonal() = prior_sigma_rad.cwiseInverse();
+    row += 3;
+  }
+  if (face >= 0) root.block<2, 2>(row, row).diagonal().setConstant(1.0 / seat_sigma_rad);
+  return root;
 }
 
 }  // namespace truetriad

@@ -18,6 +18,8 @@ inline constexpr int kMaxSharedSize = 52;  // three triads, reference, six tilts
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize>;
+using PoseRowMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
 using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
 
 // What is unknown about the attitude of one pose.
@@ -88,8 +90,9 @@ struct PoseNode {
                 PoseSharedJacobian* shared_jacobian,
                 PoseStateJacobian* tangent_jacobian) const;
 
-  // Moves the state along its tangent space.
-  void Move(const Eigen::Ref<const Eigen::VectorXd>& tangent);
+  // W with W^T W the inverse covariance of all rows, robust weights included: block lower
+  // triangular.
+  PoseRowMatrix SquareRootInformation() const;
 };
 
 // Two unit vectors that complete the unit vector `direction` to a right-handed frame.

@@ -12,30 +12,6 @@ namespace {
 // elimination squares the condition number, so half the digits of a double remain.
 constexpr double kRankTolerance = 1e-14;
 
-using RowMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
-
-// V^-1 of all rows of a node, block diagonal.
-RowMatrix RowInformation(const PoseNode& node) {
-  const int rows = node.row_count();
-  RowMatrix information;
-  information.setZero(rows, rows);
-  int row = 0;
-  for (const Observation& observation : node.observations) {
-    information.block<3, 3>(row, row) = observation.weight * observation.variance.inverse();
-    row += 3;
-  }
-  if (node.has_attitude_prior) {
-    information.block<3, 3>(row, row).diagonal() = node.prior_sigma_rad.cwiseAbs2().cwiseInverse();
-    row += 3;
-  }
-  if (node.face >= 0) {
-    information.block<2, 2>(row, row).diagonal().setConstant(
-        1.0 / (node.seat_sigma_rad * node.seat_sigma_rad));
-  }
-  return information;
-}
-
 }  // namespace
 
 ReducedSystem::ReducedSystem(const PoseGraph& graph) {
@@ -71,7 +47,8 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
   Eigen::VectorXd gradient = prior_gradient_;
   for (std::size_t k = 0; k < poses_.size(); ++k) {
     Pose& pose = poses_[k];
-    const RowMatrix information = RowInformation(graph.nodes[k]);
+    const PoseRowMatrix root = graph.nodes[k].SquareRootInformation();
+    const PoseRowMatrix information = root.transpose() * root;
     pose.D = information;
     if (pose.A.cols() > 0) {
       const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3> pose_information =

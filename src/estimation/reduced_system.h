@@ -28,7 +28,7 @@ class ReducedSystem {
     PoseResidual12 residual;
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize> J;
     PoseStateJacobian A;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows> D;
+    PoseRowMatrix D;
     PoseResidual12 projected;  // (P r)_k
   };
 

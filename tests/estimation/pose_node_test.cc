@@ -110,31 +110,19 @@ TEST(PoseCost, JacobianMatchesFiniteDifferencesForADirection) {
   ExpectJacobiansMatch(PoseKind::kDirection);
 }
 
-TEST(PoseNode, TangentJacobianIsThatOfMove) {
+// The weights are those of the stated covariances, block by block.
+TEST(PoseNode, SquareRootInformationWhitensEveryRow) {
   Random random(5);
-  for (const PoseKind kind : {PoseKind::kRotation, PoseKind::kDirection}) {
-    const Fixture fixture = MakeFixture(&random);
-    const PoseNode node = MakeNode(kind, &random);
-    PoseResidual12 residual;
-    PoseStateJacobian jacobian;
-    node.Evaluate(
-        fixture.layout, fixture.shared.data(), node.state.data(), &residual, nullptr, &jacobian);
-    const double step = 1e-6;
-    for (int i = 0; i < node.tangent_size(); ++i) {
-      PoseResidual12 up;
-      PoseResidual12 down;
-      PoseNode moved = node;
-      moved.Move(step * Eigen::VectorXd::Unit(node.tangent_size(), i));
-      moved.Evaluate(
-          fixture.layout, fixture.shared.data(), moved.state.data(), &up, nullptr, nullptr);
-      moved = node;
-      moved.Move(-step * Eigen::VectorXd::Unit(node.tangent_size(), i));
-      moved.Evaluate(
-          fixture.layout, fixture.shared.data(), moved.state.data(), &down, nullptr, nullptr);
-      // Central differences of numbers near 100 with step 1e-6: 1e-8 of rounding.
-      EXPECT_LT((jacobian.col(i) - (up - down) / (2.0 * step)).norm(), 1e-6);
-    }
-  }
+  const PoseNode node = MakeNode(PoseKind::kRotation, &random);
+  PoseRowMatrix covariance = PoseRowMatrix::Zero(node.row_count(), node.row_count());
+  covariance.block<3, 3>(0, 0) = node.observations[0].variance / node.observations[0].weight;
+  covariance.block<3, 3>(3, 3) = node.observations[1].variance / node.observations[1].weight;
+  covariance.diagonal().segment<3>(6) = node.prior_sigma_rad.cwiseAbs2();
+  covariance.diagonal().segment<2>(9).setConstant(node.seat_sigma_rad * node.seat_sigma_rad);
+  const PoseRowMatrix root = node.SquareRootInformation();
+  const PoseRowMatrix white = root * covariance * root.transpose();
+  // Condition numbers up to some hundreds, times the rounding of a double.
+  EXPECT_LT((white - PoseRowMatrix::Identity(11, 11)).norm(), 1e-12);
 }
 
 TEST(LinearManifold, PlusAndMinusUndoEachOther) {
