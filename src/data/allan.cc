@@ -24,10 +24,15 @@ constexpr char kAxisName[] = "xyz";
 constexpr std::int64_t kFewestSamples = 100;
 /// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
 constexpr double kFewestFreedoms = 8.0;
+/// Of the deviation above that of single samples.
+constexpr double kMostRise = 3.0;
 constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
 constexpr double kMostFilled = 0.01;
 constexpr double kMostAtLimit = 0.005;
+/// A fit of the four noises that starts later says little about white noise; so late it can be
+/// neither filter nor rounding.
+constexpr std::int64_t kLatestFit = 100;
 
 std::string Number(double value, int digits = 4) {
   std::ostringstream text;
@@ -138,6 +143,7 @@ class StreamAnalysis {
                     const AllanCovariance& covariance,
                     const AllanFit& fit,
                     AllanAxis* result) const;
+  void WarnOfMotion(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
   std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
@@ -239,6 +245,7 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
     result.axes[i] = *std::move(analysed);
     WarnOfAxis(axis, result.axes[i], &result.warnings);
   }
+  WarnOfMotion(result, &result.warnings);
   return result;
 }
 
@@ -271,6 +278,10 @@ std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points
   return instability;
 }
 
+bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
+  return factors[static_cast<std::size_t>(fit.first)].m > kLatestFit;
+}
+
 Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
                                           const std::vector<AllanFactor>& factors,
                                           const AllanCovariance& covariance,
@@ -301,6 +312,11 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
     warnings->push_back(Name(axis) +
                         ": no sum of the four noises describes the curve; the coefficients are "
                         "rough, look at the plot");
+  } else if (LateFit(factors, fit)) {
+    warnings->push_back(
+        Name(axis) + ": the curve follows the four noises only from tau = " +
+        Number(result.points[static_cast<std::size_t>(fit.first)].tau_s) +
+        " s on; a hump before is vibration or another cycle; look at the plot before using N");
   }
   return result;
 }
@@ -332,17 +348,22 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
     }
     strength = FitWhite(factors, variances, covariance, fit.strengths, begin, end);
     result->white_range_s = options_.white_range_s;
-  } else if (strength) {
-    const AllanPoint* first = nullptr;
-    const AllanPoint* last = nullptr;
+  } else if (!strength || LateFit(factors, fit)) {
+    const FactorRange part = WhitePart(factors, variances);
+    if (part.begin < part.end) {
+      strength = FitWhite(factors, variances, covariance, fit.strengths, part.begin, part.end);
+      result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
+                               result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
+    }
+  } else {
     for (std::size_t i = static_cast<std::size_t>(fit.first); i < factors.size(); ++i) {
       const NoiseStrengths parts =
           fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(factors[i].m)));
       if (parts[static_cast<int>(NoiseTerm::kWhite)] < 0.5 * parts.sum()) continue;
-      last = &result->points[i];
-      if (first == nullptr) first = last;
+      const double tau_s = result->points[i].tau_s;
+      result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
+                               tau_s};
     }
-    if (first != nullptr) result->white_range_s = {first->tau_s, last->tau_s};
   }
   if (strength) {
     result->white_density = Root(*strength, std::sqrt(spacing_s));
@@ -351,37 +372,55 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
   return {};
 }
 
+void StreamAnalysis::WarnOfMotion(const AllanTriad& result,
+                                  std::vector<std::string>* warnings) const {
+  std::string disturbed_axes, rising_axes;
+  RestWatch::Verdict worst;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const AllanAxis& axis = result.axes[i];
+    if (axis.points.empty()) continue;
+    const RestWatch::Verdict rest = rests_[i].Judge();
+    if (rest.disturbed > 0) {
+      disturbed_axes += (disturbed_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
+      if (rest.disturbed > worst.disturbed) worst = rest;
+    }
+    for (const AllanPoint& point : axis.points) {
+      if (point.degrees_of_freedom < kFewestFreedoms ||
+          point.deviation.value < kMostRise * axis.points.front().deviation.value) {
+        continue;
+      }
+      rising_axes += (rising_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
+      break;
+    }
+  }
+  if (!disturbed_axes.empty()) {
+    warnings->push_back(
+        Name() + ": THE UNIT MOVED or was knocked, or its readings jumped (axes " + disturbed_axes +
+        "): " + std::to_string(worst.disturbed) + " of " + std::to_string(worst.windows) +
+        " windows are unlike the others, the worst at " +
+        Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
+        " s; an Allan deviation is that of a unit at rest: cut these parts out, or record again");
+  }
+  if (!rising_axes.empty()) {
+    warnings->push_back(Name() + ": the deviation rises far above that of single samples (axes " +
+                        rising_axes + "), as motion makes it and noise at rest rarely does");
+  }
+}
+
 void StreamAnalysis::WarnOfAxis(int axis,
                                 const AllanAxis& result,
                                 std::vector<std::string>* warnings) const {
   if (result.points.empty()) return;
   const auto i = static_cast<std::size_t>(axis);
-  const RestWatch::Verdict rest = rests_[i].Judge();
+  const double sigma = rests_[i].Judge().sigma;
   const double step = monitor_.resolution_raw()[axis];
-  if (rest.disturbed > 0) {
-    warnings->push_back(
-        Name(axis) + ": THE UNIT MOVED, or its readings jumped: " + std::to_string(rest.disturbed) +
-        " of " + std::to_string(rest.windows) + " windows are unlike the others, the worst at " +
-        Number(static_cast<double>(rest.worst_ns) * 1e-9, 6) +
-        " s; an Allan deviation is that of a unit at rest: cut these parts out or record again");
-  } else if (const auto highest = std::max_element(result.points.begin(),
-                                                   result.points.end(),
-                                                   [](const AllanPoint& a, const AllanPoint& b) {
-                                                     return a.deviation.value < b.deviation.value;
-                                                   });
-             highest->deviation.value > 3.0 * result.points.front().deviation.value &&
-             highest->degrees_of_freedom > kFewestFreedoms) {
-    warnings->push_back(Name(axis) +
-                        ": the deviation rises above that of single samples, which noise at rest "
-                        "rarely does; did the unit move?");
+  if (step > 0.0 && sigma < 0.5 * step) {
+    warnings->push_back(Name(axis) + ": the noise of " + Number(sigma) + " " + info_.unit.name +
+                        " is below the step of " + Number(step) + " " + info_.unit.name +
+                        " of the readings; short tau show the rounding");
   }
-  if (step > 0.0 && rest.sigma < 0.5 * step) {
-    warnings->push_back(Name(axis) + ": the noise of " + Number(rest.sigma) + " " +
-                        info_.unit.name + " is below the step of " + Number(step) + " " +
-                        info_.unit.name + " of the readings; short tau show the rounding");
-  }
-  if (rest.sigma > 2.0 * step && static_cast<double>(limits_[i].most()) >
-                                     kMostAtLimit * static_cast<double>(monitor_.samples())) {
+  if (sigma > 2.0 * step && static_cast<double>(limits_[i].most()) >
+                                kMostAtLimit * static_cast<double>(monitor_.samples())) {
     warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
                         Number(limits_[i].limit(), 9) + " " + info_.unit.name +
                         ", the furthest there is: is the axis clipped?");

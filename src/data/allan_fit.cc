@@ -24,6 +24,10 @@ constexpr double kTolerance = 0.1;
 /// Fewest points of a fit with up to four strengths.
 constexpr Eigen::Index kFewestPoints = 8;
 constexpr int kRounds = 12;
+constexpr Eigen::Index kLatestQuantisation = 2;
+/// A strength whose interval would span more than a decade is not worth stating: this is where
+/// chi-square intervals begin to.
+constexpr double kFewestFreedoms = 2.0;
 
 using Used = std::array<bool, kNoiseTerms>;
 using Basis = Eigen::Matrix<double, Eigen::Dynamic, kNoiseTerms>;
@@ -125,7 +129,7 @@ class Problem {
   /// The noises that the data show, of those allowed: the least needed is dropped until all are
   /// needed. White noise goes last, if at all: it is what other noises are mistaken for.
   LinearFit FitShown() const {
-    Used allowed = {true, true, true, true};
+    Used allowed = {first_ <= kLatestQuantisation, true, true, true};
     LinearFit fit = Fit(allowed);
     for (;;) {
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
@@ -196,8 +200,12 @@ class Problem {
   Basis basis_;
 };
 
+double FreedomsOf(double strength, double sigma) {
+  return 2.0 * strength * strength / (sigma * sigma);
+}
+
 Interval IntervalOf(double strength, double sigma) {
-  return ChiSquareInterval(strength, 2.0 * strength * strength / (sigma * sigma));
+  return ChiSquareInterval(strength, FreedomsOf(strength, sigma));
 }
 
 }  // namespace
@@ -209,6 +217,36 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   return {value,
           value * nu / ChiSquareQuantile(1.0 - kTail, nu),
           value * nu / ChiSquareQuantile(kTail, nu)};
+}
+
+FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances) {
+  constexpr double kMostOff = 0.1;
+  const double half_decade = std::sqrt(10.0);
+  FactorRange longest, current;
+  const auto length = [&](const FactorRange& range) {
+    if (range.begin == range.end) return 1.0;
+    return static_cast<double>(factors[static_cast<std::size_t>(range.end - 1)].m) /
+           static_cast<double>(factors[static_cast<std::size_t>(range.begin)].m);
+  };
+  Eigen::Index last = 0;
+  for (Eigen::Index first = 0; first < variances.size(); ++first) {
+    const auto m = [&](Eigen::Index i) {
+      return static_cast<double>(factors[static_cast<std::size_t>(i)].m);
+    };
+    while (last < variances.size() && m(last) < half_decade * m(first)) ++last;
+    if (last == variances.size()) break;
+    // Half the slope of the variance is that of the deviation.
+    const double slope =
+        0.5 * std::log(variances[last] / variances[first]) / std::log(m(last) / m(first));
+    if (!(std::abs(slope + 0.5) <= kMostOff)) {
+      current = {};
+      continue;
+    }
+    if (current.begin == current.end) current.begin = first;
+    current.end = last + 1;
+    if (length(current) > length(longest)) longest = current;
+  }
+  return longest;
 }
 
 AllanFit FitNoises(const std::vector<AllanFactor>& factors,
@@ -235,8 +273,9 @@ AllanFit FitNoises(const std::vector<AllanFactor>& factors,
   best.misfit = problem.Misfit(best_fit);
   for (int j = 0; j < kNoiseTerms; ++j) {
     if (!(best.strengths[j] > 0.0)) continue;
-    best.shown[static_cast<std::size_t>(j)] =
-        IntervalOf(best.strengths[j], best.misfit * problem.Sigma(best_fit, j, best_fit.strengths));
+    const double sigma = best.misfit * problem.Sigma(best_fit, j, best_fit.strengths);
+    if (FreedomsOf(best.strengths[j], sigma) < kFewestFreedoms) continue;
+    best.shown[static_cast<std::size_t>(j)] = IntervalOf(best.strengths[j], sigma);
   }
   return best;
 }

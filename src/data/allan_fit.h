@@ -28,6 +28,7 @@ struct AllanFit {
 ///
 /// A sensor's filter takes noise from the shortest factors, which no sum of the four noises
 /// describes: the fit starts at the first factor from which on it describes all others.
+/// Quantisation is noise of the shortest factors and is looked for only when the fit holds them.
 AllanFit FitNoises(const std::vector<AllanFactor>& factors,
                    const Eigen::VectorXd& variances,
                    const AllanCovariance& covariance);
@@ -39,6 +40,13 @@ Interval FitWhite(const std::vector<AllanFactor>& factors,
                   const NoiseStrengths& strengths,
                   Eigen::Index begin,
                   Eigen::Index end);
+
+/// Factors [begin, end) over which the curve has the slope -1/2 to within 0.1, half a decade at a
+/// time: the longest such part; begin == end when there is none.
+struct FactorRange {
+  Eigen::Index begin = 0, end = 0;
+};
+FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances);
 
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.
 Interval ChiSquareInterval(double value, double degrees_of_freedom);

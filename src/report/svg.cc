@@ -44,10 +44,15 @@ std::string EscapeMarkup(std::string_view text) {
 }
 
 Svg::Svg(double width, double height, std::string_view label)
-    : body_("<svg role=\"img\"" + Attribute("aria-label", label) +
+    : head_("<svg role=\"img\"" + Attribute("aria-label", label) +
             Attribute("viewBox",
                       std::string_view("0 0 " + Fixed(width, 0) + ' ' + Fixed(height, 0))) +
-            Attribute("style", std::string_view("max-width:" + Fixed(width, 0) + "px")) + ">\n") {}
+            Attribute("style", std::string_view("max-width:" + Fixed(width, 0) + "px"))) {}
+
+std::string Svg::FinishAlone(std::string_view style_sheet) const {
+  return head_ + " xmlns=\"http://www.w3.org/2000/svg\">\n<style>" + std::string(style_sheet) +
+         "</style>\n" + body_ + "</svg>\n";
+}
 
 void Svg::Line(double x1, double y1, double x2, double y2, std::string_view style) {
   body_ += "<line" + Attribute("class", style) + Attribute("x1", x1) + Attribute("y1", y1) +
@@ -62,6 +67,15 @@ void Svg::Rectangle(double x, double y, double width, double height, std::string
 void Svg::Circle(double x, double y, double radius, std::string_view style) {
   body_ += "<circle" + Attribute("class", style) + Attribute("cx", x) + Attribute("cy", y) +
            Attribute("r", radius) + "/>\n";
+}
+
+void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style) {
+  std::string list;
+  for (const auto& [x, y] : points) {
+    list += (list.empty() ? "" : " ") + Fixed(x, 1) + ',' + Fixed(y, 1);
+  }
+  body_ += "<polyline" + Attribute("class", style) + Attribute("points", std::string_view(list)) +
+           "/>\n";
 }
 
 void Svg::Cross(double x, double y, double size, std::string_view style) {

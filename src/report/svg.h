@@ -3,6 +3,8 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace truetriad {
 
@@ -18,6 +20,8 @@ class Svg {
   void Line(double x1, double y1, double x2, double y2, std::string_view style);
   void Rectangle(double x, double y, double width, double height, std::string_view style);
   void Circle(double x, double y, double radius, std::string_view style);
+  /// Straight lines from point to point; filled when the style says so.
+  void Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style);
   /// A diagonal cross of half width `size`.
   void Cross(double x, double y, double size, std::string_view style);
   /// `style` "start", "middle" or "end" says where (x, y) is on the text, then further classes.
@@ -28,9 +32,12 @@ class Svg {
       double x, double y, double degrees, std::string_view text, std::string_view style);
 
   /// The finished element.
-  std::string Finish() const { return body_ + "</svg>\n"; }
+  std::string Finish() const { return head_ + ">\n" + body_ + "</svg>\n"; }
+  /// The finished drawing as a file of its own, with its style sheet.
+  std::string FinishAlone(std::string_view style_sheet) const;
 
  private:
+  std::string head_;
   std::string body_;
 };
 

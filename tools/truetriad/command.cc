@@ -10,8 +10,8 @@ namespace truetriad {
 namespace {
 
 /// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 6> kUnavailable = {
-    "simulate", "plan", "allan", "convert", "export", "fleet"};
+constexpr std::array<std::string_view, 5> kUnavailable = {
+    "simulate", "plan", "convert", "export", "fleet"};
 
 }  // namespace
 
@@ -21,6 +21,7 @@ const std::vector<Command>& Commands() {
                                                           ApplyCommand(),
                                                           EvaluateCommand(),
                                                           CompareCommand(),
+                                                          AllanCommand(),
                                                           ReportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

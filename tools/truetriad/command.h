@@ -45,6 +45,7 @@ Command CalibrateCommand();
 Command ApplyCommand();
 Command EvaluateCommand();
 Command CompareCommand();
+Command AllanCommand();
 Command ReportCommand();
 Command HelpCommand();
 Command VersionCommand();

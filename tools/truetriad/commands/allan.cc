@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/data/allan.h"
+
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include <gflags/gflags.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/io/allan_file.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
+#include "truetriad/report/allan.h"
+
+DEFINE_double(rate_hz, 0.0, "samples a second, for a log without time");
+DEFINE_string(white_range,
+              "",
+              "range of tau in seconds over which the noise density is fitted, as in 0.3,3 "
+              "(default: found from the curve)");
+
+namespace truetriad {
+namespace {
+
+/// "0.3,3" as two numbers.
+Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
+  if (text.empty()) return std::optional<std::array<double, 2>>();
+  std::array<double, 2> range{};
+  const char* const end = text.data() + text.size();
+  const auto low = std::from_chars(text.data(), end, range[0]);
+  if (low.ec == std::errc() && low.ptr != end && *low.ptr == ',') {
+    const auto high = std::from_chars(low.ptr + 1, end, range[1]);
+    if (high.ec == std::errc() && high.ptr == end) return std::optional(range);
+  }
+  return UsageError("--white_range=" + text + " is not two numbers; expected seconds as in 0.3,3");
+}
+
+Result<AllanResult> Analyse(const AllanOptions& options) {
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  ProgressLine progress("reading " + FLAGS_input);
+  return AnalyseAllan(**source, options, progress.callback());
+}
+
+Result<std::string> WriteFiles(const AllanResult& result) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  const std::filesystem::path directory = FLAGS_output;
+  const std::string file = (directory / "allan.yaml").string();
+  const std::string plot = (directory / "allan.svg").string();
+  // Both or none: what would fail for the second must stop the first.
+  for (const std::string& path : {file, plot}) {
+    if (std::filesystem::is_directory(path)) {
+      return BadInputError(path + ": is a folder where a file is to stand");
+    }
+  }
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, AllanToYaml(result)));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(plot, AllanSvg(result)));
+  return "\nResult: " + file + "\nPlot:   " + plot + "\n";
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  AllanOptions options;
+  options.rate_hz = FLAGS_rate_hz;
+  const auto range = ParseRange(FLAGS_white_range);
+  TRUETRIAD_RETURN_IF_ERROR(range);
+  options.white_range_s = *range;
+  const Result<AllanResult> result = Analyse(options);
+  TRUETRIAD_RETURN_IF_ERROR(result);
+  std::string text = AllanText(*result);
+  if (!FLAGS_output.empty()) {
+    const Result<std::string> written = WriteFiles(*result);
+    TRUETRIAD_RETURN_IF_ERROR(written);
+    text += *written;
+  }
+  std::fputs(text.c_str(), stdout);
+  return kExitGood;
+}
+
+}  // namespace
+
+Command AllanCommand() {
+  return {
+      .name = "allan",
+      .summary = "How noisy is each axis at rest, and how stable is its bias?",
+      .examples = "build/truetriad allan --input=datasets/demo/recording.csv --output=out/allan",
+      .details =
+          "Overlapping Allan deviation of a log of a unit at rest, an hour or more, with 95 % "
+          "intervals:\nnoise density N, bias instability B, rate random walk K, quantisation "
+          "Q. Writes\nDIR/allan.yaml and DIR/allan.svg when --output is given; see "
+          "docs/allan.md.\n",
+      .flags = {{"input", "LOG", true},
+                {"output", "DIR"},
+                {"rate_hz", "NUMBER"},
+                {"white_range", "LOW,HIGH"}},
+      .run = Run};
+}
+
+}  // namespace truetriad
