@@ -2,21 +2,15 @@
 #include "truetriad/io/corrected_log.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <deque>
-#include <filesystem>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include <unistd.h>
-
+#include "io/whole_file.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/model/thermal.h"
 
@@ -24,60 +18,6 @@ namespace truetriad {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-/// A file that appears under its name only when it is whole. A device (/dev/stdout) is written to
-/// directly: replacing it by a file is not what anybody means.
-class WholeFile {
- public:
-  explicit WholeFile(std::string path) : path_(std::move(path)) {
-    std::error_code failure;
-    const std::filesystem::file_status target = std::filesystem::status(path_, failure);
-    const bool replaceable =
-        !std::filesystem::exists(target) || std::filesystem::is_regular_file(target);
-    written_path_ = replaceable ? path_ + ".tmp" + std::to_string(getpid()) : path_;
-    file_.reset(std::fopen(written_path_.c_str(), "wbe"));
-    if (!file_) failure_ = errno;
-  }
-  ~WholeFile() {
-    if (!committed_ && file_opened() && written_path_ != path_) std::remove(written_path_.c_str());
-  }
-  WholeFile(const WholeFile&) = delete;
-  WholeFile& operator=(const WholeFile&) = delete;
-
-  void Write(std::string_view text) {
-    if (failure_ == 0 && std::fwrite(text.data(), 1, text.size(), file_.get()) != text.size()) {
-      failure_ = errno;
-    }
-  }
-
-  /// Why the file cannot be written, if so.
-  Status status() const {
-    if (failure_ == 0) return {};
-    return BadInputError(path_ + ": cannot be written: " + std::strerror(failure_));
-  }
-
-  Status Commit() {
-    if (failure_ == 0 && std::fflush(file_.get()) != 0) failure_ = errno;
-    if (failure_ == 0 && written_path_ != path_ &&
-        std::rename(written_path_.c_str(), path_.c_str()) != 0) {
-      failure_ = errno;
-    }
-    committed_ = failure_ == 0;
-    return status();
-  }
-
- private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  bool file_opened() const { return file_ != nullptr; }
-
-  std::string path_;
-  std::string written_path_;
-  std::unique_ptr<std::FILE, Close> file_;
-  int failure_ = 0;
-  bool committed_ = false;
-};
 
 /// Corrects the readings of one triad: truth = S(T)^-1 (raw - b(T) - G f). model.md §3.
 class Corrector {

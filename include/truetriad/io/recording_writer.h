@@ -24,6 +24,11 @@ struct RecordingFormat {
   std::string comment;  ///< First line of every file, without '#'; empty: none.
 };
 
+/// The number that stands in the file for `value`: the double nearest to its nearest decimal with
+/// `decimals` digits (halves away from zero). `value` itself for kShortest, and where it is so
+/// large that a double has no such digits.
+double WrittenNumber(double value, int decimals);
+
 /// Streams `source` into files that OpenRecording reads back: `directory`/recording.yaml, a
 /// manifest with the serial, and recording.csv, with a row for each time at which some triad has a
 /// sample (fields of the others empty), or accelerometer.csv, gyroscope.csv and magnetometer.csv. A

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "truetriad/sim/scenario.h"
+
+namespace truetriad {
+
+/// A temperature and how fast it changes.
+struct TemperatureState {
+  double degc = 25.0;
+  double rate_degcps = 0.0;
+};
+
+/// The temperature of a climatic chamber over time: stretches that follow each other, and the last
+/// value from then on.
+class Chamber {
+ public:
+  /// T(t) = start + rate t + amplitude sin(omega t), t from the beginning of the stretch.
+  struct Stretch {
+    double begin_s = 0.0;
+    double start_degc = 25.0;
+    double rate_degcps = 0.0;
+    double amplitude_degc = 0.0;
+    double omega_radps = 0.0;
+
+    double At(double time_s) const;
+  };
+
+  explicit Chamber(double start_degc) { stretches_.push_back({.start_degc = start_degc}); }
+
+  /// Each appends at the end; what follows holds the last value.
+  void Hold(double duration_s) { end_s_ += duration_s; }
+  void Ramp(const TemperatureRamp& ramp);
+  void Sine(const TemperatureSine& sine);
+
+  double end_s() const { return end_s_; }
+  double end_degc() const { return stretches_.back().At(end_s_); }
+  const std::vector<Stretch>& stretches() const { return stretches_; }
+
+ private:
+  void HoldFromHere(double degc) { stretches_.push_back({.begin_s = end_s_, .start_degc = degc}); }
+
+  std::vector<Stretch> stretches_;  ///< At least one; the first begins at 0.
+  double end_s_ = 0.0;
+};
+
+/// What follows a chamber with a first-order lag, lag dT/dt = T_chamber - T, exactly: each stretch
+/// has a closed form. Settled at the start. Times must not decrease from call to call.
+class LaggedTemperature {
+ public:
+  LaggedTemperature(const Chamber& chamber, double lag_s);
+
+  TemperatureState At(double time_s);
+
+ private:
+  /// Of the settled response to the stretch, without what is left of the past.
+  TemperatureState Settled(const Chamber::Stretch& stretch, double time_s) const;
+  TemperatureState InStretch(double time_s) const;
+
+  std::vector<Chamber::Stretch> stretches_;
+  double lag_s_;
+  std::size_t current_ = 0;
+  double transient_degc_ = 0.0;  ///< At the begin of the current stretch.
+};
+
+}  // namespace truetriad

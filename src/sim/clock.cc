@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/seeds.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kRowsPerBlock = 4096;
+
+double FastestRate(const Scenario& scenario, const std::vector<Triad>& triads) {
+  double rate_hz = 0.0;
+  for (const Triad triad : triads) {
+    rate_hz = std::max(rate_hz, scenario.sensors[triad]->sampling.rate_hz);
+  }
+  return rate_hz;
+}
+
+}  // namespace
+
+SampleClock::SampleClock(const Scenario& scenario,
+                         int unit,
+                         const SimulatedUnit& truth,
+                         const Timeline& timeline,
+                         const RecordingFormat& format,
+                         const std::vector<Triad>& triads)
+    : rate_hz_(FastestRate(scenario, triads)),
+      end_ns_(std::llround(timeline.motion.duration_s() * 1e9)),
+      offset_ns_(std::llround(scenario.sensors[triads[0]]->sampling.clock_offset_s * 1e9)),
+      jitter_ns_(scenario.sensors[triads[0]]->sampling.jitter_s * 1e9),
+      jitter_random_(TriadRandom(scenario.seed, unit, Purpose::kJitter, triads[0])),
+      temperature_(scenario.temperature),
+      temperature_decimals_(format.temperature_decimals),
+      thermometer_random_(TriadRandom(scenario.seed, unit, Purpose::kThermometer, triads[0])),
+      element_(timeline.chamber, scenario.temperature.element_lag_s),
+      thermometer_(timeline.chamber, scenario.temperature.thermometer_lag_s),
+      played_degc_(scenario.temperature.start_degc),
+      is_thermal_(
+          std::any_of(triads.begin(),
+                      triads.end(),
+                      [&truth](Triad triad) { return truth.triads[triad]->thermal.has_value(); })),
+      surroundings_(scenario, timeline.motion, timeline.rests),
+      last_reported_ns_(std::numeric_limits<std::int64_t>::min()) {
+  for (const Triad triad : triads) {
+    const SimulatedTriad& sensor = *scenario.sensors[triad];
+    const SensorSampling& sampling = sensor.sampling;
+    const double ratio = rate_hz_ / sampling.rate_hz;
+    Channel channel{
+        .triad = triad,
+        .sensor = SimulatedSensor(
+            sensor, *truth.triads[triad], format.decimals[triad], scenario.seed, unit, triad),
+        .rows_per_sample = std::llround(ratio),
+        .gyroscope_output = sensor.gyroscope_output,
+        .dropout = sampling.dropout,
+        .dropout_random = TriadRandom(scenario.seed, unit, Purpose::kDropout, triad),
+        .last_ns = -std::llround(1e9 / sampling.rate_hz),
+        .last_world_from_body = timeline.motion.phase(0).At(0.0).world_from_body,
+    };
+    for (const Disturbance& disturbance : scenario.disturbances) {
+      const auto* const stuck = std::get_if<StuckSamples>(&disturbance);
+      if (stuck == nullptr || stuck->triad != triad) continue;
+      channel.stuck.push_back(SpanOf(stuck->when, stuck->duration_s, timeline.rests));
+    }
+    channels_.push_back(std::move(channel));
+  }
+}
+
+/// True times are whole nanoseconds, so that the differences of the times in a file are those of
+/// the simulation.
+std::int64_t SampleClock::RowTime(std::int64_t index) const {
+  return std::llround(static_cast<double>(index) * 1e9 / rate_hz_);
+}
+
+TemperatureState SampleClock::PlayedTemperature(double time_s) {
+  TemperatureState state = element_.At(time_s);
+  const double play = temperature_.hysteresis_degc;
+  played_degc_ = std::clamp(played_degc_, state.degc - play, state.degc + play);
+  state.degc = played_degc_;
+  return state;
+}
+
+double SampleClock::ReadThermometer(double time_s) {
+  double degc = thermometer_.At(time_s).degc;
+  if (temperature_.thermometer_noise_degc > 0.0) {
+    degc += temperature_.thermometer_noise_degc * thermometer_random_.Normal();
+  }
+  const double resolution = temperature_.thermometer_resolution_degc;
+  if (resolution > 0.0) degc = WrittenNumber(degc / resolution, 0) * resolution;
+  return WrittenNumber(degc, temperature_decimals_);
+}
+
+Eigen::Vector3d SampleClock::Truth(Channel* channel) const {
+  if (channel->triad == Triad::kAccelerometer) return surroundings_.ForceMps2();
+  if (channel->triad == Triad::kMagnetometer) return surroundings_.FieldUt();
+  if (channel->gyroscope_output == GyroscopeOutput::kInstantaneous) {
+    return surroundings_.RateRadps();
+  }
+  const Eigen::Vector3d rate =
+      surroundings_.MeanRateRadps(channel->last_ns, channel->last_world_from_body, now_ns_);
+  channel->last_ns = now_ns_;
+  channel->last_world_from_body = surroundings_.world_from_body();
+  return rate;
+}
+
+bool SampleClock::Sample(Channel* channel, const TemperatureState& temperature) {
+  const double time_s = static_cast<double>(now_ns_) * 1e-9;
+  const Eigen::Vector3d truth = Truth(channel);
+  Eigen::Vector3d reading = channel->sensor.Read(truth, surroundings_.ForceMps2(), temperature);
+  for (const TimeSpan& span : channel->stuck) {
+    if (span.Contains(time_s)) reading = channel->last_reading.value_or(reading);
+  }
+  channel->last_reading = reading;
+  if (channel->dropout > 0.0 && channel->dropout_random.Uniform() < channel->dropout) return false;
+  channel->x.push_back(reading.x());
+  channel->y.push_back(reading.y());
+  channel->z.push_back(reading.z());
+  return true;
+}
+
+void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
+  for (Channel& channel : channels_) {
+    channel.time_ns.clear();
+    channel.x.clear();
+    channel.y.clear();
+    channel.z.clear();
+    channel.temperature_degc.clear();
+    channel.row.clear();
+  }
+  for (int i = 0; i < kRowsPerBlock && !at_end(); ++i) {
+    now_ns_ = next_ns_;
+    const double time_s = static_cast<double>(now_ns_) * 1e-9;
+    surroundings_.MoveTo(time_s);
+    const TemperatureState temperature =
+        is_thermal_ ? PlayedTemperature(time_s) : TemperatureState{};
+    const double logged_degc = temperature_.logged ? ReadThermometer(time_s) : 0.0;
+    std::int64_t reported_ns = now_ns_ + offset_ns_;
+    if (jitter_ns_ > 0.0) {
+      // However far the chance goes, a log does not go back in time.
+      reported_ns += std::llround(jitter_ns_ * jitter_random_.Normal());
+      reported_ns = std::max(reported_ns, last_reported_ns_ + 1);
+      last_reported_ns_ = reported_ns;
+    }
+    bool any = false;
+    for (Channel& channel : channels_) {
+      if (index_ % channel.rows_per_sample != 0 || !Sample(&channel, temperature)) continue;
+      any = true;
+      channel.time_ns.push_back(reported_ns);
+      channel.row.push_back(rows_);
+      if (temperature_.logged) channel.temperature_degc.push_back(logged_degc);
+      ++channel.samples;
+    }
+    rows_ += any ? 1 : 0;
+    next_ns_ = RowTime(++index_);
+  }
+  for (const Channel& channel : channels_) {
+    if (channel.x.empty()) continue;
+    SampleBlock block;
+    block.triad = channel.triad;
+    block.time_ns = channel.time_ns;
+    block.x = channel.x;
+    block.y = channel.y;
+    block.z = channel.z;
+    block.temperature_degc = channel.temperature_degc;
+    block.row = channel.row;
+    blocks->push_back(block);
+  }
+}
+
+std::optional<StreamCounts> SampleClock::counts(Triad triad) const {
+  for (const Channel& channel : channels_) {
+    if (channel.triad == triad) return StreamCounts{channel.samples, rows_ - channel.samples};
+  }
+  return std::nullopt;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "sim/chamber.h"
+#include "sim/sensor.h"
+#include "sim/surroundings.h"
+#include "sim/timeline.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/io/recording_writer.h"
+#include "truetriad/math/fast_random.h"
+#include "truetriad/sim/scenario.h"
+#include "truetriad/sim/simulation.h"
+
+namespace truetriad {
+
+/// The triads that share the rows of one file, and its rows one after the other: a row for each
+/// sample of the fastest triad, in which every n-th a slower one has its own.
+class SampleClock {
+ public:
+  /// `timeline` must outlive this. `triads`: at least one, in the order of kTriads, all with the
+  /// same jitter and offset.
+  SampleClock(const Scenario& scenario,
+              int unit,
+              const SimulatedUnit& truth,
+              const Timeline& timeline,
+              const RecordingFormat& format,
+              const std::vector<Triad>& triads);
+
+  bool at_end() const { return next_ns_ >= end_ns_; }
+  /// True time of the next row.
+  double time_s() const { return static_cast<double>(next_ns_) * 1e-9; }
+
+  /// Appends a block for each triad that has samples in the rows that come next. The blocks are
+  /// valid until the next call.
+  void Generate(std::vector<SampleBlock>* blocks);
+
+  /// nullopt when the triad is not of this clock.
+  std::optional<StreamCounts> counts(Triad triad) const;
+
+ private:
+  struct Channel {
+    Triad triad;
+    SimulatedSensor sensor;
+    std::int64_t rows_per_sample;
+    GyroscopeOutput gyroscope_output;
+    double dropout;
+    FastRandom dropout_random;
+    std::vector<TimeSpan> stuck = {};
+    /// The sample before: for the mean rate, and for a triad that is stuck.
+    std::int64_t last_ns;
+    Eigen::Quaterniond last_world_from_body;
+    std::optional<Eigen::Vector3d> last_reading = {};
+    std::int64_t samples = 0;
+
+    std::vector<std::int64_t> time_ns = {};
+    std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {};
+    std::vector<std::int64_t> row = {};
+  };
+
+  std::int64_t RowTime(std::int64_t index) const;
+  TemperatureState PlayedTemperature(double time_s);
+  double ReadThermometer(double time_s);
+  Eigen::Vector3d Truth(Channel* channel) const;
+  /// True when the sample is in the row.
+  bool Sample(Channel* channel, const TemperatureState& temperature);
+
+  double rate_hz_;
+  std::int64_t end_ns_;
+  std::int64_t offset_ns_;
+  double jitter_ns_;
+  FastRandom jitter_random_;
+  const SimulatedTemperature temperature_;
+  int temperature_decimals_;
+  FastRandom thermometer_random_;
+  LaggedTemperature element_;
+  LaggedTemperature thermometer_;
+  double played_degc_;
+  bool is_thermal_;
+  Surroundings surroundings_;
+  std::vector<Channel> channels_;
+
+  std::int64_t index_ = 0;    ///< Of the next row that is due.
+  std::int64_t next_ns_ = 0;  ///< Its true time.
+  std::int64_t now_ns_ = 0;
+  std::int64_t rows_ = 0;  ///< Written: with at least one sample.
+  std::int64_t last_reported_ns_;
+};
+
+}  // namespace truetriad

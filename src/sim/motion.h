@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/sim/scenario.h"
+
+namespace truetriad {
+
+/// How the unit stands and moves at one time.
+struct Kinematics {
+  Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();                   ///< Body frame.
+  Eigen::Vector3d angular_acceleration_radps2 = Eigen::Vector3d::Zero();  ///< Body frame.
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< Of the centre, world frame.
+};
+
+/// A function of time with its first two derivatives.
+struct Motion1d {
+  double value = 0.0;
+  double rate = 0.0;
+  double acceleration = 0.0;
+};
+
+/// From 0 to 1 in `duration_s`, at rest at both ends: minimum jerk. Clamped outside.
+Motion1d MinimumJerk(double time_s, double duration_s);
+
+/// A stretch of time in which one formula holds for the attitude,
+///
+///   R(t) = R(begin) Exp(angle(t) axis)    or, when tumbling,    R(begin) Rz(a) Ry(b) Rx(c).
+///
+/// Nothing, or a turn, and all of them are functions of the time since `begin_s` alone.
+struct MotionPhase {
+  struct Still {};
+  /// By `angle_rad`, with minimum jerk, while the centre is carried by `travel_m` (world frame).
+  struct Turn {
+    double angle_rad = 0.0;
+    Eigen::Vector3d travel_m = Eigen::Vector3d::Zero();
+  };
+  /// Up to `rate_radps` within `ramp_s`, and down at the end likewise.
+  struct Spin {
+    double rate_radps = 0.0;
+    double ramp_s = 1.0;
+  };
+  /// tilt (1 + s) e^-s - tilt, s = t / decay_s.
+  struct Settling {
+    double tilt_rad = 0.0;
+    double decay_s = 1.0;
+  };
+  /// Angle k: amplitude_k (sin(omega_k w + phase_k) - sin(phase_k)), k = a, b, c; the warped time w
+  /// starts and ends at rest.
+  struct Tumbling {
+    Eigen::Vector3d amplitude_rad = Eigen::Vector3d::Zero();
+    Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
+    Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
+    double ramp_s = 1.0;
+  };
+
+  double begin_s = 0.0;
+  double duration_s = 0.0;
+  Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();  ///< At `begin_s`.
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();                      ///< Body frame, unit.
+  std::variant<Still, Turn, Spin, Settling, Tumbling> form;
+
+  double end_s() const { return begin_s + duration_s; }
+  bool is_still() const { return std::holds_alternative<Still>(form); }
+  /// `time_s` is clamped to the phase.
+  Kinematics At(double time_s) const;
+};
+
+/// Attitude over time: phases that follow each other from time 0 on; at rest before and after.
+class Motion {
+ public:
+  /// `phases`: at least one, each beginning where the one before ends.
+  explicit Motion(std::vector<MotionPhase> phases) : phases_(std::move(phases)) {}
+
+  double duration_s() const { return phases_.back().end_s(); }
+
+  /// The phase that holds at `time_s`, looked for from phase `from` on; that in which it begins,
+  /// where two meet.
+  std::size_t PhaseAt(double time_s, std::size_t from = 0) const;
+  const MotionPhase& phase(std::size_t index) const { return phases_[index]; }
+
+ private:
+  std::vector<MotionPhase> phases_;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/sim/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string_view>
+
+#include "sim/timeline.h"
+
+namespace truetriad {
+namespace {
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", value);
+  return text;
+}
+
+/// Collects what is wrong, a line each. All checks fail for NaN.
+class Problems {
+ public:
+  void Require(bool right, const std::string& what) {
+    if (!right) text_ += (text_.empty() ? "" : "\n") + what;
+  }
+  void Positive(double value, const std::string& name) {
+    Require(value > 0.0 && std::isfinite(value),
+            name + " is " + Number(value) + "; it must be above zero");
+  }
+  void NotNegative(double value, const std::string& name) {
+    Require(value >= 0.0 && std::isfinite(value),
+            name + " is " + Number(value) + "; it must not be negative");
+  }
+  void NotNegative(const Eigen::Vector3d& values, const std::string& name) {
+    NotNegative(values.minCoeff(), name);
+    Require(values.allFinite(), name + " must be finite");
+  }
+  void Finite(bool finite, const std::string& name) { Require(finite, name + " must be finite"); }
+
+  bool empty() const { return text_.empty(); }
+  Status status() const { return text_.empty() ? Status() : BadInputError(text_); }
+
+ private:
+  std::string text_;
+};
+
+void CheckSpread(const UnitSpread& spread, const std::string& name, Problems* problems) {
+  problems->NotNegative(spread.bias, name + " spread of the bias");
+  problems->NotNegative(spread.scale, name + " spread of the scale");
+  problems->NotNegative(spread.misalignment_rad, name + " spread of the misalignment");
+  problems->NotNegative(spread.g_sensitivity, name + " spread of the g-sensitivity");
+  problems->NotNegative(spread.thermal_bias, name + " spread of the thermal bias");
+  problems->NotNegative(spread.thermal_scale, name + " spread of the thermal scale");
+}
+
+void CheckNoise(const SensorNoise& noise, const std::string& name, Problems* problems) {
+  problems->NotNegative(noise.density, name + " noise density");
+  problems->NotNegative(noise.instability_sigma, name + " bias instability");
+  problems->NotNegative(noise.random_walk, name + " random walk");
+  problems->Positive(noise.correlation_time_s, name + " correlation time");
+}
+
+void CheckSampling(const SensorSampling& sampling, const std::string& name, Problems* problems) {
+  constexpr double kFastestHz = 1e6;
+  problems->Require(
+      sampling.rate_hz > 0.0 && sampling.rate_hz <= kFastestHz,
+      name + " rate is " + Number(sampling.rate_hz) + " Hz; it must be above zero, up to 1e6");
+  const double longest_jitter_s = 0.2 / sampling.rate_hz;
+  problems->Require(sampling.jitter_s >= 0.0 && sampling.jitter_s <= longest_jitter_s,
+                    name + " jitter is " + Number(sampling.jitter_s) +
+                        " s; it must be between zero and a fifth of the sampling interval, " +
+                        Number(longest_jitter_s) + " s, so that times stay in order");
+  problems->Require(sampling.dropout >= 0.0 && sampling.dropout < 1.0,
+                    name + " dropout is " + Number(sampling.dropout) +
+                        "; it must be a probability, at least 0 and below 1");
+  problems->Finite(std::isfinite(sampling.clock_offset_s), name + " clock offset");
+}
+
+void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
+  const std::string name(TriadName(triad));
+  problems->Require(sensor.nominal.sensitivity.allFinite() && sensor.nominal.bias.allFinite(),
+                    name + ": bias and sensitivity must be finite");
+  problems->Require(
+      (sensor.nominal.sensitivity.diagonal().array() != 0.0).all() &&
+          std::abs(sensor.nominal.sensitivity.determinant()) > 0.0,
+      name + ": the sensitivity cannot be inverted, or has a zero on its diagonal (its gains)");
+  problems->Require(!sensor.si_per_count || sensor.unit.is_counts,
+                    name + ": si_per_count needs readings in counts");
+  problems->Require(!sensor.si_per_count || *sensor.si_per_count > 0.0,
+                    name + ": si_per_count must be above zero");
+  const bool is_gyroscope = triad == Triad::kGyroscope;
+  problems->Require(is_gyroscope || (!sensor.g_sensitivity && sensor.spread.g_sensitivity == 0.0),
+                    name + ": only a gyroscope has a g-sensitivity");
+  problems->Require(triad == Triad::kAccelerometer || sensor.lever_arm_m.isZero(0.0),
+                    name + ": only an accelerometer has a lever arm");
+  problems->Finite(sensor.lever_arm_m.allFinite(), name + " lever arm");
+  problems->NotNegative(sensor.resolution_raw, name + " resolution");
+  problems->Require(!sensor.range_raw || (*sensor.range_raw)[0] < (*sensor.range_raw)[1],
+                    name + ": the low end of the range must be below the high end");
+  CheckSpread(sensor.spread, name, problems);
+  CheckNoise(sensor.noise, name, problems);
+  CheckSampling(sensor.sampling, name, problems);
+}
+
+struct CheckStep {
+  std::string name;  ///< "motion step 2".
+  Problems* problems;
+
+  void operator()(const PosesStep& step) const {
+    problems->Require(!step.poses.empty(), name + " has no poses");
+    problems->Require(step.rest_s > 0.0,
+                      name + " rests for " + Number(step.rest_s) +
+                          " s; poses that never rest cannot be measured");
+    problems->Positive(step.move_s, name + " time of a move");
+    problems->Require(step.rest_spread >= 0.0 && step.rest_spread <= 0.9,
+                      name + " spread of the rests is " + Number(step.rest_spread) +
+                          "; it must be between 0 and 0.9");
+    problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
+    problems->NotNegative(step.travel_m, name + " travel");
+    for (std::size_t k = 0; k < step.poses.size(); ++k) {
+      constexpr double kFarFromUnit = 1e-3;
+      problems->Require(std::abs(step.poses[k].world_from_body.norm() - 1.0) < kFarFromUnit,
+                        name + " pose " + std::to_string(k + 1) + " is no unit quaternion");
+    }
+  }
+  void operator()(const TurnStep& step) const {
+    CheckAxis(step.axis_in_body);
+    problems->Require(step.turns != 0.0 && std::isfinite(step.turns), name + " turns by nothing");
+    problems->Positive(step.duration_s, name + " duration");
+    problems->NotNegative(step.rest_s, name + " rest");
+  }
+  void operator()(const RateStep& step) const {
+    CheckAxis(step.axis_in_body);
+    problems->Require(!step.rates_radps.empty(), name + " has no rates");
+    for (const double rate_radps : step.rates_radps) {
+      problems->Require(
+          rate_radps != 0.0 && std::isfinite(rate_radps),
+          name + " has a rate of " + Number(rate_radps) + "; a turntable at rest is a pose");
+    }
+    problems->Positive(step.hold_s, name + " hold");
+    problems->Positive(step.ramp_s, name + " ramp");
+    problems->NotNegative(step.rest_s, name + " rest");
+  }
+  void operator()(const TumbleStep& step) const {
+    problems->Positive(step.duration_s, name + " duration");
+    problems->Positive(step.rms_rate_radps, name + " RMS rate");
+  }
+
+ private:
+  void CheckAxis(const Eigen::Vector3d& axis) const {
+    problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis without length");
+  }
+};
+
+struct CheckSegment {
+  Problems* problems;
+
+  void operator()(const TemperatureHold& hold) const {
+    problems->Positive(hold.duration_s, "duration of a temperature hold");
+  }
+  void operator()(const TemperatureRamp& ramp) const {
+    problems->Positive(ramp.rate_degcps, "rate of a temperature ramp");
+    problems->Finite(std::isfinite(ramp.to_degc), "end of a temperature ramp");
+  }
+  void operator()(const TemperatureSine& sine) const {
+    problems->Positive(sine.duration_s, "duration of a temperature sine");
+    problems->Positive(sine.period_s, "period of a temperature sine");
+    problems->Finite(std::isfinite(sine.amplitude_degc), "amplitude of a temperature sine");
+  }
+};
+
+void CheckTemperature(const Scenario& scenario, Problems* problems) {
+  const SimulatedTemperature& temperature = scenario.temperature;
+  problems->Finite(std::isfinite(temperature.start_degc), "temperature at the start");
+  for (const TemperatureSegment& segment : temperature.profile) {
+    std::visit(CheckSegment{problems}, segment);
+  }
+  const bool has_profile = !temperature.profile.empty();
+  problems->Require(!has_profile || temperature.soak_degc.empty(),
+                    "a temperature profile and soak temperatures exclude each other");
+  const auto asks_for_temperature = [](const MotionStep& step) {
+    const auto* const poses = std::get_if<PosesStep>(&step);
+    return poses != nullptr &&
+           std::any_of(poses->poses.begin(), poses->poses.end(), [](auto& pose) {
+             return pose.temperature_degc.has_value();
+           });
+  };
+  problems->Require(
+      !has_profile ||
+          std::none_of(scenario.motion.begin(), scenario.motion.end(), asks_for_temperature),
+      "poses that ask for a temperature and a temperature profile exclude each other");
+  for (const double degc : temperature.soak_degc) {
+    problems->Finite(std::isfinite(degc), "a soak temperature");
+  }
+  problems->Positive(temperature.chamber_rate_degcps, "rate of the chamber");
+  problems->NotNegative(temperature.settle_s, "time for the chamber to settle");
+  problems->NotNegative(temperature.element_lag_s, "lag of the sensing elements");
+  problems->NotNegative(temperature.thermometer_lag_s, "lag of the thermometer");
+  problems->NotNegative(temperature.thermometer_noise_degc, "noise of the thermometer");
+  problems->NotNegative(temperature.thermometer_resolution_degc, "resolution of the thermometer");
+  problems->NotNegative(temperature.hysteresis_degc, "hysteresis");
+}
+
+struct CheckDisturbance {
+  const Scenario& scenario;
+  std::string name;  ///< "disturbance 2".
+  Problems* problems;
+
+  void operator()(const Knock& knock) const {
+    CheckTime(knock.when, knock.duration_s);
+    problems->Finite(knock.peak_mps2.allFinite(), name + " peak");
+  }
+  void operator()(const MagnetPassing& magnet) const {
+    CheckTime(magnet.when, magnet.duration_s);
+    problems->Finite(magnet.peak_ut.allFinite(), name + " peak");
+  }
+  void operator()(const StuckSamples& stuck) const {
+    CheckTime(stuck.when, stuck.duration_s);
+    problems->Require(
+        scenario.sensors[stuck.triad].has_value(),
+        name + " stops a " + std::string(TriadName(stuck.triad)) + ", which is not simulated");
+  }
+  void operator()(const UnsettledPose& unsettled) const {
+    problems->Positive(unsettled.decay_s, name + " decay");
+    problems->Finite(unsettled.tilt_rad.allFinite(), name + " tilt");
+  }
+
+ private:
+  void CheckTime(const DisturbanceTime& when, double duration_s) const {
+    problems->NotNegative(when.offset_s, name + " offset");
+    problems->Positive(duration_s, name + " duration");
+  }
+};
+
+std::optional<int> RestOf(const Disturbance& disturbance) {
+  return std::visit(
+      [](const auto& what) -> std::optional<int> {
+        if constexpr (requires { what.when; }) {
+          return what.when.rest;
+        } else {
+          return what.rest;
+        }
+      },
+      disturbance);
+}
+
+/// What only the whole motion shows; needs values that are right one by one.
+void CheckTimeline(const Scenario& scenario, Problems* problems) {
+  const Timeline timeline = MakeTimeline(scenario, 0);
+  constexpr double kLongestS = 1e8;  // Three years; far below the end of int64 nanoseconds.
+  problems->Require(timeline.motion.duration_s() <= kLongestS,
+                    "the recording would last " + Number(timeline.motion.duration_s()) +
+                        " s; at most 1e8 s are simulated");
+  const int rests = static_cast<int>(timeline.rests.size());
+  for (std::size_t k = 0; k < scenario.disturbances.size(); ++k) {
+    const std::optional<int> rest = RestOf(scenario.disturbances[k]);
+    problems->Require(!rest || (*rest >= 1 && *rest <= rests),
+                      "disturbance " + std::to_string(k + 1) + " happens in rest " +
+                          std::to_string(rest.value_or(0)) + "; there are rests 1 to " +
+                          std::to_string(rests));
+  }
+}
+
+}  // namespace
+
+Status Scenario::Validate() const {
+  Problems problems;
+  constexpr int kMostUnits = 9999;
+  problems.Require(count >= 1 && count <= kMostUnits,
+                   "count is " + std::to_string(count) + "; it must be 1 to 9999 units");
+  problems.Require(!serial.empty() && serial != "." && serial != ".." &&
+                       serial.find_first_of("/\\\n\"") == std::string::npos,
+                   "the serial names files; it must not be empty, or have a slash or a quote");
+  problems.Require(
+      std::any_of(
+          sensors.begin(), sensors.end(), [](const auto& sensor) { return sensor.has_value(); }),
+      "no sensor is simulated; at least one of accelerometer, gyroscope and "
+      "magnetometer is needed");
+  for (const Triad triad : kTriads) {
+    if (sensors[triad]) CheckTriad(triad, *sensors[triad], &problems);
+  }
+  problems.Positive(world.gravity_mps2, "gravity");
+  problems.NotNegative(world.field_ut, "field strength");
+  problems.Require(std::abs(world.dip_rad) <= 0.5 * std::numbers::pi,
+                   "the dip is beyond 90 degrees");
+  problems.Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
+                                        std::isfinite(world.earth_rate->declination_rad)),
+                  "latitude and declination");
+  problems.Require(!motion.empty(), "the motion has no steps");
+  for (std::size_t k = 0; k < motion.size(); ++k) {
+    std::visit(CheckStep{"motion step " + std::to_string(k + 1), &problems}, motion[k]);
+  }
+  problems.NotNegative(first_rest_s, "the first rest");
+  CheckTemperature(*this, &problems);
+  for (std::size_t k = 0; k < disturbances.size(); ++k) {
+    std::visit(CheckDisturbance{*this, "disturbance " + std::to_string(k + 1), &problems},
+               disturbances[k]);
+  }
+  if (problems.empty()) CheckTimeline(*this, &problems);
+  return problems.status();
+}
+
+}  // namespace truetriad

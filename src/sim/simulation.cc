@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/sim/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "sim/clock.h"
+#include "sim/seeds.h"
+#include "sim/sensor.h"
+#include "sim/timeline.h"
+
+namespace truetriad {
+namespace {
+
+/// True when the triads can share the rows of one file: one clock, and every rate the highest
+/// divided by a whole number.
+bool ShareRows(const Scenario& scenario) {
+  const SensorSampling* fastest = nullptr;
+  for (const auto& triad : scenario.sensors) {
+    if (triad && (fastest == nullptr || triad->sampling.rate_hz > fastest->rate_hz)) {
+      fastest = &triad->sampling;
+    }
+  }
+  return std::all_of(
+      scenario.sensors.begin(), scenario.sensors.end(), [fastest](const auto& triad) {
+        if (!triad) return true;
+        const double ratio = fastest->rate_hz / triad->sampling.rate_hz;
+        return std::abs(ratio - std::round(ratio)) < 1e-9 &&
+               triad->sampling.jitter_s == fastest->jitter_s &&
+               triad->sampling.clock_offset_s == fastest->clock_offset_s;
+      });
+}
+
+/// Decimals of a second that a multiple of `time_ns` needs.
+int SecondsDecimals(std::int64_t time_ns) {
+  int decimals = 9;
+  for (; decimals > 0 && time_ns % 10 == 0; time_ns /= 10) --decimals;
+  return decimals;
+}
+
+RecordingFormat FormatOf(const Scenario& scenario) {
+  RecordingFormat format;
+  format.one_file = ShareRows(scenario);
+  format.time_decimals = 0;
+  for (const Triad triad : kTriads) {
+    if (!scenario.sensors[triad]) continue;
+    const SensorSampling& sampling = scenario.sensors[triad]->sampling;
+    format.decimals[triad] = ReadingDecimals(*scenario.sensors[triad]);
+    const double period_ns = 1e9 / sampling.rate_hz;
+    const bool irregular = sampling.jitter_s > 0.0 || period_ns != std::round(period_ns);
+    const int decimals =
+        irregular ? 9
+                  : std::max(SecondsDecimals(std::llround(period_ns)),
+                             SecondsDecimals(std::llround(sampling.clock_offset_s * 1e9)));
+    format.time_decimals = std::max(format.time_decimals, decimals);
+  }
+  const SimulatedTemperature& temperature = scenario.temperature;
+  format.temperature_decimals =
+      ReadingDecimals(temperature.thermometer_resolution_degc, temperature.thermometer_noise_degc);
+  format.comment = "simulated";
+  return format;
+}
+
+class OneUnit : public Simulation {
+ public:
+  OneUnit(const Scenario& scenario, int index)
+      : timeline_(MakeTimeline(scenario, index)), format_(FormatOf(scenario)) {
+    const SimulatedUnit unit = DrawUnit(scenario, index);
+    info_.path = "simulated " + unit.serial;
+    info_.serial = unit.serial;
+    std::vector<Triad> sharing;
+    for (const Triad triad : kTriads) {
+      if (!scenario.sensors[triad]) continue;
+      const SimulatedTriad& sensor = *scenario.sensors[triad];
+      StreamInfo stream;
+      stream.triad = triad;
+      stream.unit = sensor.unit;
+      stream.file = info_.path;
+      stream.si_per_count = sensor.si_per_count;
+      stream.has_temperature = scenario.temperature.logged;
+      info_.streams.push_back(stream);
+      sharing.push_back(triad);
+      if (format_.one_file) continue;
+      clocks_.emplace_back(scenario, index, unit, timeline_, format_, sharing);
+      sharing.clear();
+    }
+    if (format_.one_file) {
+      clocks_.emplace_back(scenario, index, unit, timeline_, format_, sharing);
+    }
+  }
+
+  const RecordingInfo& info() const override { return info_; }
+
+  Result<bool> Next(std::vector<SampleBlock>* blocks) override {
+    blocks->clear();
+    // The clock that lags most comes next, so that streams stay within one block of each other.
+    SampleClock* const next = Slowest();
+    if (next == nullptr) return false;
+    next->Generate(blocks);
+    return true;
+  }
+
+  double progress() const override {
+    double share = 1.0;
+    for (const SampleClock& clock : clocks_) share = std::min(share, clock.time_s() / duration_s());
+    return share;
+  }
+
+  StreamCounts counts(Triad triad) const override {
+    for (const SampleClock& clock : clocks_) {
+      if (const std::optional<StreamCounts> counts = clock.counts(triad)) return *counts;
+    }
+    return {};
+  }
+
+  std::vector<InputFile> inputs() const override { return {}; }
+  const std::vector<TrueRest>& rests() const override { return timeline_.rests; }
+  double duration_s() const override { return timeline_.motion.duration_s(); }
+  const RecordingFormat& format() const override { return format_; }
+
+  Eigen::Quaterniond WorldFromBody(double time_s) const override {
+    const Motion& motion = timeline_.motion;
+    return motion.phase(motion.PhaseAt(time_s)).At(time_s).world_from_body;
+  }
+
+ private:
+  SampleClock* Slowest() {
+    SampleClock* slowest = nullptr;
+    for (SampleClock& clock : clocks_) {
+      if (!clock.at_end() && (slowest == nullptr || clock.time_s() < slowest->time_s())) {
+        slowest = &clock;
+      }
+    }
+    return slowest;
+  }
+
+  Timeline timeline_;
+  RecordingFormat format_;
+  RecordingInfo info_;
+  std::vector<SampleClock> clocks_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Simulation>> Simulation::Create(const Scenario& scenario, int index) {
+  TRUETRIAD_RETURN_IF_ERROR(scenario.Validate());
+  return std::unique_ptr<Simulation>(std::make_unique<OneUnit>(scenario, index));
+}
+
+}  // namespace truetriad

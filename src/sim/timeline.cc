@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/timeline.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "sim/seeds.h"
+
+namespace truetriad {
+namespace {
+
+Eigen::Quaterniond Exp(const Eigen::Vector3d& rotation_rad) {
+  const double angle = rotation_rad.norm();
+  if (angle == 0.0) return Eigen::Quaterniond::Identity();
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, rotation_rad / angle));
+}
+
+/// Follows the steps of a scenario.
+class TimelineBuilder {
+ public:
+  TimelineBuilder(const Scenario& scenario, int unit)
+      : scenario_(scenario),
+        order_(UnitRandom(scenario.seed, unit, Purpose::kPoseOrder)),
+        tilt_(UnitRandom(scenario.seed, unit, Purpose::kPoseTilt)),
+        rest_length_(UnitRandom(scenario.seed, unit, Purpose::kRestLength)),
+        travel_(UnitRandom(scenario.seed, unit, Purpose::kTravel)),
+        tumble_(UnitRandom(scenario.seed, unit, Purpose::kTumble)),
+        chamber_(scenario.temperature.start_degc) {}
+
+  Timeline Build() {
+    for (const TemperatureSegment& segment : scenario_.temperature.profile) {
+      std::visit([this](const auto& stretch) { Add(stretch); }, segment);
+    }
+    if (!std::holds_alternative<PosesStep>(scenario_.motion.front())) {
+      placed_ = true;
+      Rest(scenario_.first_rest_s, {});
+    }
+    FollowMotion(scenario_.temperature.soak_degc.empty() ? std::vector<double>{chamber_.end_degc()}
+                                                         : scenario_.temperature.soak_degc);
+    LaggedTemperature element(chamber_, scenario_.temperature.element_lag_s);
+    for (TrueRest& rest : rests_) {
+      const double start_degc = element.At(rest.start_s).degc;
+      rest.element_degc = 0.5 * (start_degc + element.At(rest.end_s).degc);
+    }
+    return {Motion(std::move(phases_)), std::move(chamber_), std::move(rests_)};
+  }
+
+ private:
+  void FollowMotion(const std::vector<double>& temperatures_degc) {
+    for (const double degc : temperatures_degc) {
+      // The first pose of all is taken before the chamber goes anywhere.
+      if (placed_) WaitFor(degc);
+      for (const MotionStep& step : scenario_.motion) {
+        std::visit([this, degc](const auto& motion) { Add(motion, degc); }, step);
+      }
+    }
+  }
+
+  void Add(const TemperatureHold& hold) { chamber_.Hold(hold.duration_s); }
+  void Add(const TemperatureRamp& ramp) { chamber_.Ramp(ramp); }
+  void Add(const TemperatureSine& sine) { chamber_.Sine(sine); }
+
+  void Add(const PosesStep& step, double chamber_degc) {
+    std::vector<ProgramPose> poses = step.poses;
+    if (step.shuffle) {
+      for (std::size_t k = poses.size(); k > 1; --k) {
+        std::swap(poses[k - 1], poses[static_cast<std::size_t>(order_.Below(static_cast<int>(k)))]);
+      }
+    }
+    for (const ProgramPose& pose : poses) {
+      const double degc = pose.temperature_degc.value_or(chamber_degc);
+      const bool waits = pose.temperature_degc.has_value() || !placed_;
+      const Eigen::Quaterniond target = Taken(pose.world_from_body, step.tilt_sigma_rad);
+      if (placed_) {
+        if (waits) WaitFor(degc);
+        MoveTo(target, step);
+      } else {
+        placed_ = true;
+        attitude_ = target;
+        WaitFor(degc);
+      }
+      intended_ = pose.world_from_body.normalized();
+      const double share = 1.0 + step.rest_spread * (2.0 * rest_length_.Uniform() - 1.0);
+      Rest(step.rest_s * share, pose.label);
+    }
+  }
+
+  void Add(const TurnStep& step, double /*chamber_degc*/) {
+    const double angle_rad = 2.0 * std::numbers::pi * step.turns;
+    Append(step.duration_s,
+           step.axis_in_body.normalized(),
+           MotionPhase::Turn{angle_rad, Eigen::Vector3d::Zero()});
+    intended_ = attitude_;
+    Rest(step.rest_s, {});
+  }
+
+  void Add(const RateStep& step, double /*chamber_degc*/) {
+    for (const double rate_radps : step.rates_radps) {
+      Append(step.hold_s + 2.0 * step.ramp_s,
+             step.axis_in_body.normalized(),
+             MotionPhase::Spin{rate_radps, step.ramp_s});
+      intended_ = attitude_;
+      Rest(step.rest_s, {});
+    }
+  }
+
+  void Add(const TumbleStep& step, double /*chamber_degc*/) {
+    // Three angles with frequencies in no simple ratio, so that no attitude comes back; each has a
+    // third of the mean square rate, and the slowest swings by half a turn each way.
+    const Eigen::Vector3d ratios(1.0, std::numbers::sqrt2, std::numbers::phi);
+    const double amplitude_of_slowest_rad = std::numbers::pi;
+    const double peak_radps = step.rms_rate_radps * std::sqrt(2.0 / 3.0);
+    MotionPhase::Tumbling tumbling;
+    tumbling.omega_radps = ratios * (peak_radps / amplitude_of_slowest_rad);
+    tumbling.amplitude_rad = peak_radps * tumbling.omega_radps.cwiseInverse();
+    for (double& phase_rad : tumbling.phase_rad) {
+      phase_rad = 2.0 * std::numbers::pi * tumble_.Uniform();
+    }
+    constexpr double kLongestRampS = 1.0;
+    tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
+    Append(step.duration_s, Eigen::Vector3d::UnitZ(), tumbling);
+    intended_ = attitude_;
+  }
+
+  /// How a pose is really taken: tilted by chance, and by an unsettled start of the coming rest.
+  Eigen::Quaterniond Taken(const Eigen::Quaterniond& intended, double tilt_sigma_rad) {
+    Eigen::Quaterniond taken = intended.normalized() * Exp(tilt_sigma_rad * tilt_.Normal3());
+    if (const UnsettledPose* unsettled = ComingUnsettled())
+      taken = taken * Exp(unsettled->tilt_rad);
+    return taken.normalized();
+  }
+
+  const UnsettledPose* ComingUnsettled() const {
+    const int number = static_cast<int>(rests_.size()) + 1;
+    for (const Disturbance& disturbance : scenario_.disturbances) {
+      const auto* const unsettled = std::get_if<UnsettledPose>(&disturbance);
+      if (unsettled != nullptr && unsettled->rest == number) return unsettled;
+    }
+    return nullptr;
+  }
+
+  void MoveTo(const Eigen::Quaterniond& target, const PosesStep& step) {
+    const Eigen::AngleAxisd turn(attitude_.conjugate() * target);
+    Eigen::Vector3d direction = travel_.Normal3();
+    direction.normalize();
+    Append(step.move_s, turn.axis(), MotionPhase::Turn{turn.angle(), step.travel_m * direction});
+  }
+
+  /// Rests of no length are none.
+  void Rest(double duration_s, const std::string& label) {
+    if (duration_s <= 0.0) return;
+    TrueRest rest;
+    rest.start_s = end_s_;
+    rest.end_s = end_s_ + duration_s;
+    rest.intended_world_from_body = intended_;
+    rest.label = label;
+    const UnsettledPose* const unsettled = ComingUnsettled();
+    if (unsettled != nullptr && unsettled->tilt_rad.norm() > 0.0) {
+      Append(duration_s,
+             unsettled->tilt_rad.normalized(),
+             MotionPhase::Settling{unsettled->tilt_rad.norm(), unsettled->decay_s});
+    } else {
+      Append(duration_s, Eigen::Vector3d::UnitZ(), MotionPhase::Still{});
+    }
+    rest.number = static_cast<int>(rests_.size()) + 1;
+    rest.world_from_body = attitude_;
+    rests_.push_back(rest);
+  }
+
+  /// The unit stays where it is until the chamber is there and settled.
+  void WaitFor(double degc) {
+    if (degc == chamber_.end_degc() || !scenario_.temperature.profile.empty()) return;
+    chamber_.Hold(end_s_ - chamber_.end_s());
+    chamber_.Ramp({degc, scenario_.temperature.chamber_rate_degcps});
+    chamber_.Hold(scenario_.temperature.settle_s);
+    Append(chamber_.end_s() - end_s_, Eigen::Vector3d::UnitZ(), MotionPhase::Still{});
+  }
+
+  void Append(double duration_s, const Eigen::Vector3d& axis, decltype(MotionPhase::form) form) {
+    const MotionPhase phase{end_s_, duration_s, attitude_, axis, std::move(form)};
+    end_s_ = phase.end_s();
+    attitude_ = phase.At(end_s_).world_from_body;
+    phases_.push_back(phase);
+  }
+
+  const Scenario& scenario_;
+  FastRandom order_, tilt_, rest_length_, travel_, tumble_;
+  Chamber chamber_;
+  std::vector<MotionPhase> phases_;
+  std::vector<TrueRest> rests_;
+  bool placed_ = false;  ///< The unit has been set down somewhere.
+  Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();
+  Eigen::Quaterniond intended_ = Eigen::Quaterniond::Identity();
+  double end_s_ = 0.0;
+};
+
+}  // namespace
+
+Timeline MakeTimeline(const Scenario& scenario, int unit) {
+  return TimelineBuilder(scenario, unit).Build();
+}
+
+}  // namespace truetriad

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+
+#include "sim/seeds.h"
+#include "sim/timeline.h"
+#include "truetriad/sim/simulation.h"
+
+namespace truetriad {
+namespace {
+
+/// Every number is drawn whatever its spread, so that a spread of zero leaves the others alone.
+TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
+  const UnitSpread& spread = nominal.spread;
+  const Eigen::Vector3d gain = nominal.nominal.sensitivity.diagonal();
+  const Eigen::Vector3d size = gain.cwiseAbs();
+  TrueTriad triad{nominal.nominal, nominal.g_sensitivity, nominal.thermal};
+
+  triad.model.bias += size.cwiseProduct(spread.bias * random.Normal3());
+  const Eigen::Vector3d scale = Eigen::Vector3d::Ones() + spread.scale * random.Normal3();
+  // S = K (I + M): the misalignment adds to the nominal one, then the gains stretch the rows.
+  for (int row = 0; row < 3; ++row) {
+    const Eigen::Vector3d misalignment = spread.misalignment_rad * random.Normal3();
+    for (int col = 0; col < 3; ++col) {
+      if (col != row) triad.model.sensitivity(row, col) += gain[row] * misalignment[col];
+    }
+    triad.model.sensitivity.row(row) *= scale[row];
+  }
+  Eigen::Matrix3d g_sensitivity;
+  for (int col = 0; col < 3; ++col) g_sensitivity.col(col) = random.Normal3();
+  if (spread.g_sensitivity > 0.0) {
+    triad.g_sensitivity = triad.g_sensitivity.value_or(Eigen::Matrix3d::Zero()) +
+                          size.asDiagonal() * (spread.g_sensitivity * g_sensitivity);
+  }
+  const Eigen::Vector3d thermal_bias = size.cwiseProduct(spread.thermal_bias * random.Normal3());
+  const Eigen::Vector3d thermal_scale = gain.cwiseProduct(spread.thermal_scale * random.Normal3());
+  if (spread.thermal_bias > 0.0 || spread.thermal_scale > 0.0) {
+    if (!triad.thermal) triad.thermal.emplace();
+    if (triad.thermal->bias.empty()) triad.thermal->bias.emplace_back(Eigen::Vector3d::Zero());
+    triad.thermal->bias[0] += thermal_bias;
+    if (spread.thermal_scale > 0.0) {
+      if (triad.thermal->sensitivity.empty()) {
+        triad.thermal->sensitivity.emplace_back(Eigen::Matrix3d::Zero());
+      }
+      triad.thermal->sensitivity[0].diagonal() += thermal_scale;
+    }
+  }
+  return triad;
+}
+
+/// Lowest and highest temperature of the elements. Between the chamber's turning points, where they
+/// are looked at too, a 256th part of the recording is fine enough.
+Eigen::Vector2d TemperatureRange(const Scenario& scenario, int index) {
+  const Timeline timeline = MakeTimeline(scenario, index);
+  const double duration_s = timeline.motion.duration_s();
+  constexpr int kSteps = 256;
+  std::vector<double> times_s;
+  for (int i = 0; i <= kSteps; ++i) times_s.push_back(duration_s * i / kSteps);
+  for (const Chamber::Stretch& stretch : timeline.chamber.stretches()) {
+    if (stretch.begin_s < duration_s) times_s.push_back(stretch.begin_s);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  LaggedTemperature element(timeline.chamber, scenario.temperature.element_lag_s);
+  Eigen::Vector2d range = Eigen::Vector2d::Constant(scenario.temperature.start_degc);
+  for (const double time_s : times_s) {
+    const double degc = element.At(time_s).degc;
+    range = {std::min(range[0], degc), std::max(range[1], degc)};
+  }
+  return range;
+}
+
+void NameParameters(Triad triad, std::vector<std::string>* names) {
+  constexpr std::string_view kAxes = "xyz";
+  const std::string name(TriadName(triad));
+  for (const char axis : kAxes) names->push_back(name + ".bias." + axis);
+  for (const char row : kAxes) {
+    for (const char col : kAxes) names->push_back(name + ".sensitivity." + row + col);
+  }
+}
+
+bool IsLowerTriangular(const Eigen::Matrix3d& matrix) {
+  return matrix(0, 1) == 0.0 && matrix(0, 2) == 0.0 && matrix(1, 2) == 0.0;
+}
+
+}  // namespace
+
+SimulatedUnit DrawUnit(const Scenario& scenario, int index) {
+  SimulatedUnit unit;
+  unit.serial = scenario.serial;
+  if (scenario.count > 1) {
+    char number[16];
+    std::snprintf(number, sizeof number, "%04d", index + 1);
+    unit.serial += number;
+  }
+  for (const Triad triad : kTriads) {
+    if (!scenario.sensors[triad]) continue;
+    unit.triads[triad] = DrawTriad(*scenario.sensors[triad],
+                                   TriadRandom(scenario.seed, index, Purpose::kUnit, triad));
+  }
+  return unit;
+}
+
+Calibration TruthOf(const Scenario& scenario, int index) {
+  const SimulatedUnit unit = DrawUnit(scenario, index);
+  Calibration truth;
+  truth.serial = unit.serial;
+  truth.model = scenario.model;
+  truth.outcome = Outcome::kConverged;
+  truth.messages = {"the truth behind a simulated recording: every sigma is zero"};
+  truth.reference.gravity_mps2 = scenario.world.gravity_mps2;
+  truth.reference.temperature_degc = scenario.temperature.start_degc;
+  std::optional<Triad> leading;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+    if (!leading && unit.triads[triad]) leading = triad;
+  }
+  truth.gauge_sensor = leading.value_or(Triad::kAccelerometer);
+  truth.gauge = IsLowerTriangular(unit.triads[truth.gauge_sensor]->model.sensitivity)
+                    ? Gauge::kAccelX
+                    : Gauge::kFixture;
+  for (const Triad triad : kTriads) {
+    if (!unit.triads[triad]) continue;
+    TriadCalibration& sensor = truth.sensors[triad].emplace();
+    const SimulatedTriad& simulated = *scenario.sensors[triad];
+    sensor.input_unit = simulated.unit.name;
+    sensor.output_unit = TruthUnitName(triad);
+    sensor.model = unit.triads[triad]->model;
+    sensor.g_sensitivity = unit.triads[triad]->g_sensitivity;
+    sensor.thermal = unit.triads[triad]->thermal;
+    sensor.si_per_count = simulated.si_per_count;
+    sensor.noise.source = NoiseSource::kConfig;
+    if (sensor.thermal) {
+      sensor.thermal->range_degc = TemperatureRange(scenario, index);
+      truth.reference.temperature_degc = sensor.thermal->reference_degc;
+    }
+    NameParameters(triad, &truth.covariance.parameters);
+  }
+  if (unit.triads[Triad::kMagnetometer]) {
+    truth.reference.field_ut = scenario.world.field_ut;
+    truth.reference.dip_rad = scenario.world.dip_rad;
+    truth.covariance.parameters.emplace_back("reference.field_ut");
+    truth.covariance.parameters.emplace_back("reference.dip_rad");
+  }
+  const auto size = static_cast<Eigen::Index>(truth.covariance.parameters.size());
+  truth.covariance.matrix = Eigen::MatrixXd::Zero(size, size);
+  return truth;
+}
+
+}  // namespace truetriad
