@@ -18,9 +18,9 @@ constexpr double kTail = 0.025;
 /// long factors are skewed, so that three sigmas would not do.
 constexpr double kShownSigmas = 4.0;
 /// A curve follows the fit when every point is within so many sigmas, or within so much of the
-/// variance: 10 % of it is 5 % of the deviation, finer than any use of a noise density.
+/// variance: 6 % of it is 3 % of the deviation, finer than any use of a noise density.
 constexpr double kMostSigmas = 4.0;
-constexpr double kTolerance = 0.1;
+constexpr double kTolerance = 0.06;
 /// Fewest points of a fit with up to four strengths.
 constexpr Eigen::Index kFewestPoints = 8;
 constexpr int kRounds = 12;
