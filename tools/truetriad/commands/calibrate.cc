@@ -1,61 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 #include <utility>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 
-DEFINE_string(set,
-              "",
-              "comma-separated values that take the place of the experiment's, as in "
-              "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
 DEFINE_bool(report, true, "whether to write the HTML report");
 
 namespace truetriad {
 namespace {
-
-/// The items of --set. Brackets and quotes that do not match are left for the YAML reader to
-/// report.
-std::vector<std::string> SplitOverrides(const std::string& text) {
-  std::vector<std::string> items;
-  std::string item;
-  int depth = 0;
-  char quote = '\0';
-  for (const char c : text) {
-    if (quote != '\0') {
-      if (c == quote) quote = '\0';
-    } else if (c == '"' || c == '\'') {
-      quote = c;
-    } else if (c == '[' || c == '{') {
-      ++depth;
-    } else if (c == ']' || c == '}') {
-      --depth;
-    } else if (c == ',' && depth <= 0) {
-      items.push_back(std::exchange(item, ""));
-      continue;
-    }
-    item += c;
-  }
-  if (!item.empty()) items.push_back(item);
-  return items;
-}
-
-/// Finds out before the work starts that the result could not be written, and creates nothing.
-Status CheckCanWriteBelow(std::filesystem::path directory) {
-  directory = std::filesystem::absolute(directory).lexically_normal();
-  std::error_code missing;
-  while (!std::filesystem::exists(directory, missing) && directory.has_relative_path()) {
-    directory = directory.parent_path();
-  }
-  return EnsureWritableDirectory(directory.string());
-}
 
 /// The same file without the detours that come from paths relative to the experiment.
 std::string ShortPath(const std::string& path) {
@@ -86,7 +46,7 @@ Status WriteResult(const Calibration& calibration) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  Result<Experiment> experiment = ReadExperiment(FLAGS_config, SplitOverrides(FLAGS_set));
+  Result<Experiment> experiment = ReadExperiment(FLAGS_config, Overrides());
   TRUETRIAD_RETURN_IF_ERROR(experiment);
   experiment->input = FLAGS_input.empty() ? ShortPath(experiment->input) : FLAGS_input;
   if (experiment->input.empty()) {
