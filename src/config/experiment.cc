@@ -105,9 +105,14 @@ void ReadReference(YamlReader reader, Draft* draft) {
   reader.RejectUnknown();
 }
 
-void ReadNoise(YamlReader reader, TriadOptions* options) {
+void ReadNoise(YamlReader reader, TriadOptions* options, std::string* allan_file) {
   if (!reader) return;
-  if (YamlReader sigma = reader.Child("sigma"); IsWord(sigma, "auto")) {
+  YamlReader sigma = reader.Child("sigma");
+  YamlReader allan = reader.Child("allan");
+  if (sigma && allan) allan.Fail("sigma and allan exclude each other; keep one");
+  // What a document says takes the place of what those before it said.
+  if (sigma) allan_file->clear();
+  if (allan.Read(allan_file) || IsWord(sigma, "auto")) {
     options->noise_sigma_raw.reset();
   } else if (Eigen::Vector3d value; ReadSigmas(sigma, &value)) {
     options->noise_sigma_raw = value;
@@ -149,13 +154,13 @@ void ReadFixed(YamlReader reader, TriadOptions* options, bool* identity) {
   reader.RejectUnknown();
 }
 
-void ReadSensor(YamlReader reader, Triad triad, Experiment* experiment) {
-  TriadOptions& options = experiment->options.triads[triad];
+void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
+  TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
-  ReadNoise(reader.Child("noise"), &options);
+  ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
-  ReadFixed(reader.Child("fixed"), &options, &experiment->fixed_identity[triad]);
+  ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
   reader.RejectUnknown();
 }
 
@@ -284,7 +289,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
       if (YamlReader sensor = sensors.Child(TriadName(triad))) {
         options.triads[triad].enabled = true;
         sensor.Child("preset");  // Has been read before all documents.
-        ReadSensor(sensor, triad, &draft->experiment);
+        ReadSensor(sensor, triad, draft);
       }
     }
     sensors.RejectUnknown();
@@ -363,6 +368,9 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   }
   experiment.input = Resolve(draft->input, experiment.path);
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
+  for (const Triad triad : kCalibratedTriads) {
+    experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);
+  }
   experiment.poses.file = Resolve(draft->pose_file, experiment.path);
   experiment.attitudes_file = options.attitudes.kind == AttitudeKind::kGiven
                                   ? Resolve(draft->attitudes_file, experiment.path)
@@ -401,7 +409,7 @@ void ReadPresets(std::vector<YamlReader>& documents,
     for (const Triad other : kCalibratedTriads) preset->Child(TriadName(other));
     preset->RejectUnknown();
     if (YamlReader sensor = preset->RequireChild(name)) {
-      ReadSensor(sensor, triad, &draft->experiment);
+      ReadSensor(sensor, triad, draft);
       CollectNames(sensor, "sensors.", &draft->given);
     }
     if (const Status status = preset->status(); !status) errors->push_back(status.error().message);

@@ -54,6 +54,7 @@ constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
 struct ExperimentDraft {
   Experiment experiment;
   std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
+  PerTriad<std::string> allan_files;                          ///< As written.
   Stated gravity_mps2, strength_ut, dip_deg;
   std::optional<Gauge> gauge;
   std::set<std::string> given;  ///< Full names of all keys that any document has.

@@ -29,13 +29,16 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Close();
 }
 
-void WriteSensor(ResolvedText& out, Triad triad, const Experiment& experiment) {
+void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
+  const Experiment& experiment = draft.experiment;
   const TriadOptions& options = experiment.options.triads[triad];
   out.Open(TriadName(triad));
   out.Line("model", Models().Name(options.model));
   if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
   out.Open("noise");
-  if (options.noise_sigma_raw) {
+  if (!draft.allan_files[triad].empty()) {
+    out.Line("allan", Quoted{draft.allan_files[triad]});
+  } else if (options.noise_sigma_raw) {
     out.Line("sigma", *options.noise_sigma_raw);
   } else {
     out.Line("sigma", "auto");
@@ -121,7 +124,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft) {
   out.Line("gauge", Gauges().Name(options.gauge));
   out.Open("sensors");
   for (const Triad triad : kCalibratedTriads) {
-    if (options.triads[triad].enabled) WriteSensor(out, triad, experiment);
+    if (options.triads[triad].enabled) WriteSensor(out, triad, draft);
   }
   out.Close();
   WritePoses(out, draft);

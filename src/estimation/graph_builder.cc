@@ -14,6 +14,12 @@ constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
 
+// Time that the samples of a mean stand for, one sample spacing each; 0 where it is not known.
+double AveragedTime(const StaticPose& pose, Triad triad) {
+  const auto samples = static_cast<double>(pose.triads[triad]->samples);
+  return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
+}
+
 }  // namespace
 
 Triad LeadingTriad(const CalibrateOptions& options) {
@@ -48,6 +54,16 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       observation.mean_raw = pose.triads[triad]->mean_raw;
       if (sensor.noise_sigma_raw) {
         observation.rest_covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+      } else if (sensor.allan) {
+        const double duration_s = AveragedTime(pose, triad);
+        if (!(duration_s > 0.0)) {
+          return BadInputError(poses.source + ": pose " + std::to_string(pose.number) + ", " +
+                               std::string(TriadName(triad)) +
+                               ": how long it was averaged is not known, so an Allan deviation "
+                               "cannot tell its noise; record rests with time, or state `noise: { "
+                               "sigma: [x, y, z] }`");
+        }
+        observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
       } else if (sources[triad] != NoiseSource::kResidual) {
         observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
       }

@@ -193,7 +193,8 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
       if (pose.triads[triad]->has_covariance) ++with_covariance;
     }
     const bool all_have_covariance = with_covariance == seen;
-    if (!all_have_covariance && with_covariance > 0 && !sensor.noise_sigma_raw) {
+    const bool stated = sensor.noise_sigma_raw || sensor.allan;
+    if (!all_have_covariance && with_covariance > 0 && !stated) {
       messages->push_back(
           std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) + " of " +
           std::to_string(seen) +
@@ -202,6 +203,8 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
     }
     if (sensor.noise_sigma_raw) {
       noise.source[triad] = sensor.noise_source;
+    } else if (sensor.allan) {
+      noise.source[triad] = NoiseSource::kAllan;
     } else {
       noise.source[triad] = all_have_covariance ? NoiseSource::kStatic : NoiseSource::kResidual;
     }

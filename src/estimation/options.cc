@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "truetriad/base/named_values.h"
@@ -21,6 +22,17 @@ constexpr NamedValues<MatrixModel, 5> kModels = {{
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }
 
+Eigen::Vector3d AllanNoise::MeanSigma(double duration_s) const {
+  constexpr double kFloorVariance = 2.0 * std::numbers::ln2 / std::numbers::pi;
+  return (white_density_raw.cwiseAbs2() / duration_s + kFloorVariance * instability_raw.cwiseAbs2())
+      .cwiseSqrt();
+}
+
+bool AllanNoise::IsValid() const {
+  return white_density_raw.allFinite() && (white_density_raw.array() > 0.0).all() &&
+         instability_raw.allFinite() && (instability_raw.array() >= 0.0).all();
+}
+
 Status CalibrateOptions::Validate() const {
   std::string problems;
   const auto require = [&problems](bool good, const std::string& problem) {
@@ -41,6 +53,10 @@ Status CalibrateOptions::Validate() const {
             name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
     require(!sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),
             name + ": every noise sigma must be > 0");
+    require(!sensor.allan || !sensor.noise_sigma_raw,
+            name + ": noise is given twice, as sigma and from an Allan deviation");
+    require(!sensor.allan || sensor.allan->IsValid(),
+            name + ": an Allan deviation's noise density must be > 0 and its instability >= 0");
   }
   require(any, "no sensor is wanted: list at least one under `sensors:`");
   require(reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,

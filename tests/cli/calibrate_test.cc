@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -74,6 +75,51 @@ TEST_F(CalibrateVerb, WritesTheSameBytesForTheSameInput) {
     EXPECT_FALSE(text.empty());
     EXPECT_EQ(text, TemporaryFolder::Read(folder_.Path("b") + file));
   }
+}
+
+/// An Allan result in milli-g: density 0.3 mg/sqrt(Hz), floor 0.664 * 0.1 mg.
+std::string AllanText(const std::string& unit) {
+  std::string text =
+      "format: truetriad/allan/1\nsource: rest.csv\nserial: T1\ninputs: []\n"
+      "sensors:\n  accelerometer:\n    unit: \"" +
+      unit +
+      "\"\n    rate_hz: 50\n    samples: 360000\n    duration_s: 7200\n    filled_samples: 0\n"
+      "    breaks: 0\n    warnings: []\n    axes:\n";
+  for (const char* axis : {"x", "y", "z"}) {
+    text +=
+        std::string("      ") + axis +
+        ":\n        noise_density: { value: 0.3, low: 0.29, high: 0.31, unit: \"" + unit +
+        "/sqrt(Hz)\" }\n        bias_instability: { value: 0.1, low: 0.09, high: 0.11, unit: \"" +
+        unit +
+        "\", minimum: { value: 0.0664, low: 0.06, high: 0.073 }, tau_s: 50, at_end: false }\n"
+        "        points: []\n";
+  }
+  return text;
+}
+
+TEST_F(CalibrateVerb, WeighsPosesByAnAllanResultInTheRecordingsUnit) {
+  const std::string allan = folder_.Write("allan.yaml", AllanText("mg"));
+  const Finished run =
+      Calibrate(LogText(kEnough), {"--set=sensors.accelerometer.noise={ allan: allan.yaml }"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("from an Allan deviation"));
+  const YAML::Node noise = Written()["sensors"]["accelerometer"]["noise"];
+  EXPECT_EQ(noise["source"].as<std::string>(), "allan");
+  // Rests of 2.5 s, of which detection keeps 1.5 s to all.
+  const double mg = 9.80665e-3;
+  EXPECT_GT(noise["sigma"][0].as<double>(), mg * std::hypot(0.3 / std::sqrt(2.6), 0.0664));
+  EXPECT_LT(noise["sigma"][0].as<double>(), mg * std::hypot(0.3 / std::sqrt(1.5), 0.0665));
+  // The experiment inside the result still says where the noise came from.
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("result/calibration.yaml")),
+              HasSubstr("allan: \"allan.yaml\""));
+}
+
+TEST_F(CalibrateVerb, RefusesAnAllanResultInCountsForARecordingInUnits) {
+  const std::string allan = folder_.Write("allan.yaml", AllanText("counts"));
+  const Finished run =
+      Calibrate(LogText(kEnough), {"--set=sensors.accelerometer.noise={ allan: allan.yaml }"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, AllOf(HasSubstr(allan), HasSubstr("counts convert to nothing")));
 }
 
 TEST_F(CalibrateVerb, LeavesOutTheReportWhenAsked) {

@@ -171,6 +171,7 @@ TEST_F(ExperimentConfig, ResolvesToAnExperimentWithTheSameOptions) {
         std::string(kMinimal) + "reference: { position: { latitude_deg: 45, height_m: 0 } }\n",
         std::string(kMinimal) + "attitudes: { file: a.csv, sigma_deg: 0.1 }\nposes: every_row\n",
         std::string(kMinimal) + "poses: { column: 'a \"b\"' }\n",
+        std::string("experiment: 1\nsensors: { magnetometer: { noise: { allan: a/b.yaml } } }\n"),
         std::string(kMinimal) + "poses: { file: poses.yaml }\n"}) {
     const Experiment first = LoadWell(text);
     const Experiment second = LoadWell(first.resolved_yaml);
@@ -183,10 +184,26 @@ TEST_F(ExperimentConfig, ResolvesToAnExperimentWithTheSameOptions) {
               first.options.reference.gravity_mps2.sigma);
     EXPECT_EQ(second.options.reference.dip_rad.value, first.options.reference.dip_rad.value);
     EXPECT_EQ(second.attitudes_file, first.attitudes_file);
+    EXPECT_EQ(second.allan_files.items, first.allan_files.items);
     EXPECT_EQ(second.poses.given, first.poses.given);
     EXPECT_EQ(second.poses.column, first.poses.column);
     EXPECT_EQ(second.poses.file, first.poses.file);
   }
+}
+
+TEST_F(ExperimentConfig, TakesNoiseFromAnAllanFileOrASigmaTheLaterWordWins) {
+  const std::string stated =
+      "experiment: 1\nsensors: { accelerometer: { noise: { sigma: 0.1 } } }\n";
+  const Experiment experiment = LoadWell(stated, {"sensors.accelerometer.noise={ allan: a.yaml }"});
+  EXPECT_EQ(experiment.allan_files[Triad::kAccelerometer], (folder_ / "a.yaml").string());
+  EXPECT_FALSE(experiment.options.triads[Triad::kAccelerometer].noise_sigma_raw);
+  const Experiment again =
+      LoadWell(experiment.resolved_yaml, {"sensors.accelerometer.noise={ sigma: 0.2 }"});
+  EXPECT_EQ(again.allan_files[Triad::kAccelerometer], "");
+  EXPECT_TRUE(again.options.triads[Triad::kAccelerometer].noise_sigma_raw);
+  EXPECT_THAT(
+      ErrorOf("experiment: 1\nsensors: { accelerometer: { noise: { sigma: 1, allan: a } } }\n"),
+      AllOf(HasSubstr(":2:"), HasSubstr("sigma and allan exclude each other")));
 }
 
 TEST_F(ExperimentConfig, MarksDefaultsAndNothingElse) {

@@ -80,6 +80,57 @@ CalibrateOptions AccelerometerOptions(double gravity_mps2) {
   return options;
 }
 
+// Rests of 4 s at 100 Hz.
+PoseSet TimedPoses(const SyntheticUnit& unit, int count, Random* random) {
+  PoseSet poses = SimulatePoses(unit, RandomAttitudes(count, random), SyntheticNoise{}, random);
+  for (StaticPose& pose : poses.poses) {
+    pose.end_ns = 3'990'000'000;
+    for (std::optional<TriadPose>& seen : pose.triads) {
+      if (seen) seen->samples = 400;
+    }
+  }
+  return poses;
+}
+
+TEST(AllanNoise, WhitePartAveragesOutAndTheFloorDoesNot) {
+  const AllanNoise noise{{0.1, 0.2, 0.3}, {0.0, 0.0, 1.0}};
+  EXPECT_NEAR(noise.MeanSigma(4.0).x(), 0.05, 1e-15);
+  EXPECT_NEAR(noise.MeanSigma(4.0).y(), 0.1, 1e-15);
+  // 0.664 of IEEE Std 952 is sqrt(2 ln 2 / pi).
+  EXPECT_NEAR(noise.MeanSigma(1e12).z(), 0.6643, 1e-4);
+}
+
+TEST(CalibrateWithAllan, WeighsEachMeanByTheTimeItWasAveraged) {
+  Random random(1);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  const AllanNoise noise{Eigen::Vector3d(0.01, 0.02, 0.03), Eigen::Vector3d(0.001, 0.002, 0.003)};
+  options.triads[Triad::kAccelerometer].allan = noise;
+  options.triads[Triad::kMagnetometer].allan = noise;
+  const auto summary = Calibrate(TimedPoses(unit, 24, &random), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  const auto& sensor = summary->calibration.sensors[Triad::kAccelerometer];
+  ASSERT_TRUE(sensor);
+  EXPECT_EQ(sensor->noise.source, NoiseSource::kAllan);
+  // 400 samples stand for 400 spacings, not for the 399 between the first and the last.
+  EXPECT_LT((sensor->noise.sigma - noise.MeanSigma(4.0)).norm(), 1e-12);
+}
+
+TEST(CalibrateWithAllan, RefusesPosesOfUnknownDuration) {
+  Random random(1);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.triads[Triad::kMagnetometer].allan =
+      AllanNoise{Eigen::Vector3d::Constant(0.1), Eigen::Vector3d::Zero()};
+  PoseSet poses = TimedPoses(unit, 24, &random);
+  poses.poses[4].end_ns = poses.poses[4].start_ns;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: how long"), std::string::npos)
+      << summary.error().message;
+}
+
 // datasets/six-rows, with the published centre and radii.
 TEST(CalibrateAccel, StatesTheAxisAlignedEllipsoidOfSixRowsWhenAskedForTheStartOnly) {
   const std::vector<Eigen::Vector3d> rows = {{9.9604, -0.0975, 0.0549},

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "truetriad/estimation/calibrate.h"
+#include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
@@ -180,6 +181,54 @@ Status HoldMatrices(const LoadedPoses& loaded, Experiment* experiment) {
   return {};
 }
 
+/// `axes` of a coefficient in the recording's unit.
+template <typename Get>
+Eigen::Vector3d PerAxis(const AllanTriad& triad, double scale, Get get) {
+  return scale * Eigen::Vector3d(get(triad.axes[0]), get(triad.axes[1]), get(triad.axes[2]));
+}
+
+/// Noise of `triad` in the recording's unit from the Allan result in `file`.
+Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const PoseSet& poses) {
+  const Result<AllanResult> allan = ReadAllanFile(file);
+  TRUETRIAD_RETURN_IF_ERROR(allan);
+  const std::string name(TriadName(triad));
+  const AllanTriad* found = allan->Find(triad);
+  if (found == nullptr) {
+    return BadInputError(file + ": holds no " + name + ", whose noise is to come from here");
+  }
+  const Unit& unit = poses.Find(triad)->unit;
+  if (found->unit.is_counts != unit.is_counts) {
+    return BadInputError(file + ": the " + name + " is in " + found->unit.name + ", but " +
+                         poses.source + " is in " + unit.name +
+                         "; counts convert to nothing: analyse a recording in the same unit");
+  }
+  for (const AllanAxis& axis : found->axes) {
+    if (axis.white_density && axis.white_density->value > 0.0 && axis.instability) continue;
+    return BadInputError(file + ": the " + name +
+                         " has an axis without noise density or bias instability; analyse a longer "
+                         "rest, or state `noise: { sigma: [x, y, z] }`");
+  }
+  // Both are 1 for counts.
+  const double scale = found->unit.truth_per_raw / unit.truth_per_raw;
+  return AllanNoise{
+      PerAxis(*found, scale, [](const AllanAxis& axis) { return axis.white_density->value; }),
+      PerAxis(*found, scale, [](const AllanAxis& axis) {
+        return axis.instability->coefficient.value;
+      })};
+}
+
+Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
+  for (const Triad triad : kTriads) {
+    TriadOptions& options = experiment->options.triads[triad];
+    const std::string& file = experiment->allan_files[triad];
+    if (file.empty() || !options.enabled || poses.Find(triad) == nullptr) continue;
+    const Result<AllanNoise> noise = ReadAllanNoise(file, triad, poses);
+    TRUETRIAD_RETURN_IF_ERROR(noise);
+    options.allan = *noise;
+  }
+  return {};
+}
+
 Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   Calibration calibration;
   calibration.outcome = Outcome::kNotEnough;
@@ -259,6 +308,7 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
     TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
         experiment.forces_file, &loaded->poses, &experiment.options.initialise.known_forces));
     TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, &experiment));
+    TRUETRIAD_RETURN_IF_ERROR(SettleAllanNoise(loaded->poses, &experiment));
   }
   Result<Calibration> calibration = CalibratePoses(*loaded, experiment);
   TRUETRIAD_RETURN_IF_ERROR(calibration);

@@ -43,6 +43,7 @@ struct Experiment {
   /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
   /// the recording's unit.
   PerTriad<bool> fixed_identity{};
+  PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
   std::string forces_file;       ///< `initialise: {forces: …}`, resolved; empty when not given.
   /// The experiment with every default written out and presets filled in; paths as they were
   /// written. Reads back as an experiment with the same options.

@@ -51,6 +51,19 @@ struct TriadPrior {
       Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
 };
 
+/// Noise of a triad at rest from an Allan deviation, per axis. data/allan.h.
+struct AllanNoise {
+  Eigen::Vector3d white_density_raw = Eigen::Vector3d::Zero();  ///< N, raw unit / sqrt(Hz).
+  Eigen::Vector3d instability_raw = Eigen::Vector3d::Zero();    ///< B, raw unit.
+
+  /// σ of a mean over `duration_s` seconds, raw unit: sqrt(N^2 / T + (2 ln 2 / pi) B^2). The white
+  /// part averages out, the floor of the Allan deviation does not. Range: duration_s > 0.
+  Eigen::Vector3d MeanSigma(double duration_s) const;
+
+  /// All finite, densities > 0, instabilities >= 0.
+  bool IsValid() const;
+};
+
 struct TriadOptions {
   /// Calibrate this triad at all.
   bool enabled = false;
@@ -62,6 +75,8 @@ struct TriadOptions {
   std::optional<Eigen::Vector3d> noise_sigma_raw;
   /// Where noise_sigma_raw came from.
   NoiseSource noise_source = NoiseSource::kConfig;
+  /// In place of noise_sigma_raw: σ of each pose mean from its duration, which must be known.
+  std::optional<AllanNoise> allan;
   /// Pose-to-pose noise beyond the noise inside a rest.
   ExcessNoise excess = ExcessNoise::kEstimate;
   /// True unit; for ExcessNoise::kGiven.
