@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "io/temporary_folder.h"
+#include "truetriad/io/allan_file.h"
+#include "truetriad/math/random.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// A gyroscope at rest for `rows` samples at 100 Hz: N = 0.02 deg/s/√Hz.
+std::string RestingLog(int rows, bool with_time = true) {
+  Random random(31);
+  std::string text = with_time ? "time[s]," : "";
+  text += "gyro_x[deg/s],gyro_y[deg/s],gyro_z[deg/s]\n";
+  for (int i = 0; i < rows; ++i) {
+    if (with_time) text += std::to_string(0.01 * i) + ",";
+    const Eigen::Vector3d reading = 0.2 * random.Normal3();
+    text += std::to_string(reading.x()) + "," + std::to_string(reading.y()) + "," +
+            std::to_string(reading.z()) + "\n";
+  }
+  return text;
+}
+
+TEST(Allan, WritesTheSameNumbersAsTextYamlAndPlotAndTheSameBytesAgain) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write("log.csv", RestingLog(20000));
+  const Finished run = RunTruetriad({"allan", "--input=" + log, "--output=" + folder.Path("out")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_THAT(run.out, HasSubstr("noise density N"));
+  EXPECT_THAT(run.out, HasSubstr("deg/√h"));
+  const auto result = ReadAllanFile(folder.Path("out/allan.yaml"));
+  ASSERT_TRUE(result) << result.error().message;
+  const Interval& density = *result->triads[0].axes[0].white_density;
+  // 20000 samples give N to 0.5 %.
+  EXPECT_NEAR(density.value, 0.02, 5 * 0.005 * 0.02);
+  char printed[32];
+  std::snprintf(printed, sizeof printed, "%.4g", density.value);
+  EXPECT_THAT(run.out, HasSubstr(printed));
+  const std::string plot = TemporaryFolder::Read(folder.Path("out/allan.svg"));
+  EXPECT_THAT(plot, HasSubstr(std::string(">") + printed + " deg/s/√Hz"));
+
+  const std::string yaml = TemporaryFolder::Read(folder.Path("out/allan.yaml"));
+  const Finished again =
+      RunTruetriad({"allan", "--input=" + log, "--output=" + folder.Path("again")});
+  ASSERT_EQ(again.exit_code, 0);
+  EXPECT_EQ(TemporaryFolder::Read(folder.Path("again/allan.yaml")), yaml);
+  EXPECT_EQ(TemporaryFolder::Read(folder.Path("again/allan.svg")), plot);
+}
+
+TEST(Allan, NeedsARateForALogWithoutTime) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write("log.csv", RestingLog(2000, false));
+  const Finished missing = RunTruetriad({"allan", "--input=" + log});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.err, HasSubstr("--rate_hz"));
+  const Finished given = RunTruetriad({"allan", "--input=" + log, "--rate_hz=100"});
+  EXPECT_EQ(given.exit_code, 0) << given.err;
+  EXPECT_THAT(given.out, HasSubstr("gyroscope: 100 Hz, 20 s, 2000 samples"));
+}
+
+TEST(Allan, TakesTheRangeOfWhiteNoise) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write("log.csv", RestingLog(2000));
+  const Finished run = RunTruetriad({"allan", "--input=" + log, "--white_range=0.1,1"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  for (const char* const wrong : {"0.1", "0.1,", "1,0.1", "a,b", "0.1,1,2", "-1,1"}) {
+    const Finished refused =
+        RunTruetriad({"allan", "--input=" + log, "--white_range=" + std::string(wrong)});
+    EXPECT_EQ(refused.exit_code, 1) << wrong;
+    EXPECT_THAT(refused.err, HasSubstr("expected")) << wrong;
+  }
+}
+
+TEST(Allan, LeavesNothingBehindWhenTheLogIsTooShortOrBad) {
+  const TemporaryFolder folder;
+  const std::string output = "--output=" + folder.Path("out");
+  const std::string brief = folder.Write("short.csv", RestingLog(50));
+  EXPECT_EQ(RunTruetriad({"allan", "--input=" + brief, output}).exit_code, 3);
+  const std::string bad = folder.Write("bad.csv", RestingLog(500) + "1,x,2,3\n");
+  EXPECT_EQ(RunTruetriad({"allan", "--input=" + bad, output}).exit_code, 2);
+  EXPECT_EQ(folder.FileCount(), 2U);
+}
+
+}  // namespace
+}  // namespace truetriad
