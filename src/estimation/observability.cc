@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <set>
 #include <string>
@@ -14,6 +13,7 @@
 #include <Eigen/LU>
 
 #include "truetriad/math/distributions.h"
+#include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
 namespace {
@@ -103,32 +103,19 @@ std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   for (const PoseNode& node : graph.nodes) {
     if (node.observations.size() > fullest->observations.size()) fullest = &node;
   }
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        if (x == 0 && y == 0 && z == 0) continue;
-        const Eigen::Vector3d up = Eigen::Vector3d(x, y, z).normalized();
-        const int headings = fullest->kind == PoseKind::kDirection ? 1 : 4;
-        for (int heading = 0; heading < headings; ++heading) {
-          CandidatePose candidate{up, *fullest};
-          candidate.node.has_attitude_prior = false;
-          candidate.node.face = -1;
-          for (Observation& observation : candidate.node.observations) observation.weight = 1.0;
-          if (fullest->kind == PoseKind::kDirection) {
-            candidate.node.state = {up.x(), up.y(), up.z(), 0.0};
-          } else {
-            candidate.node.kind = PoseKind::kRotation;
-            const Eigen::Quaterniond upright =
-                Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
-            const Eigen::Quaterniond q(
-                Eigen::AngleAxisd(0.5 * std::numbers::pi * heading, Eigen::Vector3d::UnitZ()) *
-                upright);
-            candidate.node.state = {q.x(), q.y(), q.z(), q.w()};
-          }
-          candidates.push_back(candidate);
-        }
-      }
+  for (const Eigen::Quaterniond& q : HandAttitudes()) {
+    CandidatePose candidate{q.conjugate() * Eigen::Vector3d::UnitZ(), *fullest};
+    candidate.node.has_attitude_prior = false;
+    candidate.node.face = -1;
+    for (Observation& observation : candidate.node.observations) observation.weight = 1.0;
+    if (fullest->kind == PoseKind::kDirection) {
+      const Eigen::Vector3d& up = candidate.up;
+      candidate.node.state = {up.x(), up.y(), up.z(), 0.0};
+    } else {
+      candidate.node.kind = PoseKind::kRotation;
+      candidate.node.state = {q.x(), q.y(), q.z(), q.w()};
     }
+    candidates.push_back(candidate);
   }
   return candidates;
 }

@@ -38,7 +38,8 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
     if (layout.IsFree(layout.reference + i)) listed.push_back(layout.reference + i);
   }
   const std::vector<std::string> names = ParameterNames(layout);
-  Eigen::MatrixXd basis(static_cast<Eigen::Index>(listed.size()), layout.basis.cols());
+  Eigen::MatrixXd& basis = solution.from_free;
+  basis.resize(static_cast<Eigen::Index>(listed.size()), layout.basis.cols());
   for (std::size_t i = 0; i < listed.size(); ++i) {
     solution.covariance.parameters.push_back(names[static_cast<std::size_t>(listed[i])]);
     basis.row(static_cast<Eigen::Index>(i)) = layout.basis.row(listed[i]);
@@ -103,6 +104,7 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
     }
   }
   covariance.matrix = map * covariance.matrix * map.transpose();
+  if (solution->from_free.size() > 0) solution->from_free = map * solution->from_free;
 }
 
 }  // namespace truetriad

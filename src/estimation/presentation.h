@@ -12,6 +12,8 @@ namespace truetriad {
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;
   NamedCovariance covariance;  // singular where entries are fixed or tied
+  // Derivative of the listed entries by the graph's free coordinates; empty for a stored solution.
+  Eigen::MatrixXd from_free;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // this frame = solved frame * rotation
 };
 

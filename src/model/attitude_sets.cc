@@ -67,6 +67,25 @@ std::vector<Eigen::Quaterniond> CubeAttitudes() {
   return attitudes;
 }
 
+std::vector<Eigen::Quaterniond> HandAttitudes() {
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (int x = -1; x <= 1; ++x) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int z = -1; z <= 1; ++z) {
+        if (x == 0 && y == 0 && z == 0) continue;
+        const auto upright = Eigen::Quaterniond::FromTwoVectors(
+            Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
+        for (int heading = 0; heading < 4; ++heading) {
+          attitudes.push_back(
+              Eigen::AngleAxisd(0.5 * std::numbers::pi * heading, Eigen::Vector3d::UnitZ()) *
+              upright);
+        }
+      }
+    }
+  }
+  return attitudes;
+}
+
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count) {
   constexpr double kPhi = std::numbers::sqrt2;
   constexpr double kPsi = 1.533751168755204288118041;  // The root of psi^4 = psi + 4.

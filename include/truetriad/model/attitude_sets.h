@@ -15,6 +15,10 @@ std::vector<Eigen::Quaterniond> SixFaceAttitudes();
 /// The 24 orientations of a cube: six faces up, four headings each.
 std::vector<Eigen::Quaterniond> CubeAttitudes();
 
+/// What a hand can set by eye: each face, edge and corner of a cube up (26 directions), four
+/// headings each.
+std::vector<Eigen::Quaterniond> HandAttitudes();
+
 /// `count` rotations spread evenly over SO(3), the same for every call: super-Fibonacci spirals.
 /// M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022.
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count);

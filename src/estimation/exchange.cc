@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/exchange.h"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "estimation/pose_node.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kMaxSweeps = 30;
+// An exchange must gain this share of what the pose it replaces is worth: less is rounding, and
+// would let sweeps go round for ever.
+constexpr double kLeastGain = 1e-6;
+
+}  // namespace
+
+Candidates::Candidates(const std::vector<InformationRows>& poses) {
+  first_.push_back(0);
+  for (const InformationRows& rows : poses) first_.push_back(first_.back() + rows.rows());
+  stacked_.resize(first_.back(), poses.empty() ? 0 : poses.front().cols());
+  for (std::size_t c = 0; c < poses.size(); ++c) {
+    stacked_.middleRows(first_[c], poses[c].rows()) = poses[c];
+  }
+}
+
+double DesignCost(const Eigen::MatrixXd& information, const Eigen::MatrixXd& weights) {
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (weights.size() > 0) return factor.solve(weights).trace();
+  return -2.0 * factor.matrixLLT().diagonal().array().log().sum();
+}
+
+Vacancy::Vacancy(const Eigen::MatrixXd& information, const Eigen::MatrixXd& weights)
+    : covariance_(Eigen::LLT<Eigen::MatrixXd>(information)
+                      .solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()))) {
+  if (weights.size() > 0) weighted_ = covariance_ * weights * covariance_;
+}
+
+double Vacancy::Gain(const InformationRows& rows) const { return Best(Candidates({rows})).gain; }
+
+Vacancy::Choice Vacancy::Best(const Candidates& candidates) const {
+  using Small =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
+  const Eigen::MatrixXd by_covariance = candidates.stacked() * covariance_;
+  Eigen::MatrixXd by_weighted;
+  if (weighted_.size() > 0) by_weighted = candidates.stacked() * weighted_;
+  Choice best;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    const auto rows = candidates.rows(c);
+    Small sum = by_covariance.middleRows(candidates.first(c), rows.rows()) * rows.transpose();
+    sum.diagonal().array() += 1.0;
+    const Eigen::LLT<Small> factor(sum);
+    double gain = 0.0;
+    if (weighted_.size() > 0) {
+      const Small weighted =
+          by_weighted.middleRows(candidates.first(c), rows.rows()) * rows.transpose();
+      gain = factor.solve(weighted).trace();
+    } else {
+      gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+    }
+    // Equals differ by rounding: the first of them, so that every machine picks the same.
+    if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
+  }
+  return best;
+}
+
+Eigen::MatrixXd DesignInformation(const Eigen::MatrixXd& base,
+                                  const Candidates& candidates,
+                                  const Design& design) {
+  Eigen::MatrixXd information = base;
+  for (const std::size_t c : design) {
+    information.noalias() += candidates.rows(c).transpose() * candidates.rows(c);
+  }
+  return information;
+}
+
+Design GreedyDesign(const Eigen::MatrixXd& base,
+                    const Candidates& candidates,
+                    const Eigen::MatrixXd& weights,
+                    std::size_t count) {
+  Design design;
+  Eigen::MatrixXd information = base;
+  while (design.size() < count) {
+    const std::size_t best = Vacancy(information, weights).Best(candidates).candidate;
+    information.noalias() += candidates.rows(best).transpose() * candidates.rows(best);
+    design.push_back(best);
+  }
+  return design;
+}
+
+void ExchangeUntilSettled(const Eigen::MatrixXd& base,
+                          const Candidates& candidates,
+                          const Eigen::MatrixXd& weights,
+                          Design* design) {
+  bool improved = true;
+  for (int sweep = 0; improved && sweep < kMaxSweeps; ++sweep) {
+    improved = false;
+    for (std::size_t i = 0; i < design->size(); ++i) {
+      // Summed anew: taking a pose out of a sum leaves rounding where it was the only one.
+      Design others = *design;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+      const Vacancy vacancy(DesignInformation(base, candidates, others), weights);
+      const Vacancy::Choice best = vacancy.Best(candidates);
+      if (best.gain > vacancy.Gain(candidates.rows((*design)[i])) * (1.0 + kLeastGain)) {
+        (*design)[i] = best.candidate;
+        improved = true;
+      }
+    }
+  }
+}
+
+}  // namespace truetriad

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/estimation/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+#include "estimation/observability.h"
+#include "estimation/plan_problem.h"
+#include "estimation/plan_search.h"
+#include "estimation/pose_order.h"
+#include "estimation/reduced_system.h"
+#include "truetriad/math/distributions.h"
+#include "truetriad/math/random.h"
+#include "truetriad/model/attitude_sets.h"
+
+namespace truetriad {
+namespace {
+
+// Random programs are tried up to this many times as long.
+constexpr int kRandomStretch = 3;
+// A block stands on its faces: a pose further from one is no pose of a six-face program.
+constexpr double kLargestFaceTilt = 0.2;
+
+double Quantile(std::vector<double> values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+// Log of the geometric mean; infinite where one quantity is not determined.
+double MeanLog(const Eigen::VectorXd& sigmas) { return sigmas.array().log().mean(); }
+
+RandomComparison CompareWithRandom(const PlanProblem& problem,
+                                   const PlanOptions& options,
+                                   const Plan& plan,
+                                   const Eigen::VectorXd& planned) {
+  const std::size_t count = plan.program.poses.size();
+  const std::size_t longest = kRandomStretch * count;
+  // A block has no other poses than its faces.
+  const bool from_grid = options.calibrate.attitudes.kind == AttitudeKind::kSixFace;
+  const std::vector<Eigen::Quaterniond> faces = SixFaceAttitudes();
+  Random random(options.seed);
+  // Gains of each draw when it has 1, 2, … poses more than are measured.
+  std::vector<std::vector<double>> gains(longest + 1);
+  for (int draw = 0; draw < options.random_draws; ++draw) {
+    std::vector<ProgramPose> poses(longest);
+    for (ProgramPose& pose : poses) {
+      pose.world_from_body =
+          from_grid ? faces[static_cast<std::size_t>(random.Below(static_cast<int>(faces.size())))]
+                    : random.Rotation();
+      pose.temperature_degc =
+          plan.program.poses[static_cast<std::size_t>(random.Below(static_cast<int>(count)))]
+              .temperature_degc;
+    }
+    const std::vector<InformationRows> rows = problem.Rows(poses);
+    Eigen::MatrixXd information = problem.known();
+    for (std::size_t n = 1; n <= longest; ++n) {
+      information.noalias() += rows[n - 1].transpose() * rows[n - 1];
+      if (n < count) continue;
+      gains[n].push_back(std::exp(MeanLog(problem.Sigmas(information)) - MeanLog(planned)));
+    }
+  }
+  RandomComparison comparison;
+  comparison.draws = options.random_draws;
+  comparison.gain = Quantile(gains[count], 0.5);
+  comparison.gain_low = Quantile(gains[count], 0.25);
+  comparison.gain_high = Quantile(gains[count], 0.75);
+  for (std::size_t n = count; n <= longest; ++n) {
+    if (Quantile(gains[n], 0.5) > 1.0) continue;
+    comparison.equal_poses = static_cast<int>(n);
+    break;
+  }
+  return comparison;
+}
+
+std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
+                                    const std::vector<InformationRows>& rows,
+                                    const Eigen::VectorXd& sigmas) {
+  std::vector<PosePurpose> purposes;
+  for (std::size_t left_out = 0; left_out < rows.size(); ++left_out) {
+    Eigen::MatrixXd information = problem.known();
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      if (k != left_out) information.noalias() += rows[k].transpose() * rows[k];
+    }
+    const Eigen::VectorXd without = problem.Sigmas(information);
+    PosePurpose purpose;
+    for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
+      if (!std::isfinite(sigmas[q])) continue;
+      const double ratio = without[q] / sigmas[q];
+      if (ratio <= purpose.sigma_ratio) continue;
+      purpose.sigma_ratio = ratio;
+      purpose.name = problem.quantities()[static_cast<std::size_t>(q)].name;
+    }
+    purposes.push_back(purpose);
+  }
+  return purposes;
+}
+
+// The words that an operator goes by; a heading that nobody sees is not one of them.
+void Label(bool has_heading, std::vector<ProgramPose>* poses) {
+  for (ProgramPose& pose : *poses) {
+    pose.label = AttitudeInWords(pose.world_from_body);
+    if (!has_heading) pose.label.erase(pose.label.rfind(", "));
+  }
+}
+
+Status CheckFaces(const PlanOptions& options) {
+  if (options.calibrate.attitudes.kind != AttitudeKind::kSixFace) return {};
+  const auto stands = [](const Eigen::Quaterniond& world_from_body) {
+    const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
+    return up.cwiseAbs().maxCoeff() > std::cos(kLargestFaceTilt);
+  };
+  bool all = !options.grid.continuous;
+  for (const Eigen::Quaterniond& attitude : options.grid.attitudes) all = all && stands(attitude);
+  if (options.program) {
+    for (const ProgramPose& pose : options.program->poses) {
+      all = all && stands(pose.world_from_body);
+    }
+  }
+  if (all) return {};
+  return UsageError(
+      "a six-face block stands on its faces: plan with `rotations: six-face` or cube-24, and give "
+      "no program with other poses");
+}
+
+}  // namespace
+
+bool Plan::IsMet() const {
+  return determined && rehearsed &&
+         std::all_of(wanted.begin(), wanted.end(), [](const auto& item) { return item.met; });
+}
+
+Status PlanOptions::Validate() const {
+  std::string problems;
+  const auto expect = [&problems](bool good, const std::string& problem) {
+    if (!good) problems += (problems.empty() ? "" : "\n") + problem;
+  };
+  expect(poses >= 0, "poses = " + std::to_string(poses) + " is below zero");
+  expect(max_poses >= 1, "max_poses = " + std::to_string(max_poses) + " is below one");
+  expect(poses <= max_poses || program,
+         "poses = " + std::to_string(poses) +
+             " is more than max_poses = " + std::to_string(max_poses));
+  expect(rest_s >= 0.0, "rest_s = " + std::to_string(rest_s) + " is below zero");
+  expect(random_draws >= 0, "random = " + std::to_string(random_draws) + " is below zero");
+  for (const auto& [name, sigma] : wanted) {
+    expect(sigma > 0.0, "wanted " + name + " = " + std::to_string(sigma) + " is not positive");
+  }
+  expect(program || poses > 0 || !wanted.empty(),
+         "nothing says how many poses: give `poses`, `wanted` sigmas, or a program to judge");
+  expect(program || !grid.attitudes.empty(), "the grid of rotations is empty");
+  expect(!program || !program->poses.empty(), "the program has no poses");
+  expect(!calibrate.triads[Triad::kGyroscope].enabled,
+         "planning for the gyroscope is not available in this version");
+  if (!problems.empty()) return UsageError(problems);
+  return calibrate.Validate();
+}
+
+Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
+  TRUETRIAD_RETURN_IF_ERROR(options.Validate());
+  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(options));
+  const Result<PlanProblem> problem = PlanProblem::Create(measured, options);
+  TRUETRIAD_RETURN_IF_ERROR(problem);
+  std::set<std::string> groups;
+  for (const PlanQuantity& quantity : problem->quantities()) groups.insert(quantity.group);
+  for (const auto& [name, sigma] : options.wanted) {
+    if (groups.contains(name)) continue;
+    std::string known;
+    for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
+    return UsageError("wanted `" + name + "`: no such quantity here; known are " + known);
+  }
+
+  Plan plan;
+  plan.messages = problem->messages();
+  plan.measured_poses = static_cast<int>(measured.poses.size());
+  PlanSearch search(*problem, options);
+  if (options.program) {
+    plan.program = *options.program;
+  } else {
+    plan.program.poses = OrderForOperator(search.Find(), problem->has_heading());
+    Label(problem->has_heading(), &plan.program.poses);
+  }
+
+  const std::vector<InformationRows> rows = problem->Rows(plan.program.poses);
+  Eigen::MatrixXd information = problem->known();
+  for (const InformationRows& pose : rows) information.noalias() += pose.transpose() * pose;
+  const Eigen::VectorXd before = problem->Sigmas(problem->known());
+  const Eigen::VectorXd after = problem->Sigmas(information);
+  for (std::size_t q = 0; q < problem->quantities().size(); ++q) {
+    const PlanQuantity& quantity = problem->quantities()[q];
+    const auto at = static_cast<Eigen::Index>(q);
+    plan.sigmas.push_back({quantity.name, quantity.group, quantity.unit, before[at], after[at]});
+  }
+  for (const auto& [name, sigma] : options.wanted) {
+    WantedSigma item{name, sigma, 0.0, false, std::nullopt};
+    for (const PlannedSigma& planned : plan.sigmas) {
+      if (planned.group == name) item.reached = std::max(item.reached, planned.after);
+    }
+    item.met = item.reached <= sigma;
+    if (!options.program) item.poses_needed = search.FewestFor(name);
+    plan.wanted.push_back(item);
+  }
+  plan.purposes = PurposesOf(*problem, rows, after);
+
+  const PoseGraph graph = problem->GraphWith(plan.program.poses);
+  const ReducedSystem system(graph);
+  Observability observability =
+      AnalyseObservability(graph, system, options.calibrate.observable_sigma);
+  plan.determined = observability.determined && system.rank() == system.size();
+  plan.rehearsed = plan.determined && problem->CanBeCalibrated(plan.program.poses);
+  if (plan.determined && !plan.rehearsed) {
+    plan.messages.push_back(
+        "a rehearsal failed: the calibration does not find its start from exact readings of these "
+        "poses (do the sensors see too few directions?); allow more poses or other rotations");
+  }
+  plan.weak_directions = std::move(observability.weak_directions);
+  plan.covariance = problem->Present(system.covariance()).covariance;
+  if (options.random_draws > 0) {
+    plan.random = CompareWithRandom(*problem, options, plan, after);
+  }
+  return plan;
+}
+
+}  // namespace truetriad

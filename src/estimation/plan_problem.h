@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimation/exchange.h"
+#include "estimation/graph.h"
+#include "estimation/messages.h"
+#include "estimation/noise.h"
+#include "estimation/presentation.h"
+#include "estimation/start.h"
+#include "truetriad/base/result.h"
+#include "truetriad/estimation/plan.h"
+
+namespace truetriad {
+
+// A quantity whose σ is predicted, as a linear function of the free coordinates.
+struct PlanQuantity {
+  std::string name, group, unit;
+  double typical = 1.0;    // as large as the signal
+  Eigen::RowVectorXd row;  // by the free coordinates in typical units
+};
+
+// The estimator's graph for poses that nobody has taken yet: exact readings of the nominal unit,
+// linearised there. All information is in typical units of the free coordinates.
+class PlanProblem {
+ public:
+  // Error: noise or gain that is not stated.
+  static Result<PlanProblem> Create(const PoseSet& measured, const PlanOptions& options);
+
+  // What each pose says.
+  std::vector<InformationRows> Rows(const std::vector<ProgramPose>& poses) const;
+
+  // What priors and measured poses say.
+  const Eigen::MatrixXd& known() const { return known_; }
+  // The same, with an uncertainty of many times the signal where nothing is known, so that there is
+  // an inverse from the first pose on.
+  Eigen::MatrixXd Regularised() const;
+
+  const std::vector<PlanQuantity>& quantities() const { return quantities_; }
+
+  // σ of every quantity; infinite where it is not determined.
+  Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information) const;
+
+  // The graph of the measured poses and the program, as the estimator would have it.
+  PoseGraph GraphWith(const std::vector<ProgramPose>& poses) const;
+
+  // The nominal unit in the wanted gauge, with the covariance of the free coordinates.
+  PresentedSolution Present(const Eigen::MatrixXd& free_covariance) const;
+
+  // The measured poses, and what the program's rests would read without noise.
+  PoseSet ExactReadings(const std::vector<ProgramPose>& poses) const;
+
+  // A rehearsal: the estimator finds its way from these poses' exact readings.
+  bool CanBeCalibrated(const std::vector<ProgramPose>& poses) const;
+
+  const CalibrateOptions& options() const { return calibrate_; }
+  bool has_heading() const { return has_heading_; }
+  const Messages& messages() const { return messages_; }
+
+ private:
+  PlanProblem() = default;
+
+  Status ChooseNominal(const PoseSet& measured, const PlanOptions& options);
+  Status ChooseNoise(const PoseSet& measured,
+                     const PlanOptions& options,
+                     const std::optional<Calibration>& calibrated);
+  std::vector<PoseNode> Nodes(const PoseSet& poses) const;
+  std::vector<PoseNode> PlannedNodes(const std::vector<ProgramPose>& poses) const;
+  void FindQuantities();
+
+  CalibrateOptions calibrate_;
+  StartValues nominal_;
+  PerTriad<NoiseSource> source_{};
+  PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose, raw
+  ExcessVariance excess_{};
+  std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
+  Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
+  double rest_s_ = 0.0;
+  bool has_heading_ = true;  // false: only one direction of the attitude is seen
+  PoseSet measured_;
+  PoseGraph graph_;  // measured poses; layout and priors of the whole
+  Eigen::VectorXd scale_;
+  Eigen::MatrixXd known_;
+  std::vector<PlanQuantity> quantities_;
+  Messages messages_;
+};
+
+}  // namespace truetriad

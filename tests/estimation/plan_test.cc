@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/estimation/plan.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/accel_mag_trials.h"
+#include "truetriad/model/attitude_sets.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kAccelSigma = 0.003;  // m/s^2
+constexpr double kMagSigma = 0.05;     // uT
+
+// A unit that reads true units.
+SyntheticUnit IdealUnit() {
+  SyntheticUnit unit;
+  unit.dip_rad = trials::kDip;
+  unit.models[Triad::kAccelerometer] = TriadModel<double>();
+  unit.models[Triad::kMagnetometer] = TriadModel<double>();
+  unit.units[Triad::kAccelerometer] = trials::UnitOf(Triad::kAccelerometer, false);
+  unit.units[Triad::kMagnetometer] = trials::UnitOf(Triad::kMagnetometer, false);
+  return unit;
+}
+
+PlanOptions JointPlan(int poses) {
+  PlanOptions options;
+  options.calibrate = trials::JointOptions(IdealUnit());
+  for (TriadOptions& triad : options.calibrate.triads) triad.excess = ExcessNoise::kNone;
+  options.calibrate.triads[Triad::kAccelerometer].noise_sigma_raw =
+      Eigen::Vector3d::Constant(kAccelSigma);
+  options.calibrate.triads[Triad::kMagnetometer].noise_sigma_raw =
+      Eigen::Vector3d::Constant(kMagSigma);
+  options.nominal_dip_rad = trials::kDip;
+  options.grid.attitudes = HandAttitudes();
+  options.poses = poses;
+  return options;
+}
+
+PlanOptions AccelerometerPlan(int poses) {
+  PlanOptions options = JointPlan(poses);
+  options.calibrate.triads[Triad::kMagnetometer].enabled = false;
+  return options;
+}
+
+std::vector<Eigen::Quaterniond> AttitudesOf(const PoseProgram& program) {
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (const ProgramPose& pose : program.poses) attitudes.push_back(pose.world_from_body);
+  return attitudes;
+}
+
+PoseSet ExactReadings(const SyntheticUnit& unit, const std::vector<Eigen::Quaterniond>& attitudes) {
+  Random unused(0);
+  return SimulatePoses(unit, attitudes, SyntheticNoise{}, &unused);
+}
+
+Plan MustPlan(const PoseSet& measured, const PlanOptions& options) {
+  const Result<Plan> plan = MakePlan(measured, options);
+  EXPECT_TRUE(plan) << plan.error().message;
+  return plan ? *plan : Plan();
+}
+
+double SigmaOf(const Plan& plan, const std::string& name) {
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    if (sigma.name == name) return sigma.after;
+  }
+  ADD_FAILURE() << "no quantity " << name;
+  return 0.0;
+}
+
+TEST(MakePlan, PredictsTheCovarianceThatTheCalibrationStatesInEveryGauge) {
+  for (const Gauge gauge : {Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric}) {
+    PlanOptions options = JointPlan(12);
+    options.calibrate.gauge = gauge;
+    const Plan plan = MustPlan({}, options);
+    const auto summary =
+        Calibrate(ExactReadings(IdealUnit(), AttitudesOf(plan.program)), options.calibrate);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    const NamedCovariance& stated = summary->calibration.covariance;
+    ASSERT_EQ(plan.covariance.parameters, stated.parameters);
+    // Both are linearised at the same point but for the optimiser's tolerance.
+    EXPECT_LT((plan.covariance.matrix - stated.matrix).norm(), 1e-6 * stated.matrix.norm());
+    EXPECT_NEAR(SigmaOf(plan, "accelerometer.bias.x"), std::sqrt(stated.matrix(0, 0)), 1e-9);
+  }
+}
+
+TEST(MakePlan, CountsTwentyTwoQuantitiesOfTheJointModel) {
+  EXPECT_EQ(MustPlan({}, JointPlan(12)).sigmas.size(), 22U);
+}
+
+TEST(MakePlan, TwelvePlannedPosesAreWorthEighteenRandomOnes) {
+  PlanOptions options = JointPlan(12);
+  options.grid = {SpreadAttitudes(600), true};
+  options.random_draws = 200;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.IsMet());
+  ASSERT_TRUE(plan.random);
+  EXPECT_GE(plan.random->gain, 1.5);
+  ASSERT_TRUE(plan.random->equal_poses);
+  EXPECT_GE(*plan.random->equal_poses, 18);
+}
+
+// With the matrix held, a pose with the unit direction u says u u^T / s^2 of the bias. The trace of
+// all is n / s^2, so the best that n poses can do is s sqrt(3 / n) on each axis. The landscape
+// around it is flat: exchange may stop half a percent from it.
+TEST(MakePlan, FindsTheKnownOptimumOfABias) {
+  for (const PlanCriterion criterion : {PlanCriterion::kDeterminant, PlanCriterion::kVariances}) {
+    PlanOptions options = AccelerometerPlan(12);
+    options.criterion = criterion;
+    options.calibrate.triads[Triad::kAccelerometer].model = MatrixModel::kBias;
+    const Plan plan = MustPlan({}, options);
+    double product = 1.0;
+    for (const PlannedSigma& sigma : plan.sigmas) product *= sigma.after;
+    EXPECT_NEAR(std::cbrt(product) / (kAccelSigma * std::sqrt(3.0 / 12.0)), 1.0, 0.005);
+  }
+}
+
+TEST(MakePlan, TakesTheFewestPosesThatReachAWantedSigma) {
+  PlanOptions options = AccelerometerPlan(0);
+  options.calibrate.triads[Triad::kAccelerometer].model = MatrixModel::kBias;
+  // s sqrt(3 / n) <= wanted for n >= 3 (s / wanted)^2 = 26.7.
+  options.wanted["accelerometer.bias"] = 1.005 * kAccelSigma / 3.0;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_EQ(plan.program.poses.size(), 27U);
+  EXPECT_TRUE(plan.IsMet());
+  ASSERT_EQ(plan.wanted.size(), 1U);
+  EXPECT_EQ(plan.wanted.front().poses_needed, 27);
+}
+
+TEST(MakePlan, SaysWhenWantedSigmasAreOutOfReach) {
+  PlanOptions options = AccelerometerPlan(0);
+  options.wanted["accelerometer.bias"] = 1e-4;
+  options.max_poses = 20;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_EQ(plan.program.poses.size(), 20U);
+  EXPECT_FALSE(plan.IsMet());
+  EXPECT_FALSE(plan.wanted.front().met);
+  EXPECT_FALSE(plan.wanted.front().poses_needed);
+}
+
+TEST(MakePlan, NamesWhatAGivenProgramCannotSee) {
+  PlanOptions options = AccelerometerPlan(0);
+  PoseProgram level;  // z never leaves the horizon
+  for (int k = 0; k < 12; ++k) {
+    const Eigen::Quaterniond x_up(
+        Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitY()));
+    level.poses.push_back(
+        {x_up * Eigen::AngleAxisd(k * std::numbers::pi / 6.0, Eigen::Vector3d::UnitZ()), {}, ""});
+  }
+  options.program = level;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_FALSE(plan.determined);
+  EXPECT_FALSE(plan.IsMet());
+  EXPECT_TRUE(std::isinf(SigmaOf(plan, "accelerometer.scale_error.z")));
+  ASSERT_FALSE(plan.weak_directions.empty());
+  std::string all;
+  for (const WeakDirection& weak : plan.weak_directions) all += weak.description;
+  EXPECT_NE(all.find("scale z"), std::string::npos) << all;
+}
+
+// The faces of a cube show an accelerometer six readings: not enough for nine parameters by itself,
+// and the closed-form start has nothing to begin with though the field would help.
+TEST(MakePlan, SaysWhenTheCalibrationWouldNotFindItsStart) {
+  PlanOptions options = JointPlan(12);
+  options.grid.attitudes = CubeAttitudes();
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.determined);
+  EXPECT_FALSE(plan.rehearsed);
+  EXPECT_FALSE(plan.IsMet());
+}
+
+TEST(MakePlan, CompletesARecordingThatIsEnoughForACalibration) {
+  Random random(5);
+  SyntheticNoise noise = trials::ModelNoise();
+  const SyntheticUnit unit = trials::RandomUnit({}, &random);
+  const PoseSet measured = SimulatePoses(unit, RandomAttitudes(12, &random), noise, &random);
+  PlanOptions options = JointPlan(6);
+  for (TriadOptions& triad : options.calibrate.triads) triad.noise_sigma_raw.reset();
+  const Plan plan = MustPlan(measured, options);
+  EXPECT_EQ(plan.measured_poses, 12);
+  EXPECT_EQ(plan.program.poses.size(), 6U);
+  // What was there is stated as the calibration of it states it.
+  const auto before = Calibrate(measured, options.calibrate);
+  ASSERT_TRUE(before && before->calibration.IsUsable());
+  const TriadCalibration& sensor = *before->calibration.sensors[Triad::kMagnetometer];
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    EXPECT_LT(sigma.after, sigma.before) << sigma.name;
+    if (sigma.name != "magnetometer.bias.z") continue;
+    // TRIAD attitudes instead of refined ones: off by the noise, a thousandth of the field.
+    EXPECT_NEAR(
+        sigma.before, sensor.bias_sigma.z() / sensor.model.sensitivity(2, 2), 0.01 * sigma.before);
+  }
+  // The completed set is as good as predicted.
+  const SyntheticUnit same = unit;
+  PoseSet completed = measured;
+  for (const StaticPose& pose :
+       SimulatePoses(same, AttitudesOf(plan.program), noise, &random).poses) {
+    completed.poses.push_back(pose);
+    completed.poses.back().number = static_cast<int>(completed.poses.size());
+  }
+  const auto after = Calibrate(completed, options.calibrate);
+  ASSERT_TRUE(after && after->calibration.IsUsable());
+  const TriadCalibration& better = *after->calibration.sensors[Triad::kMagnetometer];
+  EXPECT_NEAR(SigmaOf(plan, "magnetometer.bias.z"),
+              better.bias_sigma.z() / better.model.sensitivity(2, 2),
+              0.02 * better.bias_sigma.z());
+}
+
+TEST(MakePlan, CompletesAFewPosesThatAreNotEnough) {
+  Random random(6);
+  const SyntheticUnit unit = IdealUnit();
+  const PoseSet measured =
+      SimulatePoses(unit, RandomAttitudes(4, &random), trials::ModelNoise(), &random);
+  const Plan alone = MustPlan({}, JointPlan(12));
+  const Plan plan = MustPlan(measured, JointPlan(8));
+  EXPECT_TRUE(plan.IsMet());
+  // Four poses that nobody chose and eight that were: worse than twelve chosen ones, but not much.
+  const double share =
+      SigmaOf(plan, "accelerometer.bias.x") / SigmaOf(alone, "accelerometer.bias.x");
+  EXPECT_GT(share, 0.9);
+  EXPECT_LT(share, 1.5);
+}
+
+TEST(MakePlan, PlansForKnownAttitudes) {
+  PlanOptions options = JointPlan(12);
+  options.calibrate.attitudes.kind = AttitudeKind::kGiven;
+  options.calibrate.gauge = Gauge::kFixture;
+  options.attitude_sigma_rad.setConstant(1e-4);
+  options.grid.attitudes = CubeAttitudes();
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.IsMet());
+  // Full matrices of both, dip and heading.
+  EXPECT_EQ(plan.sigmas.size(), 12U + 12U + 2U);
+}
+
+TEST(MakePlan, PlansForABlockOnItsSixFaces) {
+  PlanOptions options = AccelerometerPlan(6);
+  options.calibrate.attitudes.kind = AttitudeKind::kSixFace;
+  options.calibrate.gauge = Gauge::kFixture;
+  options.grid.attitudes = SixFaceAttitudes();
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.IsMet());
+  EXPECT_EQ(plan.sigmas.size(), 12U);
+
+  options.grid = {SpreadAttitudes(100), true};
+  EXPECT_FALSE(MakePlan({}, options));
+}
+
+TEST(MakePlan, PredictsNoiseOfARestFromItsAllanDeviation) {
+  PlanOptions options = AccelerometerPlan(12);
+  TriadOptions& sensor = options.calibrate.triads[Triad::kAccelerometer];
+  sensor.noise_sigma_raw.reset();
+  sensor.allan = AllanNoise{Eigen::Vector3d::Constant(0.006), Eigen::Vector3d::Zero()};
+  EXPECT_FALSE(MakePlan({}, options));  // of what length?
+  options.rest_s = 4.0;                 // 0.006 / sqrt(4) = 0.003
+  EXPECT_NEAR(SigmaOf(MustPlan({}, options), "accelerometer.bias.x"),
+              SigmaOf(MustPlan({}, AccelerometerPlan(12)), "accelerometer.bias.x"),
+              1e-9);
+}
+
+TEST(MakePlan, StatesBiasesInTrueUnitsWhateverTheRawUnit) {
+  PlanOptions options = AccelerometerPlan(12);
+  const Plan expected = MustPlan({}, options);
+  options.units[Triad::kAccelerometer] = {"counts", 1.0, true};
+  options.calibrate.triads[Triad::kAccelerometer].noise_sigma_raw =
+      Eigen::Vector3d::Constant(400.0 * kAccelSigma);
+  EXPECT_FALSE(MakePlan({}, options));  // no scale stated
+  options.nominal[Triad::kAccelerometer] = {400.0 * Eigen::Matrix3d::Identity(),
+                                            Eigen::Vector3d(1e4, -2e4, 0.0)};
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.IsMet());
+  EXPECT_NEAR(
+      SigmaOf(plan, "accelerometer.bias.x"), SigmaOf(expected, "accelerometer.bias.x"), 1e-6);
+}
+
+TEST(MakePlan, RefusesWhatItCannotPlanFor) {
+  PlanOptions options = AccelerometerPlan(12);
+  options.calibrate.triads[Triad::kAccelerometer].noise_sigma_raw.reset();
+  const auto no_noise = MakePlan({}, options);
+  ASSERT_FALSE(no_noise);
+  EXPECT_NE(no_noise.error().message.find("noise is not stated"), std::string::npos);
+
+  options = AccelerometerPlan(0);
+  options.wanted["accelerometer.biass"] = 0.1;
+  const auto no_name = MakePlan({}, options);
+  ASSERT_FALSE(no_name);
+  EXPECT_NE(no_name.error().message.find("accelerometer.scale_error"), std::string::npos);
+
+  options = AccelerometerPlan(0);
+  options.max_poses = 0;
+  const auto problems = MakePlan({}, options);
+  ASSERT_FALSE(problems);
+  EXPECT_NE(problems.error().message.find("max_poses"), std::string::npos);
+  EXPECT_NE(problems.error().message.find("how many poses"), std::string::npos);
+}
+
+TEST(MakePlan, GivesTheSameProgramForTheSameSeed) {
+  PlanOptions options = JointPlan(12);
+  options.grid = {SpreadAttitudes(200), true};
+  const Plan first = MustPlan({}, options);
+  const Plan second = MustPlan({}, options);
+  for (std::size_t k = 0; k < first.program.poses.size(); ++k) {
+    EXPECT_EQ(first.program.poses[k].world_from_body.coeffs(),
+              second.program.poses[k].world_from_body.coeffs());
+  }
+}
+
+TEST(MakePlan, SaysWhatEachPoseIsFor) {
+  const Plan plan = MustPlan({}, JointPlan(12));
+  ASSERT_EQ(plan.purposes.size(), plan.program.poses.size());
+  for (const PosePurpose& purpose : plan.purposes) {
+    EXPECT_FALSE(purpose.name.empty());
+    EXPECT_GT(purpose.sigma_ratio, 1.0);
+  }
+}
+
+}  // namespace
+}  // namespace truetriad
