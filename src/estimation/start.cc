@@ -334,9 +334,9 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     // own frame vector = R^T body vector.
     model.sensitivity = own.sensitivity * alignment.rotation.transpose();
     const MatrixModel shape = options.triads[Triad::kMagnetometer].model;
-    if (!held && shape == MatrixModel::kDiagonal) {
-      const Eigen::Matrix3d map = NearestAxisMap(model.sensitivity);
-      model.sensitivity = model.sensitivity.rowwise().norm().asDiagonal() * map;
+    if (!held && (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric)) {
+      // These models have no rotation, and what noise made of one here would stay for ever.
+      model.sensitivity = own.sensitivity * NearestAxisMap(alignment.rotation.transpose());
     }
     start.models[Triad::kMagnetometer] = model;
     start.reference[kDip] =

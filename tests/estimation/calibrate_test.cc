@@ -297,6 +297,19 @@ TEST(CalibrateAccelMag, EstimatesSmallerMagnetometerModelsThroughPermutedAxes) {
   }
 }
 
+TEST(CalibrateAccelMag, GivesASymmetricMagnetometerNoRotationThatNoiseMade) {
+  Random random(10);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.triads[Triad::kMagnetometer].model = MatrixModel::kSymmetric;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const Eigen::Matrix3d S = summary->calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+  EXPECT_LT((S - S.transpose()).norm(), 1e-14);
+}
+
 TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   Random random(9);
   const SyntheticUnit unit = RandomUnit({}, &random);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -93,7 +94,8 @@ inline CalibrateOptions JointOptions(const SyntheticUnit& unit) {
   return options;
 }
 
-// Entries of a calibration in the order of its covariance, and those of the truth.
+// Estimate minus truth in the order of the covariance; NaN for an entry that a calibration lists
+// but holds no value of (the heading of the field on a fixture).
 inline Eigen::VectorXd Errors(const Calibration& calibration, const SyntheticUnit& unit) {
   std::vector<double> errors;
   for (const Triad triad : kTriads) {
@@ -108,10 +110,16 @@ inline Eigen::VectorXd Errors(const Calibration& calibration, const SyntheticUni
     }
   }
   for (const std::string& name : calibration.covariance.parameters) {
-    if (name == "reference.dip_rad")
-      errors.push_back(*calibration.reference.dip_rad - unit.dip_rad);
-    if (name == "reference.field_ut")
+    if (name.rfind("reference.", 0) != 0) continue;
+    if (name == "reference.gravity_mps2") {
+      errors.push_back(calibration.reference.gravity_mps2 - unit.gravity_mps2);
+    } else if (name == "reference.field_ut") {
       errors.push_back(*calibration.reference.field_ut - unit.field_ut);
+    } else if (name == "reference.dip_rad") {
+      errors.push_back(*calibration.reference.dip_rad - unit.dip_rad);
+    } else {
+      errors.push_back(std::numeric_limits<double>::quiet_NaN());
+    }
   }
   return Eigen::Map<Eigen::VectorXd>(errors.data(), static_cast<Eigen::Index>(errors.size()));
 }
@@ -123,7 +131,7 @@ inline double Nees(const Eigen::VectorXd& error,
                    int* dimension) {
   std::vector<Eigen::Index> seen;
   for (Eigen::Index i = 0; i < error.size(); ++i) {
-    if (covariance(i, i) > 0.0) seen.push_back(i);
+    if (covariance(i, i) > 0.0 && std::isfinite(error[i])) seen.push_back(i);
   }
   const auto n = static_cast<Eigen::Index>(seen.size());
   Eigen::MatrixXd scaled(n, n);
@@ -147,19 +155,5 @@ inline double Nees(const Eigen::VectorXd& error,
   }
   return nees;
 }
-
-// Squared error over the bound, pooled over parameters and runs.
-struct Efficiency {
-  double sum = 0.0;
-  long count = 0;
-  void Add(const Eigen::VectorXd& error, const Eigen::MatrixXd& bound) {
-    for (Eigen::Index i = 0; i < error.size(); ++i) {
-      if (bound(i, i) <= 0.0) continue;
-      sum += error[i] * error[i] / bound(i, i);
-      ++count;
-    }
-  }
-  double ratio() const { return std::sqrt(sum / static_cast<double>(count)); }
-};
 
 }  // namespace truetriad::trials
