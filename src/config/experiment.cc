@@ -15,6 +15,7 @@
 #include "config/documents.h"
 #include "config/experiment_draft.h"
 #include "config/yaml_values.h"
+#include "config/plan.h"
 #include "io/yaml_reader.h"
 #include "truetriad/io/calibration_file.h"
 
@@ -305,6 +306,10 @@ void ReadDocument(YamlReader root, Draft* draft) {
               std::nextafter(1.0, 0.0),
               "a share between 0 and 1"},
              &options.observable_sigma);
+  if (YamlReader plan = root.Child("plan")) {
+    if (!draft->experiment.plan) draft->experiment.plan = PlanConfig();
+    ReadPlan(plan, draft->experiment.path, &*draft->experiment.plan);
+  }
   root.RejectUnknown();
 }
 

@@ -29,6 +29,9 @@ constexpr double kAnything = 10.0;
 constexpr double kRounding = 1e-14;
 // So many that a rest is as long as the time between its first and last sample.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
+// Of the field, at middle latitudes.
+constexpr double kUsualFieldUt = 50.0;
+constexpr double kUsualDipRad = std::numbers::pi / 3.0;
 // A rejected observation says nothing.
 constexpr double kRejectedWeight = 1e-8;
 
@@ -106,11 +109,10 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                                    : "what is measured is not enough for a calibration; linearised "
                                      "at the nominal values");
   }
+  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
   nominal_.reference << *reference.gravity_mps2.value,
-      reference.field_ut.value.value_or(options.nominal_field_ut),
-      reference.dip_rad.value.value_or(
-          std::copysign(options.nominal_dip_rad, reference.northern_hemisphere ? 1.0 : -1.0)),
-      0.0;
+      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
+      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
   for (const Triad triad : kPlannedTriads) {
     TriadOptions& sensor = calibrate_.triads[triad];
     if (!sensor.enabled) continue;
@@ -147,13 +149,13 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       nominal_.reference[kField] = *calibrated->reference.field_ut;
     if (calibrated->reference.dip_rad) nominal_.reference[kDip] = *calibrated->reference.dip_rad;
   } else if (calibrate_.triads[Triad::kMagnetometer].enabled) {
-    if (!reference.field_ut.known()) {
+    if (!reference.field_ut.known() && !options.nominal_field_ut) {
       messages_.push_back("field strength unknown: planned for " +
-                          Format("%.4g uT", nominal_.reference[kField]));
+                          Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
     }
-    if (has_heading_ && !reference.dip_rad.known()) {
+    if (has_heading_ && !reference.dip_rad.known() && !options.nominal_dip_rad) {
       messages_.push_back("dip unknown: planned for " +
-                          Format("%.3g deg", nominal_.reference[kDip] * 180.0 / std::numbers::pi));
+                          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * 180.0 / std::numbers::pi));
     }
   }
   if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {

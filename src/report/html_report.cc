@@ -10,6 +10,7 @@
 
 #include "report/charts.h"
 #include "report/content.h"
+#include "report/page.h"
 #include "report/svg.h"
 #include "report/table.h"
 #include "truetriad/report/report.h"
@@ -19,89 +20,6 @@ namespace {
 
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
 constexpr std::size_t kMaxPoseRows = 500;
-
-constexpr std::string_view kStyle = R"css(
-:root{--ink:#1c2430;--soft:#5b6675;--line:#dde2e8;--good:#1a7f37;--caution:#9a6700;--bad:#c62828;--blue:#1f5fbf}
-*{box-sizing:border-box}
-body{margin:0;background:#f4f6f8;color:var(--ink);font:15px/1.5 system-ui,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif}
-main{max-width:60rem;margin:1.5rem auto;padding:2rem 2.5rem;background:#fff;border:1px solid var(--line);border-radius:6px}
-h1{font-size:1.5rem;margin:0 0 .2rem}h2{font-size:1.1rem;margin:2.2rem 0 .6rem;padding-bottom:.3rem;border-bottom:1px solid var(--line)}
-h3{font-size:1rem;margin:1.4rem 0 .4rem}p{margin:.5rem 0;max-width:48rem}
-.verdict{margin:1rem 0;padding:.8rem 1.1rem;border-left:6px solid;border-radius:4px}
-.verdict b{display:block;font-size:1.25rem;letter-spacing:.01em}.verdict span{color:var(--ink)}
-.good{color:var(--good);background:#eaf6ed}.caution{color:var(--caution);background:#fdf5e0}.bad{color:var(--bad);background:#fdecec}
-.scroll{overflow-x:auto}table{border-collapse:collapse;margin:.5rem 0;font-size:.9rem;font-variant-numeric:tabular-nums}
-th,td{padding:.25rem .8rem .25rem 0;text-align:left;vertical-align:top;border-bottom:1px solid #edf0f3}
-th{font-weight:600;color:var(--soft);border-bottom-color:var(--line)}td.r,th.r{text-align:right;white-space:nowrap;padding-left:.6rem}
-td:first-child{white-space:nowrap}td.fail{color:var(--bad);font-weight:600}td.pass{color:var(--good)}
-.identity{color:var(--soft)}.identity td{border:0;padding-top:.05rem;padding-bottom:.05rem}.identity td+td{color:var(--ink);overflow-wrap:anywhere}
-ul{padding-left:1.2rem;margin:.5rem 0}li{margin:.2rem 0}
-figure{margin:1rem 0}figcaption{color:var(--soft);font-size:.85rem;max-width:48rem}
-details{margin:1rem 0}summary{cursor:pointer;color:var(--blue)}pre{overflow-x:auto;padding:.8rem;background:#f4f6f8;border-radius:4px;font-size:.8rem}
-svg{display:block;width:100%;height:auto;font:11px system-ui,"Segoe UI",Roboto,Arial,sans-serif}
-svg text{fill:var(--soft)}svg .start{text-anchor:start}svg .middle{text-anchor:middle}svg .end{text-anchor:end}
-svg .title{font-weight:600;fill:var(--ink)}svg .small{font-size:10px}
-svg .frame,svg .disc{fill:none;stroke:#aeb7c2}svg .disc{fill:#fafbfc}svg .ring,svg .grid{fill:none;stroke:#e3e7ec}svg .zero{stroke:#8b95a3}
-svg .band{fill:#e3edfb}svg .after{fill:var(--blue);fill-opacity:.8}svg .before{fill:#8b95a3}svg .rejected{stroke:var(--bad);stroke-width:2}
-svg .track{fill:#eef1f4}svg .pass{fill:#7fbf90}svg .fail{fill:#e08585}svg .whisker{stroke:var(--ink);stroke-width:2}svg .limit{stroke:var(--ink);stroke-dasharray:3 2}
-@media(max-width:40rem){main{margin:0;padding:1rem;border:0}}
-@media print{body{background:#fff;font-size:11px}main{margin:0;padding:0;border:0;max-width:none}h2,h3{break-after:avoid}figure,tr{break-inside:avoid}
-*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
-)css";
-
-std::string Element(std::string_view tag, std::string_view content) {
-  return '<' + std::string(tag) + '>' + EscapeMarkup(content) + "</" + std::string(tag) + ">\n";
-}
-
-std::string HtmlOf(const Table& table, std::string_view css_class = "") {
-  if (table.rows.empty()) return "";
-  const auto row_of = [&](const std::vector<std::string>& cells, const std::string& tag) {
-    std::string row = "<tr>";
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-      std::string style = table.alignment[c] == 'r' ? "r" : "";
-      if (tag == "td" && cells[c] == "FAIL") style = "fail";
-      if (tag == "td" && cells[c] == "pass") style = "pass";
-      row += '<' + tag + (style.empty() ? "" : " class=\"" + style + '"') + '>' +
-             EscapeMarkup(cells[c]) + "</" + tag + '>';
-    }
-    return row + "</tr>\n";
-  };
-  std::string html = "<div class=\"scroll\"><table class=\"" + std::string(css_class) + "\">\n";
-  if (!table.header.empty()) html += "<thead>" + row_of(table.header, "th") + "</thead>\n";
-  html += "<tbody>\n";
-  for (const auto& row : table.rows) html += row_of(row, "td");
-  return html + "</tbody></table></div>\n";
-}
-
-std::string HtmlOfBlock(const Block& block) {
-  return std::visit(
-      [](const auto& content) -> std::string {
-        using Content = std::decay_t<decltype(content)>;
-        if constexpr (std::is_same_v<Content, Table>) return HtmlOf(content);
-        if constexpr (std::is_same_v<Content, std::string>) return Element("p", content);
-        if constexpr (std::is_same_v<Content, Bullet>) return Element("li", content.text);
-        if constexpr (std::is_same_v<Content, Subtitle>) return Element("h3", content.text);
-      },
-      block);
-}
-
-/// Blocks in order, neighbouring list points in one list.
-std::string HtmlOf(const std::vector<Block>& blocks) {
-  std::string html;
-  bool in_list = false;
-  for (const Block& block : blocks) {
-    const bool is_point = std::holds_alternative<Bullet>(block);
-    if (is_point != in_list) html += is_point ? "<ul>\n" : "</ul>\n";
-    in_list = is_point;
-    html += HtmlOfBlock(block);
-  }
-  return in_list ? html + "</ul>\n" : html;
-}
-
-std::string Figure(const std::string& svg, std::string_view caption) {
-  if (svg.empty()) return "";
-  return "<figure>\n" + svg + Element("figcaption", caption) + "</figure>\n";
-}
 
 /// σ of a pose's norm error from the noise that weighted it, averaged over the directions:
 /// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit. model.md §2.
@@ -145,10 +63,6 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
   }
 }
 
-std::string Details(std::string_view summary, const std::string& html) {
-  return "<details>\n" + Element("summary", summary) + html + "</details>\n";
-}
-
 std::string PoseDetails(const Quality& quality) {
   const std::size_t count = quality.pose_residuals.size();
   if (count == 0) return "";
@@ -159,33 +73,14 @@ std::string PoseDetails(const Quality& quality) {
   return Details("Every pose (" + std::to_string(count) + " rows)", HtmlOf(PoseTable(quality)));
 }
 
-std::string_view CssClass(Grade grade) {
-  switch (grade) {
-    case Grade::kGood:
-      return "good";
-    case Grade::kCaution:
-      return "caution";
-    case Grade::kBad:
-      break;
-  }
-  return "bad";
-}
-
 }  // namespace
 
 std::string CalibrationHtml(const Calibration& calibration) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "device without serial number" : calibration.serial;
-  std::string html =
-      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
-      Element("title", "Calibration of " + device + ": " + verdict.headline) + "<style>" +
-      std::string(kStyle) + "</style>\n</head>\n<body>\n<main>\n" +
-      Element("h1", "Calibration of " + device) + "<div class=\"verdict " +
-      std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
-      Element("span", verdict.explanation) + "</div>\n" +
-      HtmlOf(IdentityTable(calibration), "identity");
+  const std::string title = "Calibration of " + device;
+  std::string html = HtmlOf(IdentityTable(calibration), "identity");
   for (const Section& section : SectionsOf(calibration)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) +
             FiguresOf(calibration, section.kind) + "</section>\n";
@@ -194,7 +89,7 @@ std::string CalibrationHtml(const Calibration& calibration) {
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  return html + "</section>\n</main>\n</body>\n</html>\n";
+  return HtmlPage(title, verdict, html + "</section>\n");
 }
 
 }  // namespace truetriad

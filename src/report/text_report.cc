@@ -10,6 +10,7 @@
 
 #include "report/content.h"
 #include "report/format.h"
+#include "report/page.h"
 #include "report/table.h"
 #include "truetriad/report/report.h"
 
@@ -22,22 +23,6 @@ constexpr double kSignificance = 0.01;
 /// RMS over a few dozen poses scatters by some 20 %.
 constexpr double kExpectedRatio = 1.5;
 constexpr std::size_t kWorstPoses = 5;
-
-std::string Underlined(const std::string& title) {
-  return '\n' + title + '\n' + std::string(title.size(), '-') + '\n';
-}
-
-std::string TextOfBlock(const Block& block) {
-  return std::visit(
-      [](const auto& content) -> std::string {
-        using Content = std::decay_t<decltype(content)>;
-        if constexpr (std::is_same_v<Content, Table>) return TextOf(content);
-        if constexpr (std::is_same_v<Content, std::string>) return Wrapped(content);
-        if constexpr (std::is_same_v<Content, Bullet>) return Wrapped(content.text, 2, "- ");
-        if constexpr (std::is_same_v<Content, Subtitle>) return "\n  " + content.text + '\n';
-      },
-      block);
-}
 
 /// The poses that the calibration predicts worst, by normalised residual.
 Table WorstPosesTable(std::vector<PoseResidual> residuals) {
@@ -63,8 +48,7 @@ std::string CalibrationText(const Calibration& calibration) {
   std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) + '\n' +
                      TextOf(IdentityTable(calibration));
   for (const Section& section : SectionsOf(calibration)) {
-    text += Underlined(section.title);
-    for (const Block& block : section.blocks) text += TextOfBlock(block);
+    text += SectionText(section.title, section.blocks);
   }
   return text;
 }

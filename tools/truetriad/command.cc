@@ -10,8 +10,8 @@ namespace truetriad {
 namespace {
 
 /// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 5> kUnavailable = {
-    "simulate", "plan", "convert", "export", "fleet"};
+constexpr std::array<std::string_view, 4> kUnavailable = {
+    "simulate", "convert", "export", "fleet"};
 
 }  // namespace
 
@@ -22,6 +22,7 @@ const std::vector<Command>& Commands() {
                                                           EvaluateCommand(),
                                                           CompareCommand(),
                                                           AllanCommand(),
+                                                          PlanCommand(),
                                                           ReportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

@@ -46,6 +46,7 @@ Command ApplyCommand();
 Command EvaluateCommand();
 Command CompareCommand();
 Command AllanCommand();
+Command PlanCommand();
 Command ReportCommand();
 Command HelpCommand();
 Command VersionCommand();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/pipeline.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <memory>
@@ -10,7 +11,9 @@
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording.h"
+#include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
 namespace {
@@ -229,6 +232,30 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
+/// Fills in what the experiment leaves to files and to the recording.
+Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
+  TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
+  TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
+      experiment->forces_file, &loaded->poses, &experiment->options.initialise.known_forces));
+  TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, experiment));
+  return SettleAllanNoise(loaded->poses, experiment);
+}
+
+/// What a recording of the nominal unit would be, before any pose is taken.
+LoadedPoses NothingMeasured(const Experiment& experiment) {
+  LoadedPoses loaded;
+  loaded.poses.source = experiment.path;
+  for (const Triad triad : kTriads) {
+    if (!experiment.options.triads[triad].enabled) continue;
+    StreamSummary stream;
+    stream.triad = triad;
+    stream.unit = experiment.plan->nominal[triad].unit.value_or(
+        Unit{std::string(TruthUnitName(triad)), 1.0, false});
+    loaded.poses.streams.push_back(stream);
+  }
+  return loaded;
+}
+
 Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   Calibration calibration;
   calibration.outcome = Outcome::kNotEnough;
@@ -304,11 +331,7 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   Result<LoadedPoses> loaded = LoadPoses(experiment.input, experiment.poses, progress);
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (!loaded->not_enough) {
-    TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(experiment, &loaded->poses));
-    TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
-        experiment.forces_file, &loaded->poses, &experiment.options.initialise.known_forces));
-    TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, &experiment));
-    TRUETRIAD_RETURN_IF_ERROR(SettleAllanNoise(loaded->poses, &experiment));
+    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&*loaded, &experiment));
   }
   Result<Calibration> calibration = CalibratePoses(*loaded, experiment);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
@@ -331,6 +354,60 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
     }
   }
   return calibration;
+}
+
+Result<Plan> PlanExperiment(Experiment experiment,
+                            const std::string& measured,
+                            const ProgressCallback& progress) {
+  if (!experiment.plan) {
+    return UsageError(experiment.path +
+                      ": has no `plan:`; say what to plan for, as in `plan: { poses: 12 }`");
+  }
+  const PlanConfig& config = *experiment.plan;
+  LoadedPoses loaded = NothingMeasured(experiment);
+  if (measured.empty()) {
+    // Attitudes and forces belong to poses that are not there yet.
+    TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(loaded, &experiment));
+    TRUETRIAD_RETURN_IF_ERROR(SettleAllanNoise(loaded.poses, &experiment));
+  } else {
+    Result<LoadedPoses> recording = LoadPoses(measured, experiment.poses, progress);
+    TRUETRIAD_RETURN_IF_ERROR(recording);
+    if (recording->not_enough) return *recording->not_enough;
+    loaded = *std::move(recording);
+    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
+  }
+
+  PlanOptions options;
+  options.calibrate = experiment.options;
+  for (const Triad triad : kTriads) {
+    const NominalSensor& nominal = config.nominal[triad];
+    const StreamSummary* stream = loaded.poses.Find(triad);
+    if (stream == nullptr || (!nominal.sensitivity && nominal.bias.isZero(0.0))) continue;
+    const Eigen::Matrix3d own_scale = Eigen::Matrix3d::Identity() / stream->unit.truth_per_raw;
+    options.nominal[triad] = {nominal.sensitivity.value_or(own_scale), nominal.bias};
+  }
+  options.nominal_field_ut = config.nominal_strength_ut;
+  if (config.nominal_dip_deg) options.nominal_dip_rad = *config.nominal_dip_deg * kRadPerDeg;
+  options.rest_s = config.rest_s;
+  options.attitude_sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
+  options.grid = config.grid;
+  if (options.grid.attitudes.empty()) {
+    options.grid.attitudes = experiment.options.attitudes.kind == AttitudeKind::kSixFace
+                                 ? SixFaceAttitudes()
+                                 : HandAttitudes();
+  }
+  options.criterion = config.criterion;
+  options.poses = config.poses;
+  options.wanted = config.wanted;
+  options.max_poses = std::max(config.max_poses, config.poses);
+  options.random_draws = config.random_draws;
+  options.seed = config.seed;
+  if (!config.program.empty()) {
+    Result<PoseProgram> program = ReadPoseProgram(config.program);
+    TRUETRIAD_RETURN_IF_ERROR(program);
+    options.program = *std::move(program);
+  }
+  return MakePlan(loaded.poses, options);
 }
 
 std::string Version() { return TRUETRIAD_VERSION; }

@@ -11,6 +11,7 @@
 #include "truetriad/config/experiment.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/plan.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {
@@ -40,6 +41,13 @@ Result<PosesConfig> ParsePoses(const std::string& text);
 /// experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {});
+
+/// Plans what the `plan:` block of `experiment` asks for, on top of the poses of the recording at
+/// `measured` (none when empty). Error (bad input, usage): as CalibrateExperiment, and what
+/// MakePlan refuses.
+Result<Plan> PlanExperiment(Experiment experiment,
+                            const std::string& measured,
+                            const ProgressCallback& progress = {});
 
 /// The version of this program: "0.1.0".
 std::string Version();

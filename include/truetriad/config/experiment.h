@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
+#include "truetriad/config/plan.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/estimation/calibrate.h"
 
@@ -44,6 +45,7 @@ struct Experiment {
   /// the recording's unit.
   PerTriad<bool> fixed_identity{};
   PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
+  std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration reads over.
   std::string forces_file;       ///< `initialise: {forces: …}`, resolved; empty when not given.
   /// The experiment with every default written out and presets filled in; paths as they were
   /// written. Reads back as an experiment with the same options.

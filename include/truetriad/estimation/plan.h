@@ -41,8 +41,8 @@ struct PlanOptions {
   /// own scale. Readings in counts have none and need it.
   PerTriad<std::optional<TriadModel<double>>> nominal;
   PerTriad<Unit> units;                         ///< Of the readings to come.
-  double nominal_field_ut = 50.0;               ///< Where the reference does not say.
-  double nominal_dip_rad = 1.0471975511965976;  ///< 60 degrees; where the reference does not say.
+  /// Where the reference does not say; unset: 50 uT, and 60 degrees of the stated hemisphere.
+  std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
   double rest_s = 0.0;
   /// σ of the attitudes that a fixture gives, about the body axes.

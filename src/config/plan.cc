@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/plan.h"
+
+#include <limits>
+
+#include "config/documents.h"
+#include "config/experiment_draft.h"
+#include "config/yaml_values.h"
+#include "truetriad/model/attitude_sets.h"
+
+namespace truetriad {
+namespace {
+
+constexpr NamedValues<PlanCriterion, 2> kCriteria = {{
+    {PlanCriterion::kDeterminant, "D"},
+    {PlanCriterion::kVariances, "A"},
+}};
+constexpr NamedValues<bool, 2> kStarts = {{{false, "nothing"}, {true, "recording"}}};
+/// Numbers of attitudes that a grid may be spread over: fewer leave gaps, more take minutes.
+constexpr Range kSpread{24, 5000, "24 to 5000 attitudes"};
+
+/// A whole number within `range`.
+bool ReadCount(YamlReader reader, const Range& range, int* value) {
+  int count = 0;
+  double number = 0.0;
+  if (!ReadNumber(reader, range, &number) || !reader.Read(&count)) return false;
+  *value = count;
+  return true;
+}
+
+void ReadRotations(YamlReader reader, PlanGrid* grid) {
+  if (!reader) return;
+  if (IsWord(reader, "hand")) {
+    *grid = {HandAttitudes(), false};
+  } else if (IsWord(reader, "cube-24")) {
+    *grid = {CubeAttitudes(), false};
+  } else if (IsWord(reader, "six-face")) {
+    *grid = {SixFaceAttitudes(), false};
+  } else if (reader.IsMap()) {
+    int count = 0;
+    if (ReadCount(reader.RequireChild("spread"), kSpread, &count)) {
+      *grid = {SpreadAttitudes(count), true};
+    }
+    reader.RejectUnknown();
+  } else {
+    reader.Fail("one of hand, cube-24, six-face, { spread: 600 } is expected");
+  }
+}
+
+void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
+  if (!reader) return;
+  YamlReader unit = reader.Child("unit");
+  if (std::string name; unit && unit.Read(&name)) {
+    if (const Result<Unit> parsed = ParseTriadUnit(triad, name)) {
+      nominal->unit = *parsed;
+    } else {
+      unit.Fail(parsed.error().message);
+    }
+  }
+  YamlReader sensitivity = reader.Child("sensitivity");
+  if (sensitivity.IsScalar()) {
+    if (double gain = 0.0; ReadNumber(sensitivity, kPositive, &gain)) {
+      nominal->sensitivity = gain * Eigen::Matrix3d::Identity();
+    }
+  } else if (Eigen::Matrix3d matrix; ReadNumbers(sensitivity, &matrix)) {
+    nominal->sensitivity = matrix;
+    if (!(std::abs(matrix.determinant()) > 0.0)) {
+      sensitivity.Fail("the matrix has no inverse; raw readings per true unit are expected");
+    }
+  }
+  ReadNumbers(reader.Child("bias"), &nominal->bias);
+  reader.RejectUnknown();
+}
+
+void ReadNominal(YamlReader reader, PlanConfig* plan) {
+  if (!reader) return;
+  for (const Triad triad : kCalibratedTriads) {
+    ReadNominalSensor(reader.Child(TriadName(triad)), triad, &plan->nominal[triad]);
+  }
+  double number = 0.0;
+  if (ReadNumber(reader.Child("strength_ut"), kPositive, &number)) {
+    plan->nominal_strength_ut = number;
+  }
+  if (ReadNumber(reader.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &number)) {
+    plan->nominal_dip_deg = number;
+  }
+  reader.RejectUnknown();
+}
+
+}  // namespace
+
+void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
+  if (!reader) return;
+  ReadCount(reader.Child("poses"), {1, 1000, "1 to 1000 poses"}, &plan->poses);
+  if (YamlReader wanted = reader.Child("wanted")) {
+    for (const std::string& name : wanted.Keys()) {
+      ReadNumber(wanted.Child(name), kPositive, &plan->wanted[name]);
+    }
+  }
+  ReadCount(reader.Child("max_poses"), {1, 1000, "1 to 1000 poses"}, &plan->max_poses);
+  ReadRotations(reader.Child("rotations"), &plan->grid);
+  ReadChoice(reader.Child("criterion"), kCriteria, &plan->criterion);
+  if (std::string file; reader.Optional("program", &file)) plan->program = Resolve(file, path);
+  ReadCount(reader.Child("random"), {0, 10000, "0 to 10000 draws"}, &plan->random_draws);
+  ReadChoice(reader.Child("start"), kStarts, &plan->from_recording);
+  ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
+  if (int seed = 0; ReadCount(reader.Child("seed"),
+                              {0, std::numeric_limits<int>::max(), "a whole number from zero"},
+                              &seed)) {
+    plan->seed = static_cast<std::uint64_t>(seed);
+  }
+  ReadNominal(reader.Child("nominal"), plan);
+  reader.RejectUnknown();
+}
+
+}  // namespace truetriad

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "report/content.h"
+#include "report/table.h"
+
+namespace truetriad {
+
+// How a report looks on the terminal and as a self-contained HTML page, whatever it is about.
+
+/// A title, underlined, and its blocks.
+std::string SectionText(const std::string& title, const std::vector<Block>& blocks);
+
+/// `content`, escaped, in an element.
+std::string Element(std::string_view tag, std::string_view content);
+
+std::string HtmlOf(const Table& table, std::string_view css_class = "");
+
+/// Blocks in order, neighbouring list points in one list.
+std::string HtmlOf(const std::vector<Block>& blocks);
+
+/// Nothing when there is no drawing.
+std::string Figure(const std::string& svg, std::string_view caption);
+
+/// Hidden until it is opened.
+std::string Details(std::string_view summary, const std::string& html);
+
+/// The page: style sheet, title, verdict, then `body`. `style`: rules of its own.
+std::string HtmlPage(std::string_view title,
+                     const Verdict& verdict,
+                     const std::string& body,
+                     std::string_view style = "");
+
+}  // namespace truetriad

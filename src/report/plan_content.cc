@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/plan_content.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/format.h"
+
+namespace truetriad {
+namespace {
+
+/// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy".
+std::string Spoken(std::string name) {
+  for (const char* unit : {"_rad", "_ut", "_mps2", "_error"}) {
+    if (const std::size_t at = name.find(unit); at != std::string::npos) {
+      name.erase(at, std::string(unit).size());
+    }
+  }
+  std::replace(name.begin(), name.end(), '.', ' ');
+  return name;
+}
+
+/// σ as people judge it: shares in per cent, angles in milliradians.
+std::string SigmaText(double sigma, const std::string& unit) {
+  if (!std::isfinite(sigma)) return "not determined";
+  if (unit.empty()) return Significant(100.0 * sigma, 3);
+  if (unit == "rad") return Significant(1000.0 * sigma, 3);
+  return Significant(sigma, 3);
+}
+
+std::string ShownUnit(const std::string& unit) {
+  if (unit.empty()) return "%";
+  return unit == "rad" ? "mrad" : DisplayUnit(unit);
+}
+
+std::string UnitOf(const Plan& plan, const std::string& group) {
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    if (sigma.group == group) return sigma.unit;
+  }
+  return "";
+}
+
+bool HasTemperatures(const Plan& plan) {
+  return std::any_of(plan.program.poses.begin(),
+                     plan.program.poses.end(),
+                     [](const ProgramPose& pose) { return pose.temperature_degc.has_value(); });
+}
+
+Table WantedTable(const Plan& plan) {
+  Table table{{"wanted", "at most", "reached", "unit", "", "poses for this alone"}, "lrrllr", {}};
+  for (const WantedSigma& item : plan.wanted) {
+    const std::string unit = UnitOf(plan, item.group);
+    table.rows.push_back({Spoken(item.group),
+                          SigmaText(item.wanted, unit),
+                          SigmaText(item.reached, unit),
+                          ShownUnit(unit),
+                          item.met ? "pass" : "FAIL",
+                          item.poses_needed ? std::to_string(*item.poses_needed) : "–"});
+  }
+  return table;
+}
+
+Table SigmaTable(const Plan& plan) {
+  Table table{{"σ of", "before", "after", "unit"}, "lrrl", {}};
+  if (plan.measured_poses == 0) table = {{"σ of", "predicted", "unit"}, "lrl", {}};
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    std::vector<std::string> row = {Spoken(sigma.name)};
+    if (plan.measured_poses > 0) row.push_back(SigmaText(sigma.before, sigma.unit));
+    row.push_back(SigmaText(sigma.after, sigma.unit));
+    row.push_back(ShownUnit(sigma.unit));
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+std::string RandomText(const Plan& plan) {
+  const RandomComparison& random = *plan.random;
+  const std::string count = std::to_string(plan.program.poses.size());
+  std::string text =
+      "σ of " + count + " poses taken at random is " + Significant(random.gain, 3) +
+      " times as large (geometric mean over all " + std::to_string(plan.sigmas.size()) +
+      " quantities; median of " + std::to_string(random.draws) + " draws, half of them between " +
+      Significant(random.gain_low, 3) + " and " + Significant(random.gain_high, 3) + ").";
+  if (random.equal_poses) {
+    text += " These poses are worth " + std::to_string(*random.equal_poses) + " random ones.";
+  }
+  return text;
+}
+
+}  // namespace
+
+Verdict VerdictOf(const Plan& plan) {
+  Verdict verdict;
+  const std::string poses =
+      std::to_string(plan.program.poses.size()) + " poses" +
+      (plan.measured_poses > 0
+           ? " beside the " + std::to_string(plan.measured_poses) + " that are measured"
+           : "");
+  if (!plan.determined) {
+    verdict.headline = "NOT ENOUGH";
+    verdict.explanation = poses + " do not determine every wanted parameter.";
+  } else if (!plan.rehearsed) {
+    verdict.headline = "CANNOT BE CALIBRATED";
+    verdict.explanation = poses + " hold the information, but the calibration would not start.";
+  } else if (!plan.IsMet()) {
+    verdict.headline = "NOT AS GOOD AS WANTED";
+    verdict.explanation = poses + " do not reach every wanted σ.";
+  } else {
+    verdict.grade = Grade::kGood;
+    verdict.headline = plan.wanted.empty() ? "GOOD PLAN" : "GOOD PLAN, as wanted";
+    verdict.explanation =
+        poses + (plan.wanted.empty() ? " determine every parameter." : " reach every wanted σ.");
+  }
+  return verdict;
+}
+
+std::string PurposeText(const PosePurpose& purpose) {
+  if (purpose.name.empty()) return "nothing that the others do not show";
+  return Spoken(purpose.name) + (std::isfinite(purpose.sigma_ratio)
+                                     ? " (× " + Fixed(purpose.sigma_ratio, 2) + ")"
+                                     : " (undetermined)");
+}
+
+Table ProgramTable(const Plan& plan) {
+  const bool temperatures = HasTemperatures(plan);
+  Table table{{"pose", "attitude", "without it σ grows of"}, "rll", {}};
+  if (temperatures) table = {{"pose", "attitude", "degC", "without it σ grows of"}, "rlrl", {}};
+  for (std::size_t k = 0; k < plan.program.poses.size(); ++k) {
+    const ProgramPose& pose = plan.program.poses[k];
+    std::vector<std::string> row = {std::to_string(k + 1), pose.label};
+    if (temperatures) {
+      row.push_back(pose.temperature_degc ? Significant(*pose.temperature_degc, 4) : "");
+    }
+    row.push_back(PurposeText(plan.purposes[k]));
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+std::vector<PlanSection> SectionsOf(const Plan& plan) {
+  std::vector<PlanSection> sections;
+  if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
+  if (!plan.weak_directions.empty()) {
+    PlanSection section{"What these poses hardly see", {}};
+    for (const WeakDirection& weak : plan.weak_directions) {
+      section.blocks.emplace_back(
+          Bullet{weak.description + (weak.advice.empty() ? "" : ": " + weak.advice)});
+    }
+    sections.push_back(section);
+  }
+  if (!plan.messages.empty()) {
+    PlanSection section{"Messages", {}};
+    for (const std::string& message : plan.messages) section.blocks.emplace_back(Bullet{message});
+    sections.push_back(section);
+  }
+  sections.push_back({"Predicted uncertainty, one sigma", {SigmaTable(plan)}});
+  if (plan.random && std::isfinite(plan.random->gain)) {
+    sections.push_back({"Against random poses", {RandomText(plan)}});
+  }
+  return sections;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstddef>
+#include <string>
+
+#include "report/format.h"
+#include "report/page.h"
+#include "report/plan_content.h"
+#include "report/pose_picture.h"
+#include "report/svg.h"
+#include "truetriad/report/plan.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kCardStyle = R"css(
+ol.poses{display:grid;grid-template-columns:repeat(auto-fill,minmax(12rem,1fr));gap:1rem;padding:0;list-style:none}
+ol.poses li{margin:0;padding:.7rem;border:1px solid var(--line);border-radius:6px;break-inside:avoid}
+ol.poses b{font-size:1.4rem}ol.poses .done{float:right;width:1.2rem;height:1.2rem;border:1.5px solid #8b95a3;border-radius:3px}
+ol.poses .heat{float:right;margin-right:.6rem;font-weight:600;color:var(--bad)}ol.poses small{display:block;color:var(--soft)}
+)css";
+
+std::string Card(const Plan& plan, std::size_t k) {
+  const ProgramPose& pose = plan.program.poses[k];
+  const std::string number = std::to_string(k + 1);
+  std::string card = "<li><span class=\"done\"></span>";
+  if (pose.temperature_degc) {
+    card += "<span class=\"heat\">" + EscapeMarkup(Significant(*pose.temperature_degc, 4) + " °C") +
+            "</span>";
+  }
+  card += Element("b", number) + PosePicture(pose.world_from_body, "pose " + number) +
+          Element("div", pose.label);
+  return card + Element("small", "without it σ grows: " + PurposeText(plan.purposes[k])) +
+         "</li>\n";
+}
+
+}  // namespace
+
+std::string PlanText(const Plan& plan) {
+  const Verdict verdict = VerdictOf(plan);
+  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) +
+                     SectionText("Poses, in this order", {ProgramTable(plan)});
+  for (const PlanSection& section : SectionsOf(plan)) {
+    text += SectionText(section.title, section.blocks);
+  }
+  return text;
+}
+
+std::string PlanHtml(const Plan& plan) {
+  std::string html =
+      "<section>\n<h2>Take these poses, in this order</h2>\n"
+      "<p>You look north, from a little above. x, y and z are the axes of the unit; a face with −x "
+      "is the one opposite to x. Put the unit down as drawn, let it rest, tick the box, go "
+      "on.</p>\n"
+      "<ol class=\"poses\">\n";
+  for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
+  html += "</ol>\n</section>\n";
+  for (const PlanSection& section : SectionsOf(plan)) {
+    html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) + "</section>\n";
+  }
+  return HtmlPage("Pose program",
+                  VerdictOf(plan),
+                  html,
+                  std::string(kCardStyle) + std::string(PosePictureStyle()));
+}
+
+}  // namespace truetriad

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/pose_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "report/svg.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kSize = 200.0;
+constexpr double kScale = 44.0;  // Half an edge of the cube.
+constexpr double kArrow = 1.85;  // Length of an axis from the centre, in half edges.
+// Where the looker stands: turned from north to the west, and down.
+constexpr double kAzimuth = 28.0 * std::numbers::pi / 180.0;
+constexpr double kElevation = 24.0 * std::numbers::pi / 180.0;
+constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+
+/// Parallel projection of the world (x north, y west, z up).
+class Camera {
+ public:
+  Camera() {
+    const Eigen::Vector3d ahead(std::cos(kAzimuth), std::sin(kAzimuth), 0.0);
+    right_ = ahead.cross(Eigen::Vector3d::UnitZ());
+    depth_ = std::cos(kElevation) * ahead - std::sin(kElevation) * Eigen::Vector3d::UnitZ();
+    up_ = right_.cross(depth_);
+  }
+
+  std::pair<double, double> On(const Eigen::Vector3d& world) const {
+    return {0.5 * kSize + kScale * right_.dot(world), 0.48 * kSize - kScale * up_.dot(world)};
+  }
+
+  bool Faces(const Eigen::Vector3d& normal) const { return depth_.dot(normal) < -1e-9; }
+  double Depth(const Eigen::Vector3d& world) const { return depth_.dot(world); }
+
+ private:
+  Eigen::Vector3d right_, depth_, up_;
+};
+
+class Picture {
+ public:
+  Picture(const Eigen::Matrix3d& world_from_body, std::string_view label)
+      : rotation_(world_from_body), svg_(kSize, kSize, label) {}
+
+  std::string Draw() {
+    Compass();
+    // What points away is behind the cube.
+    for (const bool front : {false, true}) {
+      if (front) {
+        for (int axis = 0; axis < 3; ++axis) {
+          for (const double sign : {-1.0, 1.0}) Face(axis, sign);
+        }
+      }
+      for (int axis = 0; axis < 3; ++axis) {
+        if (camera_.Faces(rotation_.col(axis)) == front) Axis(axis);
+      }
+    }
+    return svg_.Finish();
+  }
+
+ private:
+  using Point = std::pair<double, double>;
+
+  void Arrow(const Point& from, const Point& to, const std::string& style) {
+    const auto [x1, y1] = from;
+    const auto [x2, y2] = to;
+    svg_.Line(x1, y1, x2, y2, style);
+    const double length = std::hypot(x2 - x1, y2 - y1);
+    if (length < 1.0) return;
+    const double u = (x2 - x1) / length;
+    const double v = (y2 - y1) / length;
+    svg_.Polyline({{x2 + 3.0 * u, y2 + 3.0 * v},
+                   {x2 - 7.0 * u - 4.5 * v, y2 - 7.0 * v + 4.5 * u},
+                   {x2 - 7.0 * u + 4.5 * v, y2 - 7.0 * v - 4.5 * u},
+                   {x2 + 3.0 * u, y2 + 3.0 * v}},
+                  style + " head");
+  }
+
+  // Where north and up are, in a corner of the picture.
+  void Compass() {
+    const Point centre = camera_.On(Eigen::Vector3d::Zero());
+    const auto at = [&](const Eigen::Vector3d& world) {
+      const Point point = camera_.On(world);
+      return Point(point.first - centre.first + 16.0, point.second - centre.second + 186.0);
+    };
+    for (const auto& [to, name] : {std::pair(Eigen::Vector3d(1.0, 0.0, 0.0), "N"),
+                                   std::pair(Eigen::Vector3d(0.0, 0.0, 0.6), "up")}) {
+      Arrow(at(Eigen::Vector3d::Zero()), at(to), "world");
+      const auto [x, y] = at(1.4 * to);
+      svg_.Text(x, y + 4.0, name, "middle world");
+    }
+  }
+
+  void Face(int axis, double sign) {
+    const Eigen::Vector3d normal = sign * rotation_.col(axis);
+    if (!camera_.Faces(normal)) return;
+    const Eigen::Vector3d a = rotation_.col((axis + 1) % 3);
+    const Eigen::Vector3d b = rotation_.col((axis + 2) % 3);
+    std::vector<std::pair<double, double>> corners;
+    for (const auto& [s, t] : {std::pair(1.0, 1.0),
+                               std::pair(-1.0, 1.0),
+                               std::pair(-1.0, -1.0),
+                               std::pair(1.0, -1.0),
+                               std::pair(1.0, 1.0)}) {
+      corners.push_back(camera_.On(normal + s * a + t * b));
+    }
+    // Light from above.
+    const int shade = std::clamp(static_cast<int>(std::lround(normal.z() + 1.0)), 0, 2);
+    svg_.Polyline(corners, "face shade" + std::to_string(shade));
+    const auto [x, y] = camera_.On(normal);
+    if (sign < 0.0) svg_.Text(x, y + 4.0, std::string("−") + Name(axis), "middle back");
+  }
+
+  void Axis(int axis) {
+    const Eigen::Vector3d direction = rotation_.col(axis);
+    Arrow(camera_.On(direction), camera_.On(kArrow * direction), std::string("axis ") + Name(axis));
+    const auto [x, y] = camera_.On((kArrow + 0.27) * direction);
+    svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
+  }
+
+  static const char* Name(int axis) { return kAxes[static_cast<std::size_t>(axis)]; }
+
+  Eigen::Matrix3d rotation_;
+  Camera camera_;
+  Svg svg_;
+};
+
+}  // namespace
+
+std::string PosePicture(const Eigen::Quaterniond& world_from_body, std::string_view label) {
+  return Picture(world_from_body.toRotationMatrix(), label).Draw();
+}
+
+std::string_view PosePictureStyle() {
+  return R"css(
+svg .face{stroke:#5b6675;stroke-linejoin:round}svg .shade0{fill:#c3cbd5}svg .shade1{fill:#dfe4ea}svg .shade2{fill:#f6f8fa}
+svg .axis{stroke-width:3}svg line.x,svg .head.x{stroke:#d1242f;fill:#d1242f}svg line.y,svg .head.y{stroke:#1a7f37;fill:#1a7f37}svg line.z,svg .head.z{stroke:#1f5fbf;fill:#1f5fbf}
+svg text.axis{stroke:none;font-size:16px;font-weight:700}svg text.x{fill:#d1242f}svg text.y{fill:#1a7f37}svg text.z{fill:#1f5fbf}svg text.back{font-size:12px}
+svg line.world,svg .head.world{stroke:#8b95a3;fill:#8b95a3;stroke-width:1.5}svg text.world{font-size:11px}
+)css";
+}
+
+}  // namespace truetriad

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/report/plan.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
+#include "tools/truetriad/pipeline.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/pose_program_file.h"
+
+DEFINE_string(program, "", "program.yaml to judge, instead of making one");
+
+namespace truetriad {
+namespace {
+
+Status WriteResult(const Plan& plan) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  const std::filesystem::path directory = FLAGS_output;
+  const std::string program = (directory / "program.yaml").string();
+  const std::string page = (directory / "program.html").string();
+  for (const std::string& file : {program, page}) {
+    if (std::filesystem::is_directory(file)) {
+      return BadInputError(file + ": is a folder where a file is to stand");
+    }
+  }
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(program, PoseProgramToYaml(plan.program)));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, PlanHtml(plan)));
+  std::printf("\nProgram:  %s\nPictures: %s\n", program.c_str(), page.c_str());
+  return {};
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  Result<Experiment> experiment = ReadExperiment(FLAGS_config, Overrides());
+  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  if (!FLAGS_program.empty()) {
+    if (!experiment->plan) experiment->plan = PlanConfig();
+    experiment->plan->program = FLAGS_program;
+  }
+  std::string measured = FLAGS_input;
+  if (measured.empty() && experiment->plan && experiment->plan->from_recording) {
+    measured = experiment->input;
+    if (measured.empty()) {
+      return UsageError(FLAGS_config +
+                        ": `start: recording`, but there is no `input:`; give --input=LOG");
+    }
+  }
+  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  const Result<Plan> plan = [&] {
+    ProgressLine progress("reading " + measured);
+    return PlanExperiment(*std::move(experiment), measured, progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(plan);
+  std::fputs(PlanText(*plan).c_str(), stdout);
+  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(WriteResult(*plan));
+  return plan->IsMet() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
+}
+
+}  // namespace
+
+Command PlanCommand() {
+  return {
+      .name = "plan",
+      .summary = "Which poses should be taken, and how good will the calibration be?",
+      .examples = "build/truetriad plan --config=configs/plans/joint-12.yaml --output=out/plan",
+      .details =
+          "EXPERIMENT.yaml has a `plan:` block (docs/planning.md). --input adds poses that are\n"
+          "already measured. Writes DIR/program.yaml, which `simulate` follows, and\n"
+          "DIR/program.html with a picture of every pose. Exit code 3: the poses do not see\n"
+          "everything, or do not reach the wanted sigmas.\n",
+      .flags = {{"config", "EXPERIMENT.yaml", true},
+                {"input", "LOG"},
+                {"program", "PROGRAM.yaml"},
+                {"output", "DIR"},
+                {"set", "KEY=VALUE,..."}},
+      .run = Run};
+}
+
+}  // namespace truetriad
