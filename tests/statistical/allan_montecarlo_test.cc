@@ -115,7 +115,7 @@ INSTANTIATE_TEST_SUITE_P(Each,
                                            Regime{"WhiteAndWalk", 20000, 1.0, 0.3},
                                            Regime{"WhiteAndStrongWalk", 20000, 1.0, 10.0},
                                            Regime{"WalkAlone", 20000, 0.0, 1.0}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& regime) { return std::string(regime.param.name); });
 
 }  // namespace
 }  // namespace truetriad
