@@ -45,19 +45,20 @@ QuantityKeys Keys(std::string_view stem,
   return keys;
 }
 
-/// The one of `keys` that is there.
+/// The one of `keys` that is there; the reader stands for no value when none is.
 std::pair<YamlReader, double> FindQuantity(YamlReader& parent, const QuantityKeys& keys) {
-  std::pair<YamlReader, double> found{parent.Child(keys[0].key), keys[0].scale};
-  for (std::size_t i = 1; i < keys.size(); ++i) {
-    YamlReader child = parent.Child(keys[i].key);
+  // Collected, not assigned: assigning a YAML node changes the document.
+  std::vector<std::pair<YamlReader, double>> found;
+  for (const QuantityKey& key : keys) {
+    YamlReader child = parent.Child(key.key);
     if (!child) continue;
-    if (found.first) {
-      child.Fail("says the same as `" + found.first.name() + "`; keep one");
-    } else {
-      found = {child, keys[i].scale};
+    if (!found.empty()) {
+      child.Fail("says the same as `" + found.front().first.name() + "`; keep one");
     }
+    found.emplace_back(child, key.scale);
   }
-  return found;
+  if (!found.empty()) return found.front();
+  return {parent.Child(keys.front().key), 1.0};
 }
 
 }  // namespace

@@ -170,7 +170,8 @@ std::optional<YamlReader> ReadKind(YamlReader item, const std::array<std::string
   for (const std::string_view kind : kinds) {
     known += (known.empty() ? "" : ", ") + std::string(kind);
     if (YamlReader child = item.Child(kind)) {
-      found = child;
+      // Not assigned: assigning a YAML node changes the document.
+      found.emplace(child);
       ++count;
     }
   }

@@ -10,8 +10,7 @@ namespace truetriad {
 namespace {
 
 /// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 4> kUnavailable = {
-    "simulate", "convert", "export", "fleet"};
+constexpr std::array<std::string_view, 3> kUnavailable = {"convert", "export", "fleet"};
 
 }  // namespace
 
@@ -22,6 +21,7 @@ const std::vector<Command>& Commands() {
                                                           EvaluateCommand(),
                                                           CompareCommand(),
                                                           AllanCommand(),
+                                                          SimulateCommand(),
                                                           PlanCommand(),
                                                           ReportCommand(),
                                                           HelpCommand(),

@@ -46,6 +46,7 @@ Command ApplyCommand();
 Command EvaluateCommand();
 Command CompareCommand();
 Command AllanCommand();
+Command SimulateCommand();
 Command PlanCommand();
 Command ReportCommand();
 Command HelpCommand();

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+const std::string kScenarios = TRUETRIAD_SOURCE_DIR "/configs/scenarios/";
+const std::string kExperiments = TRUETRIAD_SOURCE_DIR "/configs/experiments/";
+const std::vector<std::string> kUnitFiles = {
+    "recording.yaml", "recording.csv", "truth.yaml", "attitudes.csv"};
+
+class SimulateVerb : public ::testing::Test {
+ protected:
+  Finished Simulate(const std::string& config,
+                    const std::string& output,
+                    const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments = {
+        "simulate", "--config=" + config, "--output=" + folder_.Path(output)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunTruetriad(arguments);
+  }
+  std::string Read(const std::string& name) { return TemporaryFolder::Read(folder_.Path(name)); }
+
+  TemporaryFolder folder_;
+};
+
+/// `compare` prints AGREE when χ² of the differences has p >= 0.01; seeds are fixed.
+TEST_F(SimulateVerb, GivesARecordingThatCalibratesToItsTruth) {
+  const Finished run = Simulate(kScenarios + "consumer-9dof.yaml", "unit");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_THAT(run.out, HasSubstr(folder_.Path("unit/recording.yaml")));
+  for (const std::string recording : {"recording.yaml", "recording.csv"}) {
+    const Finished calibrate = RunTruetriad({"calibrate",
+                                             "--config=" + kExperiments + "joint.yaml",
+                                             "--input=" + folder_.Path("unit/" + recording),
+                                             "--output=" + folder_.Path("result")});
+    EXPECT_EQ(calibrate.exit_code, 0) << calibrate.out << calibrate.err;
+    const Finished compare = RunTruetriad({"compare",
+                                           "--a=" + folder_.Path("unit/truth.yaml"),
+                                           "--b=" + folder_.Path("result/calibration.yaml")});
+    EXPECT_EQ(compare.exit_code, 0) << compare.err;
+    EXPECT_THAT(compare.out, StartsWith("AGREE"));
+  }
+}
+
+TEST_F(SimulateVerb, GivesAttitudesThatAFixtureCouldHaveStated) {
+  ASSERT_EQ(Simulate(kScenarios + "consumer-9dof.yaml", "unit").exit_code, 0);
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--config=" + kExperiments + "turntable.yaml",
+                                     "--input=" + folder_.Path("unit/recording.csv"),
+                                     "--output=" + folder_.Path("result"),
+                                     "--set=attitudes.file=" + folder_.Path("unit/attitudes.csv")});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Finished compare = RunTruetriad({"compare",
+                                         "--a=" + folder_.Path("unit/truth.yaml"),
+                                         "--b=" + folder_.Path("result/calibration.yaml")});
+  EXPECT_THAT(compare.out, StartsWith("AGREE"));
+}
+
+TEST_F(SimulateVerb, GivesTheSameBytesWhateverTheThreads) {
+  for (const std::string threads : {"1", "3"}) {
+    const Finished run =
+        Simulate(kScenarios + "fleet.yaml", "fleet" + threads, {"--threads=" + threads});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, IsEmpty());
+  }
+  std::string previous;
+  for (const std::string unit : {"B0001", "B0002", "B0003", "B0004", "B0005"}) {
+    for (const std::string& file : kUnitFiles) {
+      const std::string text = Read("fleet1/" + unit + "/" + file);
+      EXPECT_THAT(text.size(), ::testing::Gt(100U));
+      EXPECT_EQ(text, Read("fleet3/" + unit + "/" + file)) << unit << " " << file;
+    }
+    const std::string truth = Read("fleet1/" + unit + "/truth.yaml");
+    EXPECT_NE(truth, previous);
+    previous = truth;
+  }
+}
+
+TEST_F(SimulateVerb, DrawsAnotherUnitWithAnotherSeed) {
+  ASSERT_EQ(Simulate(kScenarios + "fleet.yaml", "a", {"--set=count=1"}).exit_code, 0);
+  ASSERT_EQ(Simulate(kScenarios + "fleet.yaml", "b", {"--set=count=1,seed=9"}).exit_code, 0);
+  EXPECT_NE(Read("a/truth.yaml"), Read("b/truth.yaml"));
+  EXPECT_NE(Read("a/recording.csv"), Read("b/recording.csv"));
+}
+
+TEST_F(SimulateVerb, RunsEveryShippedScenario) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kScenarios)) {
+    const std::string name = entry.path().stem().string();
+    const Finished run = Simulate(entry.path().string(), name);
+    EXPECT_EQ(run.exit_code, 0) << name << ": " << run.err;
+    if (run.exit_code != 0 || name == "fleet") continue;
+    const auto truth = ReadCalibration(folder_.Path(name + "/truth.yaml"));
+    EXPECT_TRUE(truth) << truth.error().message;
+    const Finished inspect =
+        RunTruetriad({"inspect", "--input=" + folder_.Path(name + "/recording.yaml")});
+    // Tumbling has no rests to speak of, which `inspect` says with 3.
+    EXPECT_THAT(inspect.exit_code, ::testing::AnyOf(0, 3)) << name << ": " << inspect.err;
+    ++count;
+  }
+  EXPECT_GE(count, 9);
+}
+
+TEST_F(SimulateVerb, LeavesNothingBehindWhenTheScenarioIsWrong) {
+  const std::string scenario = folder_.Write("wrong.yaml",
+                                             "scenario: 1\n"
+                                             "sensors:\n"
+                                             "  accelerometer: { sampling: { rate_hz: 0 } }\n"
+                                             "motion: [{ poses: { attitudes: six_faces } }]\n");
+  const Finished run = Simulate(scenario, "out");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.out, IsEmpty());
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("wrong.yaml:3: sensors.accelerometer.sampling.rate_hz"),
+                    HasSubstr("wrong.yaml:4: motion[0].poses.attitudes")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("out")));
+}
+
+TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
+  // The folder of the third unit is taken by a file.
+  std::filesystem::create_directories(folder_.Path("fleet"));
+  folder_.Write("fleet/B0003", "in the way");
+  const Finished run = Simulate(kScenarios + "fleet.yaml", "fleet");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("B0003"));
+  EXPECT_EQ(Read("fleet/B0003"), "in the way");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("fleet")), {}), 1);
+}
+
+TEST_F(SimulateVerb, RefusesThreadsThatAreNone) {
+  const Finished run = Simulate(kScenarios + "fleet.yaml", "fleet", {"--threads=-1"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("--threads=-1"));
+}
+
+}  // namespace
+}  // namespace truetriad

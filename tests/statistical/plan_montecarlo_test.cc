@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Whether planned σ come true: the errors of calibrations from the planned poses against what was
+// predicted before.
+
+#include <cmath>
+#include <cstdio>
+
+#include <gtest/gtest.h>
+
+#include "statistical/nightly.h"
+#include "support/accel_mag_trials.h"
+#include "truetriad/estimation/plan.h"
+#include "truetriad/model/attitude_sets.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kPoses = 12;
+
+SyntheticUnit NominalUnit() {
+  SyntheticUnit unit;
+  unit.dip_rad = trials::kDip;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    unit.models[triad] = TriadModel<double>();
+    unit.units[triad] = trials::UnitOf(triad, false);
+  }
+  return unit;
+}
+
+Plan PlannedProgram() {
+  PlanOptions options;
+  options.calibrate = trials::JointOptions(NominalUnit());
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    options.calibrate.triads[triad].excess = ExcessNoise::kNone;
+    options.calibrate.triads[triad].noise_sigma_raw =
+        Eigen::Vector3d::Constant(trials::ModelNoise().rest_sigma[triad]);
+  }
+  options.nominal_dip_rad = trials::kDip;
+  options.grid = {SpreadAttitudes(600), true};
+  options.poses = kPoses;
+  const Result<Plan> plan = MakePlan({}, options);
+  EXPECT_TRUE(plan && plan->IsMet());
+  return *plan;
+}
+
+// The gain that an entry of the covariance is measured against; 1 for the dip.
+double GainOf(const std::string& name, const SyntheticUnit& unit) {
+  const std::size_t dot = name.find('.');
+  const auto triad = TriadFromName(name.substr(0, dot));
+  if (!triad) return 1.0;
+  const int row = name[name.rfind('.') + 1] - 'x';
+  return unit.models[*triad]->sensitivity(row, row);
+}
+
+// Pooled over all parameters and runs: RMS of error / predicted σ. Its own standard error is half
+// that of the mean square, sqrt(2 tr(R^2) / runs) / p with R the correlation of the p parameters:
+// the limit of 5 % is more than four of them at the runs used here.
+void ExpectPredictionComesTrue(const trials::UnitSpread* spread,
+                               const Plan& plan,
+                               std::uint64_t seed) {
+  const int runs = IsNightly() ? 3000 : 300;
+  const std::vector<std::string>& names = plan.covariance.parameters;
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (const ProgramPose& pose : plan.program.poses) attitudes.push_back(pose.world_from_body);
+  double normalised_squares = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(seed + static_cast<std::uint64_t>(run));
+    const SyntheticUnit unit =
+        spread != nullptr ? trials::RandomUnit(*spread, &random) : NominalUnit();
+    CalibrateOptions options = trials::JointOptions(unit);
+    for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
+    const auto summary =
+        Calibrate(SimulatePoses(unit, attitudes, trials::ModelNoise(), &random), options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    ASSERT_EQ(summary->calibration.covariance.parameters, names);
+    Eigen::VectorXd error = trials::Errors(summary->calibration, unit);
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      const double variance = plan.covariance.matrix(i, i);
+      if (variance <= 0.0) continue;
+      error[i] /= GainOf(names[static_cast<std::size_t>(i)], unit);
+      normalised_squares += error[i] * error[i] / variance;
+    }
+  }
+  const Eigen::MatrixXd& covariance = plan.covariance.matrix;
+  double squares = 0.0;
+  int parameters = 0;
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    if (covariance(i, i) <= 0.0) continue;
+    ++parameters;
+    for (Eigen::Index j = 0; j < covariance.cols(); ++j) {
+      if (covariance(j, j) <= 0.0) continue;
+      squares += covariance(i, j) * covariance(i, j) / (covariance(i, i) * covariance(j, j));
+    }
+  }
+  const double ratio = std::sqrt(normalised_squares / (parameters * runs));
+  const double standard_error = 0.5 * std::sqrt(2.0 * squares / runs) / parameters;
+  std::printf("RMSE / predicted sigma %.4f +- %.4f (%d runs, %d parameters)\n",
+              ratio,
+              standard_error,
+              runs,
+              parameters);
+  EXPECT_LT(4.0 * standard_error, 0.05);
+  EXPECT_NEAR(ratio, 1.0, 0.05);
+}
+
+TEST(PlannedSigma, AgreesWithTheErrorsOfTheNominalUnit) {
+  ExpectPredictionComesTrue(nullptr, PlannedProgram(), 20000);
+}
+
+// Gains off by 10 %, axes by 3 %, biases of a third of the signal: what is planned for a nominal
+// unit holds for a real one.
+TEST(PlannedSigma, AgreesWithTheErrorsOfUnitsThatAreNotNominal) {
+  const trials::UnitSpread spread;
+  ExpectPredictionComesTrue(&spread, PlannedProgram(), 30000);
+}
+
+}  // namespace
+}  // namespace truetriad

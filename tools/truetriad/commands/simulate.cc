@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <stdlib.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/config/scenario.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording_writer.h"
+#include "truetriad/sim/simulation.h"
+
+DEFINE_int32(threads, 0, "units that are simulated at a time; 0: as many as there are cores");
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder inside the output folder that is gone at the end, whatever happens: files appear in
+/// their places only once all of them are whole.
+class Staging {
+ public:
+  static Result<std::unique_ptr<Staging>> Create(const std::string& output) {
+    TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(output));
+    std::string name = (fs::path(output) / ".simulate_XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) {
+      return BadInputError(output + ": no folder can be created in it");
+    }
+    return std::unique_ptr<Staging>(new Staging(name));
+  }
+  ~Staging() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  explicit Staging(fs::path path) : path_(std::move(path)) {}
+
+  fs::path path_;
+};
+
+/// Finds out whether MoveInto would fail, so that it does not stop half-way.
+Status CheckCanMoveInto(const fs::path& from, const fs::path& to) {
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
+    const fs::path target = to / fs::relative(entry.path(), from);
+    std::error_code missing;
+    if (fs::exists(target, missing) && fs::is_directory(target, missing) != entry.is_directory()) {
+      return BadInputError(target.string() + ": is in the way; a " +
+                           (entry.is_directory() ? "folder" : "file") + " is to stand there");
+    }
+    if (entry.is_directory() && fs::exists(target, missing)) {
+      TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
+    }
+  }
+  return {};
+}
+
+/// Moves all files in the folder `from`, and in its folders, to the same places in `to`.
+Status MoveInto(const fs::path& from, const fs::path& to) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckCanMoveInto(from, to));
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
+    const fs::path target = to / fs::relative(entry.path(), from);
+    std::error_code failure;
+    if (entry.is_directory()) {
+      fs::create_directories(target, failure);
+    } else {
+      fs::rename(entry.path(), target, failure);
+    }
+    if (failure) return BadInputError(target.string() + ": " + failure.message());
+  }
+  return {};
+}
+
+/// A pose table of attitudes alone, as a turntable or a robot without error would state it.
+std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
+  std::string text =
+      "# attitude of every rest, world <- body, and temperature of the sensing elements\n"
+      "time[s],qw,qx,qy,qz,temperature[degC]\n";
+  for (const TrueRest& rest : rests) {
+    const Eigen::Quaterniond& q = rest.world_from_body;
+    char line[160];
+    std::snprintf(line,
+                  sizeof line,
+                  "%.6f,%.12f,%.12f,%.12f,%.12f,%.4f\n",
+                  rest.start_s,
+                  q.w(),
+                  q.x(),
+                  q.y(),
+                  q.z(),
+                  rest.element_degc);
+    text += line;
+  }
+  return text;
+}
+
+/// Writes the recording of one unit and what is true of it.
+Status WriteUnit(const Scenario& scenario,
+                 int index,
+                 const fs::path& folder,
+                 const ProgressCallback& progress) {
+  const Result<std::unique_ptr<Simulation>> simulation = Simulation::Create(scenario, index);
+  TRUETRIAD_RETURN_IF_ERROR(simulation);
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  const Result<std::string> manifest =
+      WriteRecording(**simulation, (*simulation)->format(), folder.string(), progress);
+  TRUETRIAD_RETURN_IF_ERROR(manifest);
+  const Calibration truth = TruthOf(scenario, index);
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
+  return WriteFileAtomically((folder / "attitudes.csv").string(),
+                             AttitudesCsv((*simulation)->rests()));
+}
+
+/// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
+/// the bytes are the same however many threads there are.
+class Fleet {
+ public:
+  Fleet(const Scenario& scenario, fs::path folder)
+      : scenario_(scenario), folder_(std::move(folder)) {}
+
+  /// Error: the first of any unit; the others are then given up.
+  Status Write(int threads, const ProgressCallback& progress) {
+    const auto count = static_cast<std::size_t>(std::min(threads, scenario_.count));
+    shares_ = std::vector<std::atomic<double>>(count);
+    running_ = count;
+    std::vector<std::jthread> workers;
+    for (std::size_t i = 0; i < count; ++i) workers.emplace_back([this, i] { Work(&shares_[i]); });
+    std::unique_lock lock(mutex_);
+    while (running_ > 0) {
+      ended_.wait_for(lock, std::chrono::milliseconds(100));
+      if (!progress) continue;
+      double done = finished_;
+      for (const std::atomic<double>& share : shares_) done += share;
+      progress(std::min(1.0, done / scenario_.count));
+    }
+    lock.unlock();
+    workers.clear();
+    return failure_ ? Status(*failure_) : Status();
+  }
+
+ private:
+  void Work(std::atomic<double>* share) {
+    for (int index = next_++; index < scenario_.count && !given_up_; index = next_++) {
+      const SimulatedUnit unit = DrawUnit(scenario_, index);
+      const fs::path folder = scenario_.count > 1 ? folder_ / unit.serial : folder_;
+      const Status status =
+          WriteUnit(scenario_, index, folder, [share](double value) { *share = value; });
+      *share = 0.0;
+      ++finished_;
+      if (status) continue;
+      const std::lock_guard lock(mutex_);
+      given_up_ = true;
+      if (!failure_) {
+        failure_ = Error{status.error().code, unit.serial + ": " + status.error().message};
+      }
+    }
+    const std::lock_guard lock(mutex_);
+    --running_;
+    ended_.notify_all();
+  }
+
+  const Scenario& scenario_;
+  fs::path folder_;
+  std::atomic<int> next_ = 0;
+  std::atomic<int> finished_ = 0;
+  std::atomic<bool> given_up_ = false;
+  std::vector<std::atomic<double>> shares_;  ///< Of the unit that each thread is at.
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::size_t running_ = 0;  ///< Guarded by mutex_, as is failure_.
+  std::optional<Error> failure_;
+};
+
+void Tell(const Scenario& scenario) {
+  const fs::path folder = FLAGS_output;
+  if (scenario.count == 1) {
+    std::printf("Recording: %s\nTruth:     %s\nAttitudes: %s\n",
+                (folder / "recording.yaml").c_str(),
+                (folder / "truth.yaml").c_str(),
+                (folder / "attitudes.csv").c_str());
+    return;
+  }
+  std::printf("%d units, from %s to %s, each with recording.yaml, truth.yaml and attitudes.csv\n",
+              scenario.count,
+              (folder / DrawUnit(scenario, 0).serial).c_str(),
+              (folder / DrawUnit(scenario, scenario.count - 1).serial).c_str());
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  if (FLAGS_threads < 0) {
+    return UsageError("--threads=" + std::to_string(FLAGS_threads) +
+                      " is wrong; 1 or more are expected, or 0 for as many as there are cores");
+  }
+  const Result<Scenario> scenario = ReadScenario(FLAGS_config, Overrides());
+  TRUETRIAD_RETURN_IF_ERROR(scenario);
+  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
+  TRUETRIAD_RETURN_IF_ERROR(staging);
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
+  {
+    ProgressLine progress("simulating " + scenario->serial);
+    TRUETRIAD_RETURN_IF_ERROR(
+        Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(MoveInto((*staging)->path(), FLAGS_output));
+  Tell(*scenario);
+  return kExitGood;
+}
+
+}  // namespace
+
+Command SimulateCommand() {
+  return {.name = "simulate",
+          .summary = "What would a unit with known errors have recorded?",
+          .examples =
+              "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
+              "--output=out/simulated\n"
+              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
+              "--input=out/simulated/recording.yaml --output=out/estimated\n"
+              "build/truetriad compare --a=out/simulated/truth.yaml "
+              "--b=out/estimated/calibration.yaml",
+          .details =
+              "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (a calibration that is true) "
+              "and\nDIR/attitudes.csv (the attitude of every rest); with `count:` above 1 a folder "
+              "for each\nunit. The same seed gives the same bytes. docs/simulation.md has all "
+              "keys.\n",
+          .flags = {{"config", "SCENARIO.yaml", true},
+                    {"output", "DIR", true},
+                    {"set", "KEY=VALUE,..."},
+                    {"threads", "N"}},
+          .run = Run};
+}
+
+}  // namespace truetriad
