@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace truetriad {
+
+/// [v]x with [v]x u = v x u.
+Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
+
+/// Exp: the rotation by |vector| rad about `vector`. Exact to rounding for every length, zero
+/// included.
+Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
+
+/// Log: the rotation vector of `rotation` (a unit quaternion), of length 0…pi; the inverse of
+/// RotationExp. q and -q give the same; of the two at half a turn either may come.
+Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation);
+
+/// Right Jacobian of SO(3): Exp(v + d) = Exp(v) Exp(J_r(v) d) to first order in d.
+/// Forster et al. 2017, eq. 8.
+Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad);
+
+/// Its inverse: Log(Exp(v) Exp(d)) = v + J_r^-1(v) d to first order in d. Range: |v| < 2 pi.
+Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& vector_rad);
+
+}  // namespace truetriad

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+/// What a gyroscope's reading stands for.
+enum class RateSampling {
+  kInstantaneous,  ///< The rate at its time.
+  kMeanRate,       ///< The rotation since the reading before, divided by the time since then.
+};
+
+/// Readings of a gyroscope while the unit is turned from one rest into the next, time stamps as
+/// they are.
+struct GyroMove {
+  std::vector<double> time_s;                ///< Ascending; equal times count once.
+  std::vector<Eigen::Vector3d> reading_raw;  ///< As many as times.
+  /// Specific force at the same times, m/s^2, body frame; empty when there is no g-sensitivity.
+  std::vector<Eigen::Vector3d> force_mps2;
+};
+
+/// A gyroscope: raw = S omega + b + G f (model.md §1), f the specific force.
+struct GyroModel {
+  TriadModel<double> triad;
+  Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
+};
+
+/// The rotation that a gyroscope saw, and how it depends on the gyroscope's parameters:
+///
+///   rotation(p + d) = rotation(p) Exp(by_bias db + by_sensitivity vec(dS) + by_g vec(dG))
+///
+/// to first order in d; matrices column by column.
+struct GyroIncrement {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< Body at begin <- body at end.
+  Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();             ///< rad per raw.
+  Eigen::Matrix<double, 3, 9> by_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
+  Eigen::Matrix<double, 3, 9> by_g_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
+  /// Of the error at the end, in the body frame there, rad^2: readings with independent errors of
+  /// the stated sigma.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  double duration_s = 0.0;
+};
+
+/// Integrates the readings in one pass: Forster et al. 2017 with the parameters of the whole
+/// matrix. Between instantaneous readings the rate w is a cubic through both with slopes s from
+/// their neighbours, and the first term of the Magnus series follows its change of direction,
+///
+///   Log = (w0 + w1) dt / 2 + (s0 - s1 + w0 x w1) dt^2 / 12,
+///
+/// so that the error falls with dt^4, coning included. On even steps the sum of the slopes' terms
+/// vanishes for a fixed axis: they cost no noise. `sigma_raw`: of one reading, per axis.
+/// Range: at least one reading, S regular.
+GyroIncrement IntegrateMove(const GyroMove& move,
+                            const GyroModel& model,
+                            const Eigen::Vector3d& sigma_raw,
+                            RateSampling sampling);
+
+}  // namespace truetriad
