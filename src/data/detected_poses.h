@@ -28,6 +28,9 @@ class DetectedPoses {
 
   Status Add(const std::vector<SampleBlock>& blocks);
 
+  /// The poses that are complete so far, in order.
+  const std::vector<CollectedPose>& poses() const { return poses_; }
+
   /// All poses in order; adds warnings. Empty when there is no rest.
   Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
 

@@ -34,6 +34,9 @@ class GivenPoses {
   /// Adds what one call of SampleSource::Next gave. `spacing_ns`: of the leading stream.
   void Add(const std::vector<SampleBlock>& blocks, double spacing_ns);
 
+  /// The poses that are complete so far, in order.
+  const std::vector<CollectedPose>& poses() const { return poses_; }
+
   /// All poses in order; adds warnings. Error: a range without readings.
   Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
 

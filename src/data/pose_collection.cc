@@ -7,6 +7,7 @@
 
 #include "data/detected_poses.h"
 #include "data/given_poses.h"
+#include "data/move_recorder.h"
 #include "data/pose_statistics.h"
 #include "data/stream_checks.h"
 
@@ -97,6 +98,11 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_RETURN_IF_ERROR(given->Validate());
   }
 
+  const std::vector<CollectedPose>& complete = detect ? detected->poses() : given->poses();
+  const bool record_moves = selection.moves && info.has_time && info.Find(Triad::kGyroscope);
+  MoveRecorder moves;
+  std::size_t rests_dropped = 0;
+
   std::vector<SampleBlock> blocks;
   while (true) {
     const Result<bool> more = source.Next(&blocks);
@@ -104,11 +110,15 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (!*more) break;
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
+      if (record_moves) moves.Add(block);
     }
     if (detect) {
       TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
     } else {
       given->Add(blocks, monitors[*leading]->spacing_ns());
+    }
+    while (record_moves && rests_dropped < complete.size()) {
+      moves.DropRest(complete[rests_dropped++].pose);
     }
     if (progress) progress(source.progress());
   }
@@ -164,6 +174,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   const std::size_t before = set.poses.size();
   TRUETRIAD_RETURN_IF_ERROR(RemoveClippedPoses(resolution_raw, &moments, &set));
   if (set.poses.size() < before) FillCovariances(moments, resolution_raw, &set);
+
+  if (record_moves) set.moves = moves.Finish(set);
 
   double static_s = 0.0;
   for (std::size_t i = 0; i < set.poses.size(); ++i) {

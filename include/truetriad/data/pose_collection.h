@@ -33,6 +33,8 @@ struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;          ///< Rows a pose, for kEveryN. Range: >= 1.
   std::vector<PoseRange> ranges;   ///< For kRanges, in file order.
+  /// Keep the gyroscope's readings between the poses. Without time there are none.
+  bool moves = false;
 };
 
 /// How rests are found. The defaults need no tuning for any unit or rate.

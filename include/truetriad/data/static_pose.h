@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -50,6 +51,16 @@ struct StaticPose {
   double duration_s() const { return static_cast<double>(end_ns - start_ns) * 1e-9; }
 };
 
+/// The gyroscope's readings between two consecutive poses.
+struct RecordedMove {
+  std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
+  std::vector<std::int64_t> time_ns;
+  std::vector<Eigen::Vector3d> gyroscope_raw;
+  /// Interpolated to the gyroscope's times; empty without accelerometer.
+  std::vector<Eigen::Vector3d> accelerometer_raw;
+  std::string fault;  ///< Why the turn cannot be told from them, or empty.
+};
+
 /// How one triad's readings behave over the whole recording.
 struct StreamSummary {
   Triad triad = Triad::kAccelerometer;
@@ -73,6 +84,7 @@ struct PoseSet {
   std::string source;                    ///< The recording's path.
   std::string serial;
   std::vector<StaticPose> poses;
+  std::vector<RecordedMove> moves;       ///< Where PoseSelection::moves asked for them.
   std::vector<StreamSummary> streams;
   bool has_time = true;
   double duration_s = 0.0;

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/move_recorder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+#include <string>
+
+namespace truetriad {
+namespace {
+
+// A gap of fewer spacings is bridged: the rate is nearly linear that long.
+constexpr double kBridgedSpacings = 5.0;
+constexpr double kBridgedS = 0.05;
+// Equal readings in a row that noise does not make while the unit turns.
+constexpr int kStuckReadings = 8;
+// Readings in a row at the end of the stream's range.
+constexpr int kSaturatedReadings = 3;
+
+std::string Seconds(double value) {
+  std::ostringstream text;
+  text << std::setprecision(3) << value << " s";
+  return text.str();
+}
+
+// The longest run of readings with the same value of `axis`; `only_at` restricts it to that value.
+int LongestRun(const std::vector<Eigen::Vector3d>& readings,
+               Eigen::Index axis,
+               const double* only_at) {
+  int longest = 0, run = 0;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const double value = readings[i][axis];
+    const bool goes_on = i > 0 && value == readings[i - 1][axis];
+    run = only_at != nullptr && value != *only_at ? 0 : goes_on ? run + 1 : 1;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
+// Why the readings do not tell the turn; empty when they do.
+std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
+  if (move.time_ns.size() < 2) return "the gyroscope has no readings there";
+  std::int64_t longest_gap_ns = 0;
+  for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
+    longest_gap_ns = std::max(longest_gap_ns, move.time_ns[i] - move.time_ns[i - 1]);
+  }
+  const double gap_s = 1e-9 * static_cast<double>(longest_gap_ns);
+  if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz)) {
+    return "the gyroscope has a gap of " + Seconds(gap_s);
+  }
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const std::string name = std::string("gyroscope ") + "xyz"[axis];
+    for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
+      if (LongestRun(move.gyroscope_raw, axis, &limit) < kSaturatedReadings) continue;
+      std::ostringstream text;
+      text << name << " reads its extreme of " << limit << ' ' << gyroscope.unit.name
+           << " several times in a row: it is saturated";
+      return text.str();
+    }
+  }
+  int stuck = static_cast<int>(move.gyroscope_raw.size());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    stuck = std::min(stuck, LongestRun(move.gyroscope_raw, axis, nullptr));
+  }
+  if (stuck >= kStuckReadings) return "the gyroscope repeats one reading: it is stuck";
+  return {};
+}
+
+}  // namespace
+
+// Removes what lies between the two times but its first and its last: a turn is closed by readings
+// at rest on both sides.
+void MoveRecorder::Stream::Drop(std::int64_t after_ns, std::int64_t before_ns) {
+  const auto first =
+      std::lower_bound(time_ns.begin(), time_ns.end(), after_ns) - time_ns.begin() + 1;
+  const auto last =
+      std::upper_bound(time_ns.begin(), time_ns.end(), before_ns) - time_ns.begin() - 1;
+  if (first >= last) return;
+  time_ns.erase(time_ns.begin() + first, time_ns.begin() + last);
+  reading_raw.erase(reading_raw.begin() + first, reading_raw.begin() + last);
+}
+
+void MoveRecorder::Add(const SampleBlock& block) {
+  if (block.triad == Triad::kMagnetometer) return;
+  Stream& stream = block.triad == Triad::kGyroscope ? gyroscope_ : accelerometer_;
+  stream.time_ns.insert(stream.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    stream.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
+  }
+}
+
+void MoveRecorder::DropRest(const StaticPose& pose) {
+  gyroscope_.Drop(pose.start_ns, pose.end_ns);
+  accelerometer_.Drop(pose.start_ns, pose.end_ns);
+}
+
+std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
+  std::vector<RecordedMove> moves;
+  const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
+  if (gyroscope == nullptr) return moves;
+  const std::vector<std::int64_t>& times = gyroscope_.time_ns;
+  const std::vector<std::int64_t>& force_times = accelerometer_.time_ns;
+  for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {
+    RecordedMove& move = moves.emplace_back();
+    move.from = i;
+    // The last reading of the one rest and the first of the other close the turn.
+    auto first = std::upper_bound(times.begin(), times.end(), set.poses[i].end_ns);
+    if (first != times.begin()) --first;
+    auto last = std::lower_bound(first, times.end(), set.poses[i + 1].start_ns);
+    if (last != times.end()) ++last;
+    auto force = std::lower_bound(force_times.begin(), force_times.end(), *first);
+    for (auto time = first; time != last; ++time) {
+      const auto at = static_cast<std::size_t>(time - times.begin());
+      move.time_ns.push_back(*time);
+      move.gyroscope_raw.push_back(gyroscope_.reading_raw[at]);
+      if (force_times.empty()) continue;
+      while (force != force_times.end() && *force < *time) ++force;
+      const auto right =
+          static_cast<std::size_t>(std::min(force, force_times.end() - 1) - force_times.begin());
+      const std::size_t left = right > 0 && force_times[right] > *time ? right - 1 : right;
+      const double span = static_cast<double>(force_times[right] - force_times[left]);
+      const double share =
+          span > 0.0 ? std::clamp(static_cast<double>(*time - force_times[left]) / span, 0.0, 1.0)
+                     : 0.0;
+      move.accelerometer_raw.push_back((1.0 - share) * accelerometer_.reading_raw[left] +
+                                       share * accelerometer_.reading_raw[right]);
+    }
+    move.fault = Fault(move, *gyroscope);
+  }
+  gyroscope_ = {};
+  accelerometer_ = {};
+  return moves;
+}
+
+}  // namespace truetriad

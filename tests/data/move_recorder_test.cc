@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/memory_source.h"
+#include "truetriad/data/pose_collection.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr std::int64_t kStepNs = 10'000'000;
+
+// Rests of rows 0-199, 300-499, 600-799 with turns between them, at 100 Hz; the accelerometer's
+// rows are half a step later than the gyroscope's.
+class RecordedMoves : public ::testing::Test {
+ protected:
+  static bool IsMove(std::int64_t row) { return row % 300 >= 200; }
+  static Eigen::Vector3d Rate(std::int64_t row) {
+    const double noise = 0.01 * std::sin(12.9898 * static_cast<double>(row * row));
+    if (!IsMove(row)) return {noise, -noise, 2.0 * noise};
+    return {noise, -noise, 100.0 * std::sin(0.031415 * static_cast<double>(row % 300 - 199))};
+  }
+
+  Result<PoseSet> Collect(const std::function<void(std::int64_t, MemoryStream*)>& add_gyroscope,
+                          bool moves = true) {
+    MemoryStream gyroscope(Triad::kGyroscope), accelerometer(Triad::kAccelerometer);
+    gyroscope.info.file = "gyroscope.csv";
+    for (std::int64_t row = 0; row < 800; ++row) {
+      add_gyroscope(row, &gyroscope);
+      accelerometer.Add(row * kStepNs + kStepNs / 2,
+                        Eigen::Vector3d(static_cast<double>(row) + 0.5, Rate(row).x(), 1.0));
+    }
+    MemorySource source({gyroscope, accelerometer}, 77);
+    PoseSelection selection;
+    selection.kind = PoseSelectionKind::kRanges;
+    selection.ranges = {{0, 199, {}, {}}, {300, 499, {}, {}}, {600, 799, {}, {}}};
+    selection.moves = moves;
+    return CollectPoses(source, selection);
+  }
+};
+
+TEST_F(RecordedMoves, ReachFromTheLastReadingOfARestToTheFirstOfTheNext) {
+  const auto set = Collect(
+      [](std::int64_t row, MemoryStream* stream) { stream->Add(row * kStepNs, Rate(row)); });
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->moves.size(), 2U);
+  for (const RecordedMove& move : set->moves) {
+    EXPECT_THAT(move.fault, IsEmpty());
+    const std::int64_t first = 200 + 300 * static_cast<std::int64_t>(move.from);
+    // The accelerometer's rest ends half a step after its last row's gyroscope reading.
+    EXPECT_EQ(move.time_ns.front(), (first - 1) * kStepNs);
+    EXPECT_EQ(move.time_ns.back(), (first + 101) * kStepNs);
+    ASSERT_EQ(move.accelerometer_raw.size(), move.time_ns.size());
+    for (std::size_t i = 0; i < move.time_ns.size(); ++i) {
+      const auto row = static_cast<double>(move.time_ns[i]) / static_cast<double>(kStepNs);
+      EXPECT_NEAR(move.accelerometer_raw[i].x(), row, 1e-9);
+      EXPECT_EQ(move.gyroscope_raw[i], Rate(static_cast<std::int64_t>(row)));
+    }
+  }
+}
+
+TEST_F(RecordedMoves, AreKeptOnlyWhenAskedFor) {
+  const auto set = Collect(
+      [](std::int64_t row, MemoryStream* stream) { stream->Add(row * kStepNs, Rate(row)); }, false);
+  ASSERT_TRUE(set);
+  EXPECT_THAT(set->moves, IsEmpty());
+}
+
+TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
+  const auto gap = Collect([](std::int64_t row, MemoryStream* stream) {
+    if (row < 240 || row > 260) stream->Add(row * kStepNs, Rate(row));
+  });
+  ASSERT_TRUE(gap) << gap.error().message;
+  EXPECT_THAT(gap->moves[0].fault, HasSubstr("a gap of 0.22 s"));
+  EXPECT_THAT(gap->moves[1].fault, IsEmpty());
+
+  const auto saturated = Collect([](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, Rate(row).cwiseMin(row < 300 ? 1e9 : 90.0).cwiseMin(95.0));
+  });
+  ASSERT_TRUE(saturated);
+  EXPECT_THAT(saturated->moves[0].fault, HasSubstr("gyroscope z reads its extreme of 95 counts"));
+
+  const auto stuck = Collect([](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, Rate(row > 510 && row < 530 ? 510 : row));
+  });
+  ASSERT_TRUE(stuck);
+  EXPECT_THAT(stuck->moves[0].fault, IsEmpty());
+  EXPECT_THAT(stuck->moves[1].fault, HasSubstr("stuck"));
+}
+
+// A lost reading and a time stamp that comes twice are what logs have.
+TEST_F(RecordedMoves, BridgeALostReadingAndADuplicateTime) {
+  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
+    if (row != 250) stream->Add((row == 551 ? 550 : row) * kStepNs, Rate(row));
+  });
+  ASSERT_TRUE(set) << set.error().message;
+  for (const RecordedMove& move : set->moves) EXPECT_THAT(move.fault, IsEmpty());
+}
+
+}  // namespace
+}  // namespace truetriad
