@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/tridiagonal_chain.h"
+
+#include <Eigen/LU>
+#include <glog/logging.h>
+
+namespace truetriad {
+
+TridiagonalChain::TridiagonalChain(const std::vector<Block>& diagonal,
+                                   const std::vector<Block>& coupling)
+    : coupling_(coupling) {
+  const std::size_t count = diagonal.size();
+  CHECK_EQ(coupling.size() + 1, count + (count == 0 ? 1 : 0));
+  offset_.reserve(count);
+  inverse_.reserve(count);
+  gain_.resize(coupling.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    offset_.push_back(size_);
+    size_ += diagonal[k].rows();
+    Block left = diagonal[k];
+    if (k > 0 && IsCoupled(k - 1)) left.noalias() -= coupling[k - 1].transpose() * gain_[k - 1];
+    inverse_.push_back(left.inverse());
+    if (k < coupling.size() && IsCoupled(k)) gain_[k] = inverse_[k] * coupling[k];
+  }
+  covariance_.resize(count);
+  with_next_.resize(coupling.size());
+  for (std::size_t k = count; k-- > 0;) {
+    covariance_[k] = inverse_[k];
+    if (k >= coupling.size() || !IsCoupled(k)) continue;
+    with_next_[k] = -gain_[k] * covariance_[k + 1];
+    covariance_[k].noalias() -= with_next_[k] * gain_[k].transpose();
+  }
+}
+
+Eigen::MatrixXd TridiagonalChain::Solve(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
+  Eigen::MatrixXd x = b;
+  const auto rows = [&](std::size_t k) { return x.middleRows(offset_[k], inverse_[k].rows()); };
+  for (std::size_t k = 0; k < poses(); ++k) {
+    if (k > 0 && IsCoupled(k - 1)) rows(k).noalias() -= gain_[k - 1].transpose() * rows(k - 1);
+  }
+  for (std::size_t k = poses(); k-- > 0;) {
+    rows(k) = (inverse_[k] * rows(k)).eval();
+    if (k < coupling_.size() && IsCoupled(k)) rows(k).noalias() -= gain_[k] * rows(k + 1);
+  }
+  return x;
+}
+
+}  // namespace truetriad
