@@ -64,8 +64,7 @@ void ReadDevice(YamlReader reader, Scenario* scenario) {
 void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
   Scenario& scenario = draft->scenario;
   ReadVersion(root.Child("scenario"));
-  std::string description;
-  root.Optional("description", &description);
+  root.Optional("description", &scenario.description);
   root.Child("base");  // Has been read before all others.
   ReadDevice(root.Child("device"), &scenario);
   if (YamlReader seed = root.Child("seed")) {

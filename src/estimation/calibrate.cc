@@ -74,6 +74,8 @@ void SettleHemisphere(const CalibrateOptions& options, PoseGraph* graph) {
   }
   dip = -dip;
   graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
+  const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
+  graph->shared.segment(thermal.matrix_at(0), 9 * thermal.terms.matrix_order) *= -1.0;
   const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
   for (PoseNode& node : graph->nodes) {
     if (node.kind == PoseKind::kRotation) {

@@ -20,22 +20,50 @@ constexpr double kTiedShare = 1e-9;
 double ValueOf(const PresentedSolution& solution,
                const Calibration& calibration,
                const std::string& name) {
-  static constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-  const std::string sensor = name.substr(0, name.find('.'));
-  const auto triad = TriadFromName(sensor);
-  if (!triad) {
+  const auto entry = ParameterName::Parse(name);
+  if (!entry) {
     if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
     if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
     if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
     return 0.0;
   }
-  const auto axis = [&name](std::size_t from_end) {
-    const std::string_view letter(name.data() + name.size() - from_end, 1);
-    return static_cast<Eigen::Index>(std::find(kAxes.begin(), kAxes.end(), letter) - kAxes.begin());
-  };
-  const TriadModel<double>& model = *solution.models[*triad];
-  if (name.find(".bias.") != std::string::npos) return model.bias[axis(1)];
-  return model.sensitivity(axis(2), axis(1));
+  const TriadModel<double>& model = *solution.models[entry->triad];
+  const auto& thermal = solution.thermal[entry->triad];
+  const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
+  switch (entry->kind) {
+    case ParameterKind::kBias:
+      return (entry->power > 0 ? thermal->bias[term] : model.bias)[entry->row];
+    case ParameterKind::kSensitivity:
+      return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
+                                                                                 entry->col);
+    case ParameterKind::kRateLinear:
+      return (*thermal->rate_linear)[entry->row];
+    case ParameterKind::kRateQuadratic:
+      return (*thermal->rate_quadratic)[entry->row];
+    case ParameterKind::kRateCross:
+      return (*thermal->rate_cross)[entry->row];
+  }
+  return 0.0;
+}
+
+// The names of a covariance list no term that the calibration does not hold.
+bool HoldsItsTerms(const Calibration& calibration) {
+  for (const std::string& name : calibration.covariance.parameters) {
+    const auto entry = ParameterName::Parse(name);
+    if (!entry) continue;
+    const auto& sensor = calibration.sensors[entry->triad];
+    if (!sensor) return false;
+    const ThermalTerms thermal = sensor->thermal.value_or(ThermalTerms());
+    const auto power = static_cast<std::size_t>(entry->power);
+    const bool held =
+        entry->kind == ParameterKind::kBias            ? power <= thermal.bias.size()
+        : entry->kind == ParameterKind::kSensitivity   ? power <= thermal.sensitivity.size()
+        : entry->kind == ParameterKind::kRateLinear    ? thermal.rate_linear.has_value()
+        : entry->kind == ParameterKind::kRateQuadratic ? thermal.rate_quadratic.has_value()
+                                                       : thermal.rate_cross.has_value();
+    if (!held) return false;
+  }
+  return true;
 }
 
 Status CheckComparable(const Calibration& a, const Calibration& b) {
@@ -50,8 +78,22 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
                          std::string(TriadName(b.gauge_sensor)) +
                          ": their matrices cannot be compared");
   }
+  if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
+    return BadInputError(
+        "a covariance lists parameters that its calibration does not hold; the file was changed "
+        "by hand");
+  }
   for (const Triad triad : kTriads) {
     if (!a.sensors[triad] || !b.sensors[triad]) continue;
+    const auto& thermal_a = a.sensors[triad]->thermal;
+    const auto& thermal_b = b.sensors[triad]->thermal;
+    if (thermal_a && thermal_b && thermal_a->reference_degc != thermal_b->reference_degc) {
+      return BadInputError(std::string(TriadName(triad)) +
+                           ": the temperature terms of a are about " +
+                           std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
+                           std::to_string(thermal_b->reference_degc) +
+                           " degC; calibrate both with the same reference.temperature_degc");
+    }
     if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
       return BadInputError(std::string(TriadName(triad)) + ": a takes " +
                            a.sensors[triad]->input_unit + ", b takes " +

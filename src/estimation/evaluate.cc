@@ -1,36 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 
-#include "estimation/quality.h"
+#include "estimation/parameter_name.h"
 #include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
+// A sensor's model at the temperature of a pose, held at the ends of the calibrated range, and what
+// the terms of the model are multiplied with there.
+struct ModelAtPose {
+  TriadModel<double> model;
+  double tau_degc = 0.0;
+  double rate_degcps = 0.0;
+};
+
+Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
+                             const StaticPose& pose,
+                             const std::string& source) {
+  if (!sensor.thermal) return ModelAtPose{sensor.model, 0.0, 0.0};
+  if (!pose.temperature_degc) {
+    return BadInputError(source + ": pose " + std::to_string(pose.number) +
+                         " has no temperature, but the calibration depends on it; give a recording "
+                         "with a temperature column");
+  }
+  const double temperature = std::clamp(
+      *pose.temperature_degc, sensor.thermal->range_degc[0], sensor.thermal->range_degc[1]);
+  return ModelAtPose{
+      ModelAtTemperature(sensor.model, *sensor.thermal, temperature, pose.temperature_rate_degcps),
+      temperature - sensor.thermal->reference_degc,
+      pose.temperature_rate_degcps};
+}
+
 // Variance of |C (y - b)| from the parameters: d|x| = -u^T C (dS x + db).
 double ParameterVariance(const Calibration& calibration,
                          Triad triad,
+                         const ModelAtPose& at,
                          const Eigen::Vector3d& truth) {
   const NamedCovariance& covariance = calibration.covariance;
-  const std::string prefix(TriadName(triad));
-  const Eigen::RowVector3d weight =
-      truth.normalized().transpose() * calibration.sensors[triad]->model.Correction();
-  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  const Eigen::RowVector3d weight = truth.normalized().transpose() * at.model.Correction();
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(covariance.matrix.rows());
   for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
-    const std::string& name = covariance.parameters[i];
-    for (std::size_t row = 0; row < 3; ++row) {
-      const auto r = static_cast<Eigen::Index>(row);
-      const auto at = static_cast<Eigen::Index>(i);
-      if (name == prefix + ".bias." + kAxes[row]) gradient[at] = -weight[r];
-      for (std::size_t col = 0; col < 3; ++col) {
-        if (name == prefix + ".sensitivity." + kAxes[row] + kAxes[col]) {
-          gradient[at] = -weight[r] * truth[static_cast<Eigen::Index>(col)];
-        }
-      }
-    }
+    const auto name = ParameterName::Parse(covariance.parameters[i]);
+    if (!name || name->triad != triad) continue;
+    double factor = std::pow(at.tau_degc, name->power);
+    if (name->kind == ParameterKind::kSensitivity) factor *= truth[name->col];
+    if (name->kind == ParameterKind::kRateLinear) factor = at.rate_degcps;
+    if (name->kind == ParameterKind::kRateQuadratic) factor = at.rate_degcps * at.rate_degcps;
+    if (name->kind == ParameterKind::kRateCross) factor = at.tau_degc * at.rate_degcps;
+    gradient[static_cast<Eigen::Index>(i)] = -weight[name->row] * factor;
   }
   return gradient.dot(covariance.matrix * gradient);
 }
@@ -71,7 +93,9 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
       if (!calibration.sensors[triad] || !pose.triads[triad]) continue;
       const TriadCalibration& sensor = *calibration.sensors[triad];
       const Eigen::Vector3d reading = pose.triads[triad]->mean_raw;
-      const Eigen::Vector3d truth = sensor.model.TruthFromRaw(reading);
+      const Result<ModelAtPose> at = ModelFor(sensor, pose, poses.source);
+      TRUETRIAD_RETURN_IF_ERROR(at);
+      const Eigen::Vector3d truth = at->model.TruthFromRaw(reading);
       corrected[triad] = truth;
       const double strength = triad == Triad::kAccelerometer
                                   ? calibration.reference.gravity_mps2
@@ -85,14 +109,14 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
       residual.norm_error_before =
           stream->unit.is_counts ? unknown : reading.norm() * stream->unit.truth_per_raw - strength;
       residual.residual = residual.norm_error * residual.direction;
-      const Eigen::RowVector3d weight = residual.direction.transpose() * sensor.model.Correction();
+      const Eigen::RowVector3d weight = residual.direction.transpose() * at->model.Correction();
       const double excess = sensor.noise.excess_sigma;
       const Eigen::Matrix3d noise =
           pose.triads[triad]->has_covariance
               ? pose.triads[triad]->mean_covariance_raw
               : Eigen::Matrix3d(sensor.noise.sigma.cwiseAbs2().asDiagonal());
       const double variance = weight.dot(noise * weight.transpose()) + excess * excess +
-                              ParameterVariance(calibration, triad, truth);
+                              ParameterVariance(calibration, triad, *at, truth);
       residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
       summary.pose_residuals.push_back(residual);
       squares[triad] += residual.norm_error * residual.norm_error;

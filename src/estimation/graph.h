@@ -24,11 +24,16 @@ struct PoseGraph {
   std::vector<PoseNode> nodes;
   std::vector<ScalarPrior> priors;
 
+  // At the reference temperature.
   Eigen::Map<const Eigen::Matrix3d> sensitivity(Triad triad) const {
     return Eigen::Map<const Eigen::Matrix3d>(&shared[layout.sensitivity[triad]]);
   }
   Eigen::Map<const Eigen::Vector3d> bias(Triad triad) const {
     return Eigen::Map<const Eigen::Vector3d>(&shared[layout.bias[triad]]);
+  }
+  // At the temperature of one pose.
+  TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const {
+    return node.ModelOfTriad(layout, shared.data(), triad);
   }
   Eigen::Vector4d reference() const { return shared.segment<4>(layout.reference); }
 };

@@ -20,6 +20,45 @@ double AveragedTime(const StaticPose& pose, Triad triad) {
   return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
 }
 
+// Which entries of the sensitivity's temperature terms are free, as basis matrices.
+std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
+                                                bool triangular,
+                                                const Eigen::Matrix3d& start) {
+  const Eigen::Matrix3d axis_map = NearestAxisMap(start);
+  switch (shape) {
+    case ThermalMatrix::kFull:
+      return SensitivityBasis(MatrixModel::kFull, triangular, axis_map);
+    case ThermalMatrix::kDiagonal:
+      return SensitivityBasis(MatrixModel::kDiagonal, triangular, axis_map);
+    case ThermalMatrix::kScale:
+      break;
+  }
+  // In the proportions of the gains at the start: linear, and the gains' own errors are as small
+  // against them as the term is against the gains.
+  const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * axis_map;
+  return {gains / gains.norm()};
+}
+
+// Over the poses that will be solved and the reference, where bias and sensitivity are to hold: far
+// outside of [-1, 1] a polynomial is all rounding.
+ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
+  ThermalScale scale;
+  scale.reference_degc = reference_degc;
+  double low = reference_degc;
+  double high = reference_degc;
+  double fastest = 0.0;
+  for (const PoseNode& node : nodes) {
+    low = std::min(low, node.temperature_degc);
+    high = std::max(high, node.temperature_degc);
+    fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
+  }
+  scale.centre_degc = 0.5 * (low + high);
+  // One temperature, or none that changes, determines nothing on any scale.
+  if (high > low) scale.half_range_degc = 0.5 * (high - low);
+  if (fastest > 0.0) scale.rate_degcps = fastest;
+  return scale;
+}
+
 }  // namespace
 
 Triad LeadingTriad(const CalibrateOptions& options) {
@@ -70,6 +109,15 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       node.observations.push_back(observation);
     }
     if (node.observations.empty()) continue;
+    if (options.HasThermal()) {
+      if (!pose.temperature_degc) {
+        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                             " has no temperature; every pose needs one for `thermal:` terms (a "
+                             "column temperature[degC]); add it, or remove the key");
+      }
+      node.temperature_degc = *pose.temperature_degc;
+      node.temperature_rate_degcps = pose.temperature_rate_degcps;
+    }
     node.kind = node.observations.size() == 1 ? PoseKind::kDirection : PoseKind::kRotation;
     if (options.attitudes.kind == AttitudeKind::kGiven) {
       if (!pose.attitude) {
@@ -108,7 +156,8 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     if (!wants(triad)) continue;
     layout.bias[triad] = size;
     layout.sensitivity[triad] = size + 3;
-    size += 12;
+    layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
+    size += 12 + layout.thermal[triad].size();
   }
   layout.reference = size;
   size += kReferenceSize;
@@ -118,11 +167,17 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     size += 2;
   }
   layout.size = size;
+  layout.thermal_scale = ScaleOf(graph->nodes, options.reference.temperature_degc);
 
   graph->shared = Eigen::VectorXd::Zero(size);
   std::vector<Eigen::VectorXd> columns;
   const auto free_entry = [&columns, size](int index) {
     columns.push_back(Eigen::VectorXd::Unit(size, index));
+  };
+  const auto free_matrix = [&columns, size](int at, const Eigen::Matrix3d& entry) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(size);
+    column.segment<9>(at) = entry.reshaped();
+    columns.push_back(column);
   };
   const Triad leading = LeadingTriad(options);
   const bool fixture = options.attitudes.kind != AttitudeKind::kNone;
@@ -135,14 +190,20 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     if (!sensor.fixed_bias) {
       for (int i = 0; i < 3; ++i) free_entry(layout.bias[triad] + i);
     }
-    if (sensor.fixed_sensitivity) continue;
     const bool triangular = triad == leading && !fixture;
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < 3 * thermal.vector_count(); ++i) free_entry(thermal.at + i);
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      for (const Eigen::Matrix3d& entry :
+           ThermalMatrixBasis(thermal.terms.matrix, triangular, model.sensitivity)) {
+        free_matrix(thermal.matrix_at(i), entry);
+      }
+    }
+    if (sensor.fixed_sensitivity) continue;
     const Eigen::Matrix3d axis_map =
         triad == leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(model.sensitivity);
     for (const Eigen::Matrix3d& entry : SensitivityBasis(sensor.model, triangular, axis_map)) {
-      Eigen::VectorXd column = Eigen::VectorXd::Zero(size);
-      column.segment<9>(layout.sensitivity[triad]) = entry.reshaped();
-      columns.push_back(column);
+      free_matrix(layout.sensitivity[triad], entry);
     }
   }
 

@@ -12,6 +12,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "estimation/messages.h"
+#include "estimation/parameter_name.h"
 #include "truetriad/math/distributions.h"
 #include "truetriad/model/attitude_sets.h"
 
@@ -22,26 +24,33 @@ constexpr int kMostNamed = 4;
 constexpr std::size_t kMostDirections = 6;
 // Eigenvalues of the scaled information below this share of the largest are rounding.
 constexpr double kUndetermined = 1e-14;
+// Temperatures this near, as a share of half their range, are one setting of a chamber.
+constexpr double kSameSetting = 0.05;
 
-// "accelerometer.sensitivity.xx" -> "accelerometer scale x", as people say it.
-std::string SpokenName(const std::string& name) {
-  const auto first = name.find('.');
-  const auto last = name.rfind('.');
-  const std::string sensor = name.substr(0, first);
-  const std::string what = name.substr(first + 1, last - first - 1);
-  const std::string axes = name.substr(last + 1);
-  if (what == "bias") return sensor + " bias " + axes;
-  if (what == "sensitivity") {
-    if (axes[0] == axes[1]) return sensor + " scale " + axes.substr(0, 1);
-    return sensor + " misalignment " + axes;
+// "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1", as people say it.
+std::string SpokenName(const std::string& text) {
+  static constexpr std::string_view kAxes = "xyz";
+  if (const auto name = ParameterName::Parse(text)) {
+    const std::string row(1, kAxes[static_cast<std::size_t>(name->row)]);
+    const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
+    std::string spoken(TriadName(name->triad));
+    if (name->kind != ParameterKind::kSensitivity) {
+      spoken += " bias " + row;
+    } else {
+      spoken += name->row == name->col ? " scale " + row : " misalignment " + row + col;
+    }
+    if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
+    if (name->kind == ParameterKind::kRateLinear) spoken += ", dT/dt";
+    if (name->kind == ParameterKind::kRateQuadratic) spoken += ", (dT/dt)^2";
+    if (name->kind == ParameterKind::kRateCross) spoken += ", tau dT/dt";
+    return spoken;
   }
-  if (sensor == "reference") {
-    if (axes == "dip_rad") return "dip of the field";
-    if (axes == "field_ut") return "field strength";
-    if (axes == "heading_rad") return "heading of the field";
-    return "gravity";
-  }
-  return "tilt of face " + what;
+  if (text == "reference.dip_rad") return "dip of the field";
+  if (text == "reference.field_ut") return "field strength";
+  if (text == "reference.heading_rad") return "heading of the field";
+  if (text == "reference.gravity_mps2") return "gravity";
+  const auto first = text.find('.');
+  return "tilt of face " + text.substr(first + 1, text.rfind('.') - first - 1);
 }
 
 // "A", "A and B", "A, B and C".
@@ -96,6 +105,25 @@ struct CandidatePose {
   PoseNode node;
 };
 
+bool HasThermal(const SharedLayout& layout) {
+  return std::any_of(layout.thermal.begin(), layout.thermal.end(), [](const ThermalBlock& block) {
+    return block.size() > 0;
+  });
+}
+
+// Temperatures that poses were taken at, ascending; those of one chamber setting are one.
+std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
+  std::vector<double> all;
+  for (const PoseNode& node : graph.nodes) all.push_back(node.temperature_degc);
+  std::sort(all.begin(), all.end());
+  const double apart = kSameSetting * graph.layout.thermal_scale.half_range_degc;
+  std::vector<double> distinct;
+  for (const double temperature : all) {
+    if (distinct.empty() || temperature > distinct.back() + apart) distinct.push_back(temperature);
+  }
+  return distinct;
+}
+
 std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   std::vector<CandidatePose> candidates;
   // Typical pose: the triads of the fullest one, with mean variances.
@@ -115,9 +143,27 @@ std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
       candidate.node.kind = PoseKind::kRotation;
       candidate.node.state = {q.x(), q.y(), q.z(), q.w()};
     }
-    candidates.push_back(candidate);
+    if (!HasThermal(graph.layout)) {
+      candidates.push_back(candidate);
+      continue;
+    }
+    for (const double temperature : DistinctTemperatures(graph)) {
+      candidate.node.temperature_degc = temperature;
+      candidates.push_back(candidate);
+    }
   }
   return candidates;
+}
+
+// What helps where poses at the same temperatures would not.
+std::string TemperatureAdvice(const PoseGraph& graph, const ParameterName& name) {
+  if (name.kind != ParameterKind::kBias && name.kind != ParameterKind::kSensitivity) {
+    return "take poses while the temperature rises and falls at several rates, or drop the rate "
+           "terms";
+  }
+  const std::size_t count = DistinctTemperatures(graph).size();
+  return "take poses at more temperatures (" + std::to_string(count) +
+         (count == 1 ? " was" : " were") + " seen), or lower the order";
 }
 
 // σ of the wanted parameters in typical units, with the tilts of a block, which nobody asked for,
@@ -188,6 +234,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                     graph.layout.face_tilt.end(),
                                     [](int tilt) { return tilt >= 0; });
 
+  const bool has_thermal = HasThermal(graph.layout);
   std::set<std::string> said;
   for (Eigen::Index i = n - 1; i >= 0; --i) {  // σ ascend: worst first
     const double sigma = marginal.sigmas[i];
@@ -219,7 +266,14 @@ Observability AnalyseObservability(const PoseGraph& graph,
         best = c;
       }
     }
-    if (best_gain > 0.0) {
+    Eigen::Index leading = 0;
+    loading.cwiseAbs().maxCoeff(&leading);
+    const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
+    // More poses like those that are there would not make it good.
+    const double wanted = std::min(sigma, limit);
+    if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
+      weak.advice = TemperatureAdvice(graph, *name);
+    } else if (best_gain > 0.0) {
       const Eigen::Vector3d up = candidates[best].up;
       const bool field_only =
           candidates[best].node.kind == PoseKind::kDirection &&
@@ -230,7 +284,9 @@ Observability AnalyseObservability(const PoseGraph& graph,
       for (std::size_t c = 0; c < candidates.size(); ++c) {
         if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
       }
-      weak.advice = "add poses with body " + SpokenDirection(up) + how;
+      const double temperature = candidates[best].node.temperature_degc;
+      weak.advice = "add poses " + (has_thermal ? Format("at %.3g degC ", temperature) : "") +
+                    "with body " + SpokenDirection(up) + how;
       if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
     }
     if (!said.insert(weak.description + weak.advice).second) continue;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -17,7 +18,15 @@ constexpr NamedValues<MatrixModel, 5> kModels = {{
     {MatrixModel::kAuto, "auto"},
 }};
 
+constexpr NamedValues<ThermalMatrix, 3> kThermalMatrices = {{
+    {ThermalMatrix::kFull, "full"},
+    {ThermalMatrix::kDiagonal, "diagonal"},
+    {ThermalMatrix::kScale, "scale"},
+}};
+
 }  // namespace
+
+std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrices.Name(shape); }
 
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }
@@ -31,6 +40,12 @@ Eigen::Vector3d AllanNoise::MeanSigma(double duration_s) const {
 bool AllanNoise::IsValid() const {
   return white_density_raw.allFinite() && (white_density_raw.array() > 0.0).all() &&
          instability_raw.allFinite() && (instability_raw.array() >= 0.0).all();
+}
+
+bool CalibrateOptions::HasThermal() const {
+  return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
+    return triad.enabled && triad.thermal.any();
+  });
 }
 
 Status CalibrateOptions::Validate() const {
@@ -57,6 +72,13 @@ Status CalibrateOptions::Validate() const {
             name + ": noise is given twice, as sigma and from an Allan deviation");
     require(!sensor.allan || sensor.allan->IsValid(),
             name + ": an Allan deviation's noise density must be > 0 and its instability >= 0");
+    const auto require_order = [&](const char* what, int order, int most) {
+      require(order >= 0 && order <= most,
+              name + ": thermal " + what + " order " + std::to_string(order) +
+                  " must lie between 0 and " + std::to_string(most));
+    };
+    require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
+    require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
   }
   require(any, "no sensor is wanted: list at least one under `sensors:`");
   require(reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "estimation/parameter_name.h"
 #include "truetriad/model/world.h"
 
 namespace truetriad {
@@ -78,6 +80,13 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     const double strength = WorldVector(triad, reference).norm();
     sizes.segment<3>(layout.bias[triad]) = gain * strength;
     sizes.segment<9>(layout.sensitivity[triad]) = gain.replicate<3, 1>();
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < thermal.vector_count(); ++i) {
+      sizes.segment<3>(thermal.vector_at(i)) = gain * strength;
+    }
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
+    }
   }
   sizes[layout.reference + kGravity] = reference[kGravity];
   sizes[layout.reference + kField] = reference[kField];
@@ -85,7 +94,6 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 }
 
 std::vector<std::string> ParameterNames(const SharedLayout& layout) {
-  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   static constexpr std::array<const char*, kFaceCount> kFaces = {
       "x_up", "x_down", "y_up", "y_down", "z_up", "z_down"};
   std::vector<std::string> names(static_cast<std::size_t>(layout.size));
@@ -94,14 +102,34 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
   };
   for (const Triad triad : kTriads) {
     if (!layout.Has(triad)) continue;
-    const std::string prefix(TriadName(triad));
-    for (std::size_t row = 0; row < 3; ++row) {
-      name(layout.bias[triad] + static_cast<int>(row)) = prefix + ".bias." + kAxes[row];
-      for (std::size_t col = 0; col < 3; ++col) {
-        name(layout.sensitivity[triad] + static_cast<int>(3 * col + row)) =
-            prefix + ".sensitivity." + kAxes[row] + kAxes[col];
+    const auto name_vector = [&](int at, ParameterKind kind, int power) {
+      for (int row = 0; row < 3; ++row) {
+        name(at + row) = ParameterName{triad, kind, power, row, 0}.str();
       }
+    };
+    const auto name_matrix = [&](int at, int power) {
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col < 3; ++col) {
+          name(at + 3 * col + row) =
+              ParameterName{triad, ParameterKind::kSensitivity, power, row, col}.str();
+        }
+      }
+    };
+    name_vector(layout.bias[triad], ParameterKind::kBias, 0);
+    name_matrix(layout.sensitivity[triad], 0);
+    const ThermalBlock& thermal = layout.thermal[triad];
+    int i = 0;
+    while (i < thermal.terms.bias_order) {
+      name_vector(thermal.vector_at(i), ParameterKind::kBias, i + 1);
+      ++i;
     }
+    for (const auto& [wanted, kind] :
+         {std::pair(thermal.terms.rate_linear, ParameterKind::kRateLinear),
+          std::pair(thermal.terms.rate_quadratic, ParameterKind::kRateQuadratic),
+          std::pair(thermal.terms.rate_cross, ParameterKind::kRateCross)}) {
+      if (wanted) name_vector(thermal.vector_at(i++), kind, 0);
+    }
+    for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
   }
   name(layout.reference + kGravity) = "reference.gravity_mps2";
   name(layout.reference + kField) = "reference.field_ut";

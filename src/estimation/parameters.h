@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "estimation/thermal_block.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/estimation/calibrate.h"
 
@@ -22,6 +23,7 @@ enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferen
 //
 //   <triad>.bias         3   raw unit
 //   <triad>.sensitivity  9   raw per true unit, column-major
+//   <triad>.thermal          temperature terms that are wanted, thermal_block.h
 //   reference            4   g (m/s^2), B (uT), dip (rad), heading of the field (rad)
 //   face_tilt            2 a face of the six-face block, rad about its two tangent axes
 //
@@ -31,6 +33,8 @@ enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferen
 struct SharedLayout {
   PerTriad<int> bias{{-1, -1, -1}};
   PerTriad<int> sensitivity{{-1, -1, -1}};
+  PerTriad<ThermalBlock> thermal;
+  ThermalScale thermal_scale;
   int reference = 0;
   std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
   int size = 0;
@@ -62,11 +66,13 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
 //
 //   bias         gain_i * reference     raw unit       (a bias as large as the signal)
 //   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
+//   thermal      the same               as much over the range of temperatures
 //   gravity, B   their value            true unit
 //   dip, heading, tilt  1               rad
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
 
-// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry.
+// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry; the
+// temperature terms by the names of those in tau that they stand for. parameter_name.h.
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
 // World vectors (true unit): specific force at rest, and the magnetic field. model.md §1.

@@ -155,7 +155,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     }
     if (has_heading_ && !reference.dip_rad.known() && !options.nominal_dip_rad) {
       messages_.push_back("dip unknown: planned for " +
-                          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * 180.0 / std::numbers::pi));
+                          Format("%.3g deg (plan.nominal.dip_deg)",
+                                 nominal_.reference[kDip] * 180.0 / std::numbers::pi));
     }
   }
   if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {

@@ -16,6 +16,8 @@ std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout) {
     if (!layout.Has(triad)) continue;
     blocks.push_back({layout.bias[triad], 3});
     blocks.push_back({layout.sensitivity[triad], 9});
+    const ThermalBlock& thermal = layout.thermal[triad];
+    if (thermal.size() > 0) blocks.push_back({thermal.at, thermal.size()});
   }
   blocks.push_back({layout.reference, kReferenceSize});
   for (const int tilt : layout.face_tilt) {

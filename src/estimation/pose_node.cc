@@ -28,7 +28,26 @@ Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& log) {
   return Eigen::Matrix3d::Identity() + 0.5 * skew + factor * skew * skew;
 }
 
+TriadModel<double> ModelOf(const SharedLayout& layout,
+                           const double* shared,
+                           Triad triad,
+                           const ThermalFactors& factors) {
+  TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + layout.sensitivity[triad]),
+                           Eigen::Map<const Eigen::Vector3d>(shared + layout.bias[triad])};
+  layout.thermal[triad].AddTerms(factors, shared, &model);
+  return model;
+}
+
 }  // namespace
+
+TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
+                                          const double* shared,
+                                          Triad triad) const {
+  return ModelOf(layout,
+                 shared,
+                 triad,
+                 layout.thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps));
+}
 
 Eigen::Matrix3d Skew(const Eigen::Vector3d& vector) {
   Eigen::Matrix3d skew;
@@ -85,16 +104,35 @@ void PoseNode::Evaluate(const SharedLayout& layout,
   for (const Observation& observation : observations) {
     const int bias_at = layout.bias[observation.triad];
     const int sensitivity_at = layout.sensitivity[observation.triad];
-    const Eigen::Map<const Eigen::Vector3d> bias(shared + bias_at);
-    const Eigen::Map<const Eigen::Matrix3d> sensitivity(shared + sensitivity_at);
+    const ThermalBlock& thermal = layout.thermal[observation.triad];
+    const ThermalFactors factors =
+        thermal.size() > 0
+            ? layout.thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps)
+            : ThermalFactors();
+    const TriadModel<double> model = ModelOf(layout, shared, observation.triad, factors);
+    const Eigen::Matrix3d& sensitivity = model.sensitivity;
     const Eigen::Vector3d field = FieldInBody(observation.triad, reference, state_values);
-    residual->segment<3>(row) = sensitivity * field + bias - observation.mean_raw;
+    residual->segment<3>(row) = sensitivity * field + model.bias - observation.mean_raw;
     if (shared_jacobian != nullptr) {
       shared_jacobian->block<3, 3>(row, bias_at).setIdentity();
       for (int axis = 0; axis < 3; ++axis) {
         shared_jacobian->block<3, 3>(row, sensitivity_at + 3 * axis)
             .diagonal()
             .setConstant(field[axis]);
+      }
+      const auto vector_factors = thermal.VectorFactors(factors);
+      for (int i = 0; i < thermal.vector_count(); ++i) {
+        shared_jacobian->block<3, 3>(row, thermal.vector_at(i))
+            .diagonal()
+            .setConstant(vector_factors[static_cast<std::size_t>(i)]);
+      }
+      for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+        const double factor = factors.power[static_cast<std::size_t>(i)];
+        for (int axis = 0; axis < 3; ++axis) {
+          shared_jacobian->block<3, 3>(row, thermal.matrix_at(i) + 3 * axis)
+              .diagonal()
+              .setConstant(factor * field[axis]);
+        }
       }
       const auto world_jacobian = WorldVectorJacobian(observation.triad, reference);
       if (kind == PoseKind::kDirection) {

@@ -9,11 +9,13 @@
 
 #include "estimation/parameters.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 
-inline constexpr int kMaxPoseRows = 12;    // three triads and one attitude prior
-inline constexpr int kMaxSharedSize = 52;  // three triads, reference, six tilts
+inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
+// Three triads with all temperature terms, reference, six tilts.
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 16;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -45,7 +47,8 @@ struct Observation {
 // One pose of the graph: its observations, what is known of its attitude, its attitude.
 //
 // Rows, unwhitened (model.md §2):
-//   static triad      S * R^T v - (y - b)      v: specific force or field in the world
+//   static triad      S * R^T v - (y - b)      v: specific force or field in the world; S and b at
+//                                              the pose's temperature
 //   attitude prior    Log(R_prior^T R)         about the body axes
 //   six-face prior    components of the up direction along the two tangent axes of the face, minus
 //                     the face's own tilt
@@ -55,6 +58,8 @@ struct PoseNode {
   PoseKind kind = PoseKind::kRotation;
   // Quaternion x, y, z, w (Eigen's order) or direction x, y, z, 0.
   std::array<double, 4> state{0.0, 0.0, 0.0, 1.0};
+  double temperature_degc = 25.0;  // only read where there are temperature terms
+  double temperature_rate_degcps = 0.0;
   std::vector<Observation> observations;
 
   bool has_attitude_prior = false;
@@ -74,6 +79,11 @@ struct PoseNode {
   }
   Eigen::Quaterniond rotation() const { return {state[3], state[0], state[1], state[2]}; }
   Eigen::Vector3d direction() const { return {state[0], state[1], state[2]}; }
+
+  // Model of `triad` at the pose's temperature.
+  TriadModel<double> ModelOfTriad(const SharedLayout& layout,
+                                  const double* shared,
+                                  Triad triad) const;
 
   // Field of `triad` in the body frame, true unit, at the given parameters.
   Eigen::Vector3d FieldInBody(Triad triad,

@@ -5,45 +5,96 @@
 #include <vector>
 
 #include "estimation/pose_node.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
-// Place of entry (row, col) of the sensitivity in a sensor's list of twelve.
-int EntryAt(int sensor_at, int row, int col) { return sensor_at + 3 + 3 * row + col; }
+// Place of entry `entry`, counted by rows, of a matrix that is stored by columns.
+int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
-// Where the sensor's twelve entries begin, or -1.
-int SensorAt(const NamedCovariance& covariance, Triad triad) {
-  const std::string first = std::string(TriadName(triad)) + ".bias.x";
-  const auto at = std::find(covariance.parameters.begin(), covariance.parameters.end(), first);
-  return at == covariance.parameters.end() ? -1
-                                           : static_cast<int>(at - covariance.parameters.begin());
+// A 3x3 of the solution and the place of its entry (row, col) in the list: first + 3 row + col.
+struct ListedMatrix {
+  Eigen::Matrix3d* matrix;
+  int first;
+};
+
+std::vector<ListedMatrix> MatricesOf(Triad triad, PresentedSolution* solution) {
+  const auto first = [&](int power) {
+    return PlaceOf(solution->covariance, {triad, ParameterKind::kSensitivity, power, 0, 0});
+  };
+  std::vector<ListedMatrix> matrices = {{&solution->models[triad]->sensitivity, first(0)}};
+  if (!solution->thermal[triad]) return matrices;
+  for (Eigen::Matrix3d& term : solution->thermal[triad]->sensitivity) {
+    matrices.push_back({&term, first(static_cast<int>(matrices.size()))});
+  }
+  return matrices;
 }
 
 }  // namespace
 
+int PlaceOf(const NamedCovariance& covariance, const ParameterName& name) {
+  const auto at = std::find(covariance.parameters.begin(), covariance.parameters.end(), name.str());
+  return at == covariance.parameters.end() ? -1
+                                           : static_cast<int>(at - covariance.parameters.begin());
+}
+
+TriadModel<double> PresentedSolution::ModelAt(Triad triad,
+                                              double temperature_degc,
+                                              double rate_degcps) const {
+  if (!thermal[triad]) return *models[triad];
+  return ModelAtTemperature(*models[triad], *thermal[triad], temperature_degc, rate_degcps);
+}
+
 PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance) {
   const SharedLayout& layout = graph.layout;
   PresentedSolution solution;
-  std::vector<int> listed;
+  const std::vector<std::string> names = ParameterNames(layout);
+  std::vector<Eigen::RowVectorXd> rows;
+  const auto list = [&](int index, const Eigen::RowVectorXd& row) {
+    solution.covariance.parameters.push_back(names[static_cast<std::size_t>(index)]);
+    rows.push_back(row);
+  };
+  // Entry `offset` of term i, of terms `stride` apart from `first`.
+  const auto list_term =
+      [&](const Eigen::MatrixXd& listed_from_scaled, int i, int first, int stride, int offset) {
+        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(layout.basis.cols());
+        for (int j = 0; j < listed_from_scaled.cols(); ++j) {
+          row += listed_from_scaled(i, j) * layout.basis.row(first + stride * j + offset);
+        }
+        list(first + stride * i + offset, row);
+      };
   for (const Triad triad : kTriads) {
     if (!layout.Has(triad)) continue;
     solution.models[triad] = {graph.sensitivity(triad), graph.bias(triad)};
-    for (int i = 0; i < 3; ++i) listed.push_back(layout.bias[triad] + i);
-    for (int row = 0; row < 3; ++row) {
-      for (int col = 0; col < 3; ++col) listed.push_back(layout.sensitivity[triad] + 3 * col + row);
+    for (int i = 0; i < 3; ++i) {
+      list(layout.bias[triad] + i, layout.basis.row(layout.bias[triad] + i));
+    }
+    for (int entry = 0; entry < 9; ++entry) {
+      const int at = layout.sensitivity[triad] + RowMajorPlace(entry);
+      list(at, layout.basis.row(at));
+    }
+    const ThermalBlock& thermal = layout.thermal[triad];
+    if (thermal.size() == 0) continue;
+    solution.thermal[triad] = thermal.TermsInTau(layout.thermal_scale, graph.shared.data());
+    const Eigen::MatrixXd vectors = thermal.ListedFromVectors(layout.thermal_scale);
+    for (int i = 0; i < thermal.vector_count(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) list_term(vectors, i, thermal.at, 3, axis);
+    }
+    const Eigen::MatrixXd matrices = thermal.ListedFromMatrices(layout.thermal_scale);
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      for (int entry = 0; entry < 9; ++entry) {
+        list_term(matrices, i, thermal.matrix_at(0), 9, RowMajorPlace(entry));
+      }
     }
   }
   for (int i = 0; i < kReferenceSize; ++i) {
-    if (layout.IsFree(layout.reference + i)) listed.push_back(layout.reference + i);
+    const int at = layout.reference + i;
+    if (layout.IsFree(at)) list(at, layout.basis.row(at));
   }
-  const std::vector<std::string> names = ParameterNames(layout);
   Eigen::MatrixXd& basis = solution.from_free;
-  basis.resize(static_cast<Eigen::Index>(listed.size()), layout.basis.cols());
-  for (std::size_t i = 0; i < listed.size(); ++i) {
-    solution.covariance.parameters.push_back(names[static_cast<std::size_t>(listed[i])]);
-    basis.row(static_cast<Eigen::Index>(i)) = layout.basis.row(listed[i]);
-  }
+  basis.resize(static_cast<Eigen::Index>(rows.size()), layout.basis.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) basis.row(static_cast<Eigen::Index>(i)) = rows[i];
   solution.covariance.matrix = basis * free_covariance * basis.transpose();
   return solution;
 }
@@ -51,7 +102,9 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
 PresentedSolution SolutionOf(const Calibration& calibration) {
   PresentedSolution solution;
   for (const Triad triad : kTriads) {
-    if (calibration.sensors[triad]) solution.models[triad] = calibration.sensors[triad]->model;
+    if (!calibration.sensors[triad]) continue;
+    solution.models[triad] = calibration.sensors[triad]->model;
+    solution.thermal[triad] = calibration.sensors[triad]->thermal;
   }
   solution.covariance = calibration.covariance;
   return solution;
@@ -67,24 +120,24 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
   NamedCovariance& covariance = solution->covariance;
   const Eigen::Index size = covariance.matrix.rows();
   Eigen::MatrixXd map = Eigen::MatrixXd::Identity(size, size);
-  const int lead_at = SensorAt(covariance, leading);
+  const int lead_at = PlaceOf(covariance, {leading, ParameterKind::kSensitivity, 0, 0, 0});
   for (const Triad triad : kTriads) {
     if (!solution->models[triad]) continue;
-    Eigen::Matrix3d& stated = solution->models[triad]->sensitivity;
-    stated = stated * Q;
-    const int at = SensorAt(covariance, triad);
-    if (at < 0 || lead_at < 0) continue;
-    for (int row = 0; row < 3; ++row) {
-      for (int col = 0; col < 3; ++col) {
-        auto entry = map.row(EntryAt(at, row, col));
-        entry.setZero();
-        // (S Q)(row, col) = sum_j S(row, j) Q(j, col).
-        for (int j = 0; j < 3; ++j) entry[EntryAt(at, row, j)] = Q(j, col);
-        // + S' [omega]_x, column col: S' (omega x e_col) = -S' [e_col]_x omega.
-        const Eigen::RowVector3d by_turn = -stated.row(row) * Skew(Eigen::Vector3d::Unit(col));
-        for (int i = 0; i < 3; ++i) {
-          for (int j = 0; j < 3; ++j) {
-            entry[EntryAt(lead_at, i, j)] += by_turn.dot(turn.col(3 * j + i));
+    for (const auto& [matrix, first] : MatricesOf(triad, solution)) {
+      *matrix = *matrix * Q;
+      if (first < 0 || lead_at < 0) continue;
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col < 3; ++col) {
+          auto entry = map.row(first + 3 * row + col);
+          entry.setZero();
+          // (S Q)(row, col) = sum_j S(row, j) Q(j, col).
+          for (int j = 0; j < 3; ++j) entry[first + 3 * row + j] = Q(j, col);
+          // + S' [omega]_x, column col: S' (omega x e_col) = -S' [e_col]_x omega.
+          const Eigen::RowVector3d by_turn = -matrix->row(row) * Skew(Eigen::Vector3d::Unit(col));
+          for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+              entry[lead_at + 3 * i + j] += by_turn.dot(turn.col(3 * j + i));
+            }
           }
         }
       }
@@ -99,8 +152,8 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
       if (fixed) stated_lead(row, col) = 0.0;
       if (tied) stated_lead(row, col) = stated_lead(col, row);
       if (lead_at < 0) continue;
-      if (fixed) map.row(EntryAt(lead_at, row, col)).setZero();
-      if (tied) map.row(EntryAt(lead_at, row, col)) = map.row(EntryAt(lead_at, col, row));
+      if (fixed) map.row(lead_at + 3 * row + col).setZero();
+      if (tied) map.row(lead_at + 3 * row + col) = map.row(lead_at + 3 * col + row);
     }
   }
   covariance.matrix = map * covariance.matrix * map.transpose();

@@ -42,11 +42,8 @@ void FillPoseQuality(const PoseGraph& graph,
   PerTriad<RootMeanSquare> before;
   PerTriad<std::vector<Eigen::Vector3d>> directions;
   PerTriad<double> strength;
-  PerTriad<Eigen::Matrix3d> correction;
   for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    strength[triad] = WorldVector(triad, reference).norm();
-    correction[triad] = solution.models[triad]->Correction();
+    if (graph.layout.Has(triad)) strength[triad] = WorldVector(triad, reference).norm();
   }
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   for (const DeletionTest& test : tests) {
@@ -60,7 +57,8 @@ void FillPoseQuality(const PoseGraph& graph,
     const Eigen::Vector3d field =
         solution.rotation.transpose() * node.FieldInBody(triad, reference, node.state.data());
     const Eigen::Vector3d corrected =
-        correction[triad] * (observation.mean_raw - solution.models[triad]->bias);
+        solution.ModelAt(triad, node.temperature_degc, node.temperature_rate_degcps)
+            .TruthFromRaw(observation.mean_raw);
     residual.residual = corrected - field;
     residual.direction = field.normalized();
     residual.norm_error = corrected.norm() - strength[triad];
@@ -103,14 +101,14 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
       for (const Observation& observation : graph.nodes[k].observations) {
         if (observation.rejected) continue;
         const Triad triad = observation.triad;
-        const TriadModel<double> model{part.sensitivity(triad), part.bias(triad)};
-        const double error =
-            NormError(model, observation.mean_raw, WorldVector(triad, part.reference()).norm());
+        const double error = NormError(part.ModelAt(triad, graph.nodes[k]),
+                                       observation.mean_raw,
+                                       WorldVector(triad, part.reference()).norm());
         if (static_cast<int>(k) % folds == fold) errors[triad].Add(error);
         if (fold > 0) continue;
-        const TriadModel<double> whole{graph.sensitivity(triad), graph.bias(triad)};
-        seen[triad].Add(
-            NormError(whole, observation.mean_raw, WorldVector(triad, graph.reference()).norm()));
+        seen[triad].Add(NormError(graph.ModelAt(triad, graph.nodes[k]),
+                                  observation.mean_raw,
+                                  WorldVector(triad, graph.reference()).norm()));
       }
     }
   }

@@ -26,7 +26,7 @@ class ReducedSystem {
  public:
   struct Pose {
     PoseResidual12 residual;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize> J;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, Eigen::Dynamic> J;
     PoseStateJacobian A;
     PoseRowMatrix D;
     PoseResidual12 projected;  // (P r)_k

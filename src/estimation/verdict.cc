@@ -37,16 +37,32 @@ TriadCalibration InUnits(Triad triad, const PoseSet& poses) {
   return sensor;
 }
 
+// Temperatures of the poses that count for a triad.
+Eigen::Vector2d TemperatureRange(const PoseGraph& graph, Triad triad) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d range(kInfinity, -kInfinity);
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& observation : node.observations) {
+      if (observation.triad != triad || observation.rejected) continue;
+      range[0] = std::min(range[0], node.temperature_degc);
+      range[1] = std::max(range[1], node.temperature_degc);
+    }
+  }
+  return range;
+}
+
 // The sensors of a usable solution.
 void StateSensors(const SettledRun& run,
                   const PresentedSolution& solution,
                   Calibration* calibration) {
   const NoiseState& noise = run.noise;
-  int at = 0;
   for (const Triad triad : kTriads) {
     if (!Wants(run.options, triad)) continue;
     TriadCalibration sensor = InUnits(triad, run.poses);
     sensor.model = *solution.models[triad];
+    sensor.thermal = solution.thermal[triad];
+    if (sensor.thermal) sensor.thermal->range_degc = TemperatureRange(run.graph, triad);
+    const int at = PlaceOf(solution.covariance, {triad, ParameterKind::kBias, 0, 0, 0});
     const Eigen::VectorXd variance = solution.covariance.matrix.diagonal().segment(at, 12);
     for (int i = 0; i < 3; ++i) {
       sensor.bias_sigma[i] = std::sqrt(std::max(variance[i], 0.0));
@@ -54,7 +70,6 @@ void StateSensors(const SettledRun& run,
         sensor.sensitivity_sigma(i, j) = std::sqrt(std::max(variance[3 + 3 * i + j], 0.0));
       }
     }
-    at += 12;
     // RMS over poses of each axis' σ.
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();
     Eigen::Vector3d total = Eigen::Vector3d::Zero();
@@ -195,7 +210,7 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
         Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
                coverage.largest_gap_deg));
   }
-  if (run.poses.temperature_range_degc) {
+  if (run.poses.temperature_range_degc && !options.HasThermal()) {
     const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
     std::string range_text = Format("recorded at %.1f", range[0]);
     range_text += Format(" to %.1f degC; no temperature terms were estimated", range[1]);

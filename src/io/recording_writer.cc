@@ -123,7 +123,8 @@ class CsvFile {
     if (!format_.comment.empty()) text_.append("# ").append(format_.comment).append("\n");
     text_ += "time[s]";
     for (const Waiting& waiting : waiting_) {
-      for (const char axis : {'x', 'y', 'z'}) text_.append(",").append(Column(waiting.stream, axis));
+      for (const char axis : {'x', 'y', 'z'})
+        text_.append(",").append(Column(waiting.stream, axis));
     }
     if (has_temperature_) text_.append(",").append(kTemperatureColumn);
     text_ += "\n";
@@ -286,6 +287,18 @@ Result<std::string> WriteRecording(SampleSource& source,
   std::string path = directory + "/recording.yaml";
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, manifest.str()));
   return path;
+}
+
+std::string PoseRangesToYaml(const std::vector<PoseRange>& ranges) {
+  YamlText yaml;
+  yaml << "poses:\n";
+  for (const PoseRange& range : ranges) {
+    yaml << "  - { first: " << range.first << ", last: " << range.last;
+    if (!range.face_up.empty()) yaml << ", face: " << Quoted{range.face_up};
+    if (!range.id.empty()) yaml << ", id: " << Quoted{range.id};
+    yaml << " }\n";
+  }
+  return yaml.str();
 }
 
 }  // namespace truetriad

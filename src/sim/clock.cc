@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "sim/seeds.h"
 
@@ -12,12 +13,15 @@ namespace {
 
 constexpr int kRowsPerBlock = 4096;
 
-double FastestRate(const Scenario& scenario, const std::vector<Triad>& triads) {
-  double rate_hz = 0.0;
+/// Lowest and highest, Hz.
+std::pair<double, double> Rates(const Scenario& scenario, const std::vector<Triad>& triads) {
+  double lowest_hz = std::numeric_limits<double>::infinity(), highest_hz = 0.0;
   for (const Triad triad : triads) {
-    rate_hz = std::max(rate_hz, scenario.sensors[triad]->sampling.rate_hz);
+    const double rate_hz = scenario.sensors[triad]->sampling.rate_hz;
+    lowest_hz = std::min(lowest_hz, rate_hz);
+    highest_hz = std::max(highest_hz, rate_hz);
   }
-  return rate_hz;
+  return {lowest_hz, highest_hz};
 }
 
 }  // namespace
@@ -28,7 +32,7 @@ SampleClock::SampleClock(const Scenario& scenario,
                          const Timeline& timeline,
                          const RecordingFormat& format,
                          const std::vector<Triad>& triads)
-    : rate_hz_(FastestRate(scenario, triads)),
+    : rate_hz_(Rates(scenario, triads).second),
       end_ns_(std::llround(timeline.motion.duration_s() * 1e9)),
       offset_ns_(std::llround(scenario.sensors[triads[0]]->sampling.clock_offset_s * 1e9)),
       jitter_ns_(scenario.sensors[triads[0]]->sampling.jitter_s * 1e9),
@@ -44,7 +48,9 @@ SampleClock::SampleClock(const Scenario& scenario,
                       triads.end(),
                       [&truth](Triad triad) { return truth.triads[triad]->thermal.has_value(); })),
       surroundings_(scenario, timeline.motion, timeline.rests),
-      last_reported_ns_(std::numeric_limits<std::int64_t>::min()) {
+      last_reported_ns_(std::numeric_limits<std::int64_t>::min()),
+      rests_(timeline.rests),
+      longest_interval_s_(1.0 / Rates(scenario, triads).first) {
   for (const Triad triad : triads) {
     const SimulatedTriad& sensor = *scenario.sensors[triad];
     const SensorSampling& sampling = sensor.sampling;
@@ -121,6 +127,18 @@ bool SampleClock::Sample(Channel* channel, const TemperatureState& temperature) 
   return true;
 }
 
+void SampleClock::NoteRest(double time_s) {
+  for (; rest_ < rests_.size() && time_s >= rests_[rest_].end_s; ++rest_) rest_began_ = false;
+  if (rest_ == rests_.size() || time_s < rests_[rest_].start_s + longest_interval_s_) return;
+  if (!rest_began_) {
+    rest_began_ = true;
+    std::string id = std::to_string(rests_[rest_].number);
+    if (!rests_[rest_].label.empty()) id += ": " + rests_[rest_].label;
+    rest_rows_.push_back({.first = rows_, .last = rows_, .id = std::move(id), .face_up = {}});
+  }
+  rest_rows_.back().last = rows_;
+}
+
 void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
   for (Channel& channel : channels_) {
     channel.time_ns.clear();
@@ -153,7 +171,10 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
       if (temperature_.logged) channel.temperature_degc.push_back(logged_degc);
       ++channel.samples;
     }
-    rows_ += any ? 1 : 0;
+    if (any) {
+      NoteRest(time_s);
+      ++rows_;
+    }
     next_ns_ = RowTime(++index_);
   }
   for (const Channel& channel : channels_) {

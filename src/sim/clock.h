@@ -9,6 +9,7 @@
 #include "sim/sensor.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/math/fast_random.h"
@@ -41,6 +42,9 @@ class SampleClock {
   /// nullopt when the triad is not of this clock.
   std::optional<StreamCounts> counts(Triad triad) const;
 
+  /// Simulation::rest_rows(), so far.
+  const std::vector<PoseRange>& rest_rows() const { return rest_rows_; }
+
  private:
   struct Channel {
     Triad triad;
@@ -67,6 +71,8 @@ class SampleClock {
   Eigen::Vector3d Truth(Channel* channel) const;
   /// True when the sample is in the row.
   bool Sample(Channel* channel, const TemperatureState& temperature);
+  /// Adds the row that is being written to the rest in which it is, if any.
+  void NoteRest(double time_s);
 
   double rate_hz_;
   std::int64_t end_ns_;
@@ -88,6 +94,12 @@ class SampleClock {
   std::int64_t now_ns_ = 0;
   std::int64_t rows_ = 0;  ///< Written: with at least one sample.
   std::int64_t last_reported_ns_;
+
+  const std::vector<TrueRest>& rests_;
+  double longest_interval_s_;
+  std::size_t rest_ = 0;  ///< In which the next row is, or which comes next.
+  bool rest_began_ = false;
+  std::vector<PoseRange> rest_rows_;
 };
 
 }  // namespace truetriad

@@ -267,6 +267,8 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
 Status Scenario::Validate() const {
   Problems problems;
   constexpr int kMostUnits = 9999;
+  problems.Require(description.find_first_of("\r\n") == std::string::npos,
+                   "the description is to be one line; it stands in the first line of recordings");
   problems.Require(count >= 1 && count <= kMostUnits,
                    "count is " + std::to_string(count) + "; it must be 1 to 9999 units");
   problems.Require(!serial.empty() && serial != "." && serial != ".." &&

@@ -60,6 +60,7 @@ RecordingFormat FormatOf(const Scenario& scenario) {
   format.temperature_decimals =
       ReadingDecimals(temperature.thermometer_resolution_degc, temperature.thermometer_noise_degc);
   format.comment = "simulated";
+  if (!scenario.description.empty()) format.comment += ": " + scenario.description;
   return format;
 }
 
@@ -119,6 +120,15 @@ class OneUnit : public Simulation {
   const std::vector<TrueRest>& rests() const override { return timeline_.rests; }
   double duration_s() const override { return timeline_.motion.duration_s(); }
   const RecordingFormat& format() const override { return format_; }
+
+  std::vector<PoseRange> rest_rows() const override {
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      for (const SampleClock& clock : clocks_) {
+        if (clock.counts(triad)) return clock.rest_rows();
+      }
+    }
+    return {};
+  }
 
   Eigen::Quaterniond WorldFromBody(double time_s) const override {
     const Motion& motion = timeline_.motion;

@@ -70,7 +70,7 @@ Basin SearchBasin(int poses_each, int runs, std::uint64_t seed) {
                   summary->final_cost);
     }
   }
-  std::printf("| %d | %d | %d | %d | %d |\n",
+  std::printf("@basin | %d | %d | %d | %d | %d |\n",
               poses_each,
               runs,
               basin.reached,

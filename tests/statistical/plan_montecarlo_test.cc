@@ -8,41 +8,11 @@
 
 #include <gtest/gtest.h>
 
+#include "statistical/joint_plan.h"
 #include "statistical/nightly.h"
-#include "support/accel_mag_trials.h"
-#include "truetriad/estimation/plan.h"
-#include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
 namespace {
-
-constexpr int kPoses = 12;
-
-SyntheticUnit NominalUnit() {
-  SyntheticUnit unit;
-  unit.dip_rad = trials::kDip;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    unit.models[triad] = TriadModel<double>();
-    unit.units[triad] = trials::UnitOf(triad, false);
-  }
-  return unit;
-}
-
-Plan PlannedProgram() {
-  PlanOptions options;
-  options.calibrate = trials::JointOptions(NominalUnit());
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    options.calibrate.triads[triad].excess = ExcessNoise::kNone;
-    options.calibrate.triads[triad].noise_sigma_raw =
-        Eigen::Vector3d::Constant(trials::ModelNoise().rest_sigma[triad]);
-  }
-  options.nominal_dip_rad = trials::kDip;
-  options.grid = {SpreadAttitudes(600), true};
-  options.poses = kPoses;
-  const Result<Plan> plan = MakePlan({}, options);
-  EXPECT_TRUE(plan && plan->IsMet());
-  return *plan;
-}
 
 // The gain that an entry of the covariance is measured against; 1 for the dip.
 double GainOf(const std::string& name, const SyntheticUnit& unit) {
@@ -56,9 +26,11 @@ double GainOf(const std::string& name, const SyntheticUnit& unit) {
 // Pooled over all parameters and runs: RMS of error / predicted σ. Its own standard error is half
 // that of the mean square, sqrt(2 tr(R^2) / runs) / p with R the correlation of the p parameters:
 // the limit of 5 % is more than four of them at the runs used here.
-void ExpectPredictionComesTrue(const trials::UnitSpread* spread,
-                               const Plan& plan,
+void ExpectPredictionComesTrue(const char* row,
+                               const trials::UnitSpread* spread,
                                std::uint64_t seed) {
+  const Plan plan = trials::MustPlan(trials::JointPlanOptions());
+  ASSERT_TRUE(plan.IsMet());
   const int runs = IsNightly() ? 3000 : 300;
   const std::vector<std::string>& names = plan.covariance.parameters;
   std::vector<Eigen::Quaterniond> attitudes;
@@ -67,7 +39,7 @@ void ExpectPredictionComesTrue(const trials::UnitSpread* spread,
   for (int run = 0; run < runs; ++run) {
     Random random(seed + static_cast<std::uint64_t>(run));
     const SyntheticUnit unit =
-        spread != nullptr ? trials::RandomUnit(*spread, &random) : NominalUnit();
+        spread != nullptr ? trials::RandomUnit(*spread, &random) : trials::NominalUnit();
     CalibrateOptions options = trials::JointOptions(unit);
     for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
     const auto summary =
@@ -95,24 +67,20 @@ void ExpectPredictionComesTrue(const trials::UnitSpread* spread,
   }
   const double ratio = std::sqrt(normalised_squares / (parameters * runs));
   const double standard_error = 0.5 * std::sqrt(2.0 * squares / runs) / parameters;
-  std::printf("RMSE / predicted sigma %.4f +- %.4f (%d runs, %d parameters)\n",
-              ratio,
-              standard_error,
-              runs,
-              parameters);
+  std::printf("@planned | %s | %d | %.3f ± %.3f |\n", row, runs, ratio, standard_error);
   EXPECT_LT(4.0 * standard_error, 0.05);
   EXPECT_NEAR(ratio, 1.0, 0.05);
 }
 
 TEST(PlannedSigma, AgreesWithTheErrorsOfTheNominalUnit) {
-  ExpectPredictionComesTrue(nullptr, PlannedProgram(), 20000);
+  ExpectPredictionComesTrue("the nominal one", nullptr, 20000);
 }
 
 // Gains off by 10 %, axes by 3 %, biases of a third of the signal: what is planned for a nominal
 // unit holds for a real one.
 TEST(PlannedSigma, AgreesWithTheErrorsOfUnitsThatAreNotNominal) {
   const trials::UnitSpread spread;
-  ExpectPredictionComesTrue(&spread, PlannedProgram(), 30000);
+  ExpectPredictionComesTrue("drawn from a population", &spread, 30000);
 }
 
 }  // namespace

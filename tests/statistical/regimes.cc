@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 
 #include "estimation/pose_node.h"
 
@@ -181,6 +182,29 @@ const std::vector<Regime>& Regimes() {
            trial->durations_s.push_back(random->Uniform(1.0, 20.0));
          }
        }},
+      {"SigmaColumns",
+       "σ stated pose by pose, 0.3 to 3 × the usual",
+       {},
+       [](Trial* trial, Random* random) {
+         for (std::size_t k = 0; k < trial->attitudes.size(); ++k) {
+           trial->rest_factors.push_back(std::pow(10.0, random->Uniform(-0.5, 0.5)));
+         }
+       }},
+      {"Residuals",
+       "noise not stated: from the residuals",
+       {},
+       [](Trial* trial, Random*) { trial->states_covariances = false; }},
+      {"StatedExcess",
+       "excess 0.006 m/s² and 0.1 µT, stated",
+       {},
+       [](Trial* trial, Random*) {
+         trial->noise.excess_sigma[kAccel] = 0.006;
+         trial->noise.excess_sigma[kMag] = 0.1;
+         for (const Triad triad : {kAccel, kMag}) {
+           trial->options.triads[triad].excess = ExcessNoise::kGiven;
+           trial->options.triads[triad].excess_sigma = trial->noise.excess_sigma[triad];
+         }
+       }},
   };
   return kRegimes;
 }
@@ -199,6 +223,30 @@ Trial MakeTrial(const Regime& regime, Random* random) {
 }
 
 namespace {
+
+// Rest noise of one pose, true unit.
+PerTriad<double> RestSigma(const Trial& trial, std::size_t pose) {
+  PerTriad<double> sigma = trial.noise.rest_sigma;
+  if (!trial.rest_factors.empty()) {
+    for (double& value : sigma) value *= trial.rest_factors[pose];
+  }
+  return sigma;
+}
+
+PoseSet Readings(const Trial& trial, Random* random) {
+  PoseSet poses;
+  for (std::size_t k = 0; k < trial.attitudes.size(); ++k) {
+    const SyntheticNoise noise{RestSigma(trial, k), trial.noise.excess_sigma};
+    PoseSet one = SimulatePoses(trial.unit, {trial.attitudes[k]}, noise, random);
+    one.poses.front().number = static_cast<int>(k) + 1;
+    if (k == 0) {
+      poses = std::move(one);
+    } else {
+      poses.poses.push_back(std::move(one.poses.front()));
+    }
+  }
+  return poses;
+}
 
 // What is told of each pose beside its readings.
 void TellPoses(const Trial& trial, PoseSet* poses) {
@@ -219,15 +267,20 @@ void TellPoses(const Trial& trial, PoseSet* poses) {
 PoseSet NoisyPoses(const Trial& trial, Random* random) {
   // Floor of an Allan deviation in terms of the bias instability. IEEE Std 952-1997, C.1.3.
   constexpr double kFloor = 0.664;
-  PoseSet poses = SimulatePoses(trial.unit, trial.attitudes, trial.noise, random);
+  PoseSet poses = Readings(trial, random);
   TellPoses(trial, &poses);
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
+      std::optional<TriadPose>& seen = poses.poses[k].triads[triad];
+      if (seen && !trial.states_covariances) {
+        seen->mean_covariance_raw.setZero();
+        seen->has_covariance = false;
+      }
       const std::optional<AllanNoise>& allan = trial.options.triads[triad].allan;
       if (!allan) continue;
       const Eigen::Vector3d white = allan->white_density_raw / std::sqrt(trial.durations_s[k]);
       const Eigen::Vector3d wander = kFloor * allan->instability_raw;
-      poses.poses[k].triads[triad]->mean_raw +=
+      seen->mean_raw +=
           white.cwiseProduct(random->Normal3()) + wander.cwiseProduct(random->Normal3());
     }
   }
@@ -238,14 +291,15 @@ PoseSet ExactPoses(const Trial& trial) {
   Random unused(0);
   PoseSet poses = SimulatePoses(trial.unit, trial.attitudes, SyntheticNoise{}, &unused);
   TellPoses(trial, &poses);
-  for (StaticPose& pose : poses.poses) {
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
-      if (!pose.triads[triad]) continue;
+      std::optional<TriadPose>& seen = poses.poses[k].triads[triad];
+      if (!seen) continue;
       const Eigen::Matrix3d& S = trial.unit.models[triad]->sensitivity;
       const double variance =
-          std::pow(trial.noise.rest_sigma[triad], 2) + std::pow(trial.noise.excess_sigma[triad], 2);
-      pose.triads[triad]->mean_covariance_raw = variance * S * S.transpose();
-      pose.triads[triad]->has_covariance = true;
+          std::pow(RestSigma(trial, k)[triad], 2) + std::pow(trial.noise.excess_sigma[triad], 2);
+      seen->mean_covariance_raw = variance * S * S.transpose();
+      seen->has_covariance = true;
     }
   }
   return poses;

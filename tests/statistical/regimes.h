@@ -22,6 +22,10 @@ struct Trial {
   std::vector<AttitudeReference> stated_attitudes;
   // Seconds that each pose is averaged, for noise from an Allan deviation; empty: not timed.
   std::vector<double> durations_s;
+  // Rest noise of each pose over that of `noise`; empty: all alike.
+  std::vector<double> rest_factors;
+  // False: the poses come without covariances, as a table without σ columns does.
+  bool states_covariances = true;
 };
 
 // A working regime: one row of the table in docs/accuracy.md.

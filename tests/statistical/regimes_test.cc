@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Every working regime against known truth: efficiency (RMSE over the Cramér-Rao bound, pooled and
-// of each parameter) and consistency (NEES). Prints the rows of the table in docs/accuracy.md.
+// of each parameter) and consistency (NEES). Prints the rows of a table in docs/accuracy.md.
 
 #include "statistical/regimes.h"
 
@@ -37,13 +37,44 @@ Calibration Bound(const Trial& trial, const ReferenceValues& reference) {
 }
 
 struct Statistics {
+  int runs = 0;
   int failures = 0;
   std::vector<std::string> names;
-  Eigen::VectorXd squares;  // of each parameter's error over its bound, summed over the runs
+  Eigen::VectorXd squares;  // of each parameter's error over its bound, mean over the runs
   double nees_per_dimension = 0.0;
   double expected_nees = 0.0;
   double nees_sigma = 0.0;       // of the mean, by theory
   std::vector<double> p_values;  // of NEES under χ² or F
+
+  // Interval of 99.9 % of one parameter: its mean square, over its bound, is χ²(runs) / runs.
+  double LowSquare() const { return ChiSquareQuantile(0.0005, runs) / runs; }
+  double HighSquare() const { return ChiSquareQuantile(0.9995, runs) / runs; }
+  // Held, or NaN: no value to compare.
+  bool Counts(Eigen::Index i) const { return squares[i] > 0.0; }
+  // RMSE over the bound, pooled.
+  double Efficiency() const {
+    double sum = 0.0;
+    int count = 0;
+    for (Eigen::Index i = 0; i < squares.size(); ++i) {
+      if (!Counts(i)) continue;
+      sum += squares[i];
+      ++count;
+    }
+    return std::sqrt(sum / count);
+  }
+  // The parameter furthest from its bound.
+  Eigen::Index Worst() const {
+    Eigen::Index worst = 0;
+    double distance = 0.0;
+    for (Eigen::Index i = 0; i < squares.size(); ++i) {
+      if (!Counts(i) || std::abs(std::log(squares[i])) <= distance) continue;
+      worst = i;
+      distance = std::abs(std::log(squares[i]));
+    }
+    return worst;
+  }
+  double NeesMargin() const { return 2.576 * nees_sigma; }  // 99 %
+  double KolmogorovSmirnovP() const { return KolmogorovSmirnovUniform(p_values).p_value; }
 };
 
 void AddRun(const Trial& trial, const Calibration& calibration, Statistics* statistics) {
@@ -77,6 +108,7 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
 
 Statistics RunTrials(const Regime& regime, int runs, std::uint64_t seed) {
   Statistics statistics;
+  statistics.runs = runs;
   for (int run = 0; run < runs; ++run) {
     Random random(seed + static_cast<std::uint64_t>(run));
     const Trial trial = MakeTrial(regime, &random);
@@ -88,10 +120,37 @@ Statistics RunTrials(const Regime& regime, int runs, std::uint64_t seed) {
     }
   }
   const double good = runs - statistics.failures;
+  statistics.squares /= good;
   statistics.nees_per_dimension /= good;
   statistics.expected_nees /= good;
   statistics.nees_sigma = std::sqrt(statistics.nees_sigma) / good;
   return statistics;
+}
+
+void PrintRow(const Regime& regime, const Statistics& statistics) {
+  const Eigen::Index worst = statistics.Worst();
+  std::printf("@regimes | %s | %d | %.3f | %.3f | %.3f ± %.3f | %.3f | %s %.3f (%.3f – %.3f) |\n",
+              regime.row,
+              statistics.runs,
+              statistics.Efficiency(),
+              statistics.nees_per_dimension,
+              statistics.expected_nees,
+              statistics.NeesMargin(),
+              statistics.KolmogorovSmirnovP(),
+              statistics.names[static_cast<std::size_t>(worst)].c_str(),
+              std::sqrt(statistics.squares[worst]),
+              std::sqrt(statistics.LowSquare()),
+              std::sqrt(statistics.HighSquare()));
+}
+
+// Whether chance explains what differs from theory.
+bool IsPlausible(const Regime& regime, const Statistics& statistics) {
+  const double worst = statistics.squares[statistics.Worst()];
+  if (worst < statistics.LowSquare() || worst > statistics.HighSquare()) return false;
+  if (!regime.linear) return true;
+  return std::abs(statistics.nees_per_dimension - statistics.expected_nees) <=
+             statistics.NeesMargin() &&
+         statistics.KolmogorovSmirnovP() >= 1e-3;
 }
 
 class WorkingRegime : public ::testing::TestWithParam<Regime> {};
@@ -105,49 +164,19 @@ TEST_P(WorkingRegime, ReachesTheBoundAndStatesItsErrors) {
     if (std::string(other.name) == regime.name) break;
     seed += 1'000'000;
   }
-  const Statistics statistics = RunTrials(regime, runs, seed);
+  Statistics statistics = RunTrials(regime, runs, seed);
   ASSERT_EQ(statistics.failures, 0);
-
-  // The mean square of one parameter, over its bound, is χ²(runs) / runs.
-  const double low = ChiSquareQuantile(0.0005, runs) / runs;
-  const double high = ChiSquareQuantile(0.9995, runs) / runs;
-  double sum = 0.0;
-  int count = 0;
-  std::string worst;
-  double worst_ratio = 1.0;
-  for (Eigen::Index i = 0; i < statistics.squares.size(); ++i) {
-    const double ratio = statistics.squares[i] / runs;
-    if (!(ratio > 0.0)) continue;  // held, or NaN: no value to compare
-    const std::string& name = statistics.names[static_cast<std::size_t>(i)];
-    EXPECT_GE(ratio, low) << name;
-    EXPECT_LE(ratio, high) << name;
-    if (worst.empty() || std::abs(std::log(ratio)) > std::abs(std::log(worst_ratio))) {
-      worst = name;
-      worst_ratio = ratio;
-    }
-    sum += ratio;
-    ++count;
+  PrintRow(regime, statistics);
+  // One regime in a hundred is outside of an interval of 99 % by chance. Ten times as many runs,
+  // none of them the same, tell chance from fault: the intervals are three times as narrow.
+  if (!IsPlausible(regime, statistics)) {
+    statistics = RunTrials(regime, 10 * runs, seed + 500'000);
+    ASSERT_EQ(statistics.failures, 0);
+    PrintRow(regime, statistics);
+    EXPECT_TRUE(IsPlausible(regime, statistics));
   }
-  const double efficiency = std::sqrt(sum / count);
-  const double nees_margin = 2.576 * statistics.nees_sigma;  // 99 %
-  const double ks = KolmogorovSmirnovUniform(statistics.p_values).p_value;
-  std::printf("| %s | %d | %.3f | %.3f | %.3f ± %.3f | %.3f | %s %.3f (%.3f – %.3f) |\n",
-              regime.row,
-              runs,
-              efficiency,
-              statistics.nees_per_dimension,
-              statistics.expected_nees,
-              nees_margin,
-              ks,
-              worst.c_str(),
-              std::sqrt(worst_ratio),
-              std::sqrt(low),
-              std::sqrt(high));
   // Pooled over correlated parameters, the ratio scatters by 1 % to 2 % in 300 runs.
-  EXPECT_LE(efficiency, IsNightly() ? 1.03 : 1.05);
-  if (!regime.linear) return;
-  EXPECT_NEAR(statistics.nees_per_dimension, statistics.expected_nees, nees_margin);
-  EXPECT_GE(ks, 1e-3);
+  EXPECT_LE(statistics.Efficiency(), IsNightly() ? 1.03 : 1.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, WorkingRegime, ::testing::ValuesIn(Regimes()), [](const auto& test) {

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "statistical/nightly.h"
 #include "support/accel_mag_trials.h"
 
 namespace truetriad {
@@ -16,15 +17,16 @@ using trials::ModelNoise;
 using trials::RandomUnit;
 using trials::UnitSpread;
 
-constexpr int kRuns = 300;
 constexpr int kPoses = 24;
+
+int Runs() { return IsNightly() ? 1000 : 300; }
 
 // One pose in twenty-four carries a magnet passing by or a unit that was not yet still.
 TEST(CalibrateAccelMag, DisturbedPosesHardlyMoveTheBias) {
   PerTriad<double> clean_squares{};
   PerTriad<double> disturbed_squares{};
   int named = 0;
-  for (int run = 0; run < kRuns; ++run) {
+  for (int run = 0; run < Runs(); ++run) {
     Random random(6000 + static_cast<std::uint64_t>(run));
     const SyntheticUnit unit = RandomUnit({}, &random);
     const auto attitudes = RandomAttitudes(kPoses, &random);
@@ -52,17 +54,21 @@ TEST(CalibrateAccelMag, DisturbedPosesHardlyMoveTheBias) {
   }
   for (const Triad sensor : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const double ratio = std::sqrt(disturbed_squares[sensor] / clean_squares[sensor]);
-    std::printf("%s bias error, disturbed / clean: %.3f\n", TriadName(sensor).data(), ratio);
+    std::printf("@disturbed | %s bias error over that of the undisturbed | %d | %.3f |\n",
+                TriadName(sensor).data(),
+                Runs(),
+                ratio);
     EXPECT_LE(ratio, 1.5);
   }
-  std::printf("disturbed pose and sensor named in %d of %d runs\n", named, kRuns);
-  EXPECT_GT(named, kRuns * 8 / 10);
+  std::printf(
+      "@disturbed | pose and sensor named | %d | %.1f %% |\n", Runs(), 100.0 * named / Runs());
+  EXPECT_GT(named, Runs() * 8 / 10);
 }
 
 // Three of twenty-four poses beside a magnet, rotation unknown: the wrong rotation must not win
 // because the outliers like it better.
 TEST(CalibrateAccelMag, ThreePosesBesideAMagnetDoNotTurnTheMagnetometerAround) {
-  for (int run = 0; run < kRuns; ++run) {
+  for (int run = 0; run < Runs(); ++run) {
     Random random(8000 + static_cast<std::uint64_t>(run));
     UnitSpread spread;
     spread.permute_magnetometer = true;
@@ -85,7 +91,7 @@ TEST(CalibrateAccelMag, ThreePosesBesideAMagnetDoNotTurnTheMagnetometerAround) {
 
 // Very few poses: whatever the expansions for small samples do, a variance is not negative.
 TEST(CalibrateAccelMag, NineToTwelvePosesGiveNoNegativeVariance) {
-  for (int run = 0; run < kRuns; ++run) {
+  for (int run = 0; run < Runs(); ++run) {
     Random random(9000 + static_cast<std::uint64_t>(run));
     const SyntheticUnit unit = RandomUnit({}, &random);
     SyntheticNoise noise = ModelNoise();

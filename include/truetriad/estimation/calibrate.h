@@ -21,8 +21,8 @@ namespace truetriad {
 
 /// How much of the sensitivity matrix is estimated.
 enum class MatrixModel {
-  kBias,       ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
-  kDiagonal,   ///< Three gains; the axes may be permuted or mirrored.
+  kBias,      ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
+  kDiagonal,  ///< Three gains; the axes may be permuted or mirrored.
   kSymmetric,  ///< Gains and three misalignments, rotation held.
   kFull,       ///< All that the gauge leaves free.
   kAuto,       ///< Chosen by comparing nested models.
@@ -44,7 +44,7 @@ struct Knowledge {
 
 /// A data-sheet or batch value of one triad with its σ. Entries with an infinite σ carry nothing.
 struct TriadPrior {
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();         // raw
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // raw
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();  // raw per true unit
   Eigen::Matrix3d sensitivity_sigma =
@@ -62,6 +62,32 @@ struct AllanNoise {
 
   /// All finite, densities > 0, instabilities >= 0.
   bool IsValid() const;
+};
+
+/// Which entries of a sensitivity's temperature terms are free.
+enum class ThermalMatrix {
+  kFull,      ///< All that the gauge leaves free; model.md §3.
+  kDiagonal,  ///< A gain an axis.
+  kScale,     ///< One number: all gains change by the same share.
+};
+std::string_view ThermalMatrixName(ThermalMatrix shape);
+
+/// Temperature terms of one triad (model/thermal.h). Terms that are not wanted are zero.
+struct ThermalOptions {
+  static constexpr int kMaxBiasOrder = 7;
+  static constexpr int kMaxMatrixOrder = 3;
+
+  /// Powers of tau in the bias. Range: 0 to kMaxBiasOrder.
+  int bias_order = 0;
+  /// Powers of tau in the sensitivity. Range: 0 to kMaxMatrixOrder.
+  int matrix_order = 0;
+  ThermalMatrix matrix = ThermalMatrix::kFull;
+  /// Bias by T', T'^2 and tau T'.
+  bool rate_linear = false, rate_quadratic = false, rate_cross = false;
+
+  bool any() const {
+    return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross;
+  }
 };
 
 struct TriadOptions {
@@ -86,6 +112,8 @@ struct TriadOptions {
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
+  /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
+  ThermalOptions thermal;
 };
 
 struct ReferenceOptions {
@@ -95,6 +123,7 @@ struct ReferenceOptions {
   Knowledge dip_rad;
   /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. model.md §1.
   bool northern_hemisphere = true;
+  /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;
 };
 
@@ -136,8 +165,8 @@ struct InitialiseOptions {
   std::vector<Eigen::Vector3d> known_forces;
 };
 
-/// "accelerometer.bias" -> largest |value| allowed. Names: <sensor>.{bias,scale_error,misalignment_rad,
-/// residual_rms}, in true units (bias: true unit).
+/// "accelerometer.bias" -> largest |value| allowed. Names:
+/// <sensor>.{bias,scale_error,misalignment_rad, residual_rms}, in true units (bias: true unit).
 struct LimitOptions {
   std::map<std::string, double> limits;
   /// 0: a value passes when it is inside. k: when it is inside by k σ.
@@ -158,15 +187,17 @@ struct CalibrateOptions {
   /// parameters still count as determined. Range: (0, 1).
   double observable_sigma = 0.1;
 
+  /// Temperature terms are wanted of some triad.
+  bool HasThermal() const;
   /// Every problem with its value, or ok.
   Status Validate() const;
 };
 
 /// What Calibrate did. The calibration's outcome says whether it can be used.
 struct CalibrationSummary {
-  Calibration calibration;       ///< outcome kNotCalled until Calibrate fills it.
-  int iterations = 0;            ///< Of the optimiser, all rounds together.
-  int rounds = 0;                ///< Rounds of weights and excess noise.
+  Calibration calibration;  ///< outcome kNotCalled until Calibrate fills it.
+  int iterations = 0;       ///< Of the optimiser, all rounds together.
+  int rounds = 0;           ///< Rounds of weights and excess noise.
   double initial_cost = -1.0;
   double final_cost = -1.0;
 };

@@ -39,4 +39,7 @@ Result<std::string> WriteRecording(SampleSource& source,
                                    const std::string& directory,
                                    const ProgressCallback& progress = {});
 
+/// The text of `poses.yaml`, which ReadPoseRanges (io/recording.h) reads.
+std::string PoseRangesToYaml(const std::vector<PoseRange>& ranges);
+
 }  // namespace truetriad

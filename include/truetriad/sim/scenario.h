@@ -212,6 +212,7 @@ using Disturbance = std::variant<Knock, MagnetPassing, StuckSamples, UnsettledPo
 
 /// Everything that a simulated recording, or a fleet of them, follows from.
 struct Scenario {
+  std::string description;     ///< One line, which recordings begin with; empty: none.
   std::string serial = "SIM";  ///< Of the unit; with `count` > 1 followed by 0001, 0002, …
   std::string model = "simulated";
   std::uint64_t seed = 1;

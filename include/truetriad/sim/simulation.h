@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/model/calibration.h"
@@ -60,6 +61,12 @@ class Simulation : public SampleSource {
 
   /// Every rest of the motion, between moves, longer than nothing.
   virtual const std::vector<TrueRest>& rests() const = 0;
+
+  /// The rows of each rest, as `poses.yaml` states them: in the file of the accelerometer, else of
+  /// the magnetometer, else of the gyroscope; without the first sampling interval, over which a
+  /// gyroscope averages part of the move. Whole once everything has been read. A rest shorter than
+  /// its sampling is missing.
+  virtual std::vector<PoseRange> rest_rows() const = 0;
 
   /// Attitude at a true time, held at the ends.
   virtual Eigen::Quaterniond WorldFromBody(double time_s) const = 0;

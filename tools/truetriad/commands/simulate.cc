@@ -126,8 +126,10 @@ Status WriteUnit(const Scenario& scenario,
   const Calibration truth = TruthOf(scenario, index);
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
-  return WriteFileAtomically((folder / "attitudes.csv").string(),
-                             AttitudesCsv((*simulation)->rests()));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "attitudes.csv").string(),
+                                                AttitudesCsv((*simulation)->rests())));
+  return WriteFileAtomically((folder / "poses.yaml").string(),
+                             PoseRangesToYaml((*simulation)->rest_rows()));
 }
 
 /// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
@@ -193,16 +195,19 @@ class Fleet {
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   if (scenario.count == 1) {
-    std::printf("Recording: %s\nTruth:     %s\nAttitudes: %s\n",
+    std::printf("Recording: %s\nTruth:     %s\nAttitudes: %s\nRests:     %s\n",
                 (folder / "recording.yaml").c_str(),
                 (folder / "truth.yaml").c_str(),
-                (folder / "attitudes.csv").c_str());
+                (folder / "attitudes.csv").c_str(),
+                (folder / "poses.yaml").c_str());
     return;
   }
-  std::printf("%d units, from %s to %s, each with recording.yaml, truth.yaml and attitudes.csv\n",
-              scenario.count,
-              (folder / DrawUnit(scenario, 0).serial).c_str(),
-              (folder / DrawUnit(scenario, scenario.count - 1).serial).c_str());
+  std::printf(
+      "%d units, from %s to %s, each with recording.yaml, truth.yaml, attitudes.csv and "
+      "poses.yaml\n",
+      scenario.count,
+      (folder / DrawUnit(scenario, 0).serial).c_str(),
+      (folder / DrawUnit(scenario, scenario.count - 1).serial).c_str());
 }
 
 Result<int> Run(const std::vector<std::string>&) {
@@ -230,25 +235,26 @@ Result<int> Run(const std::vector<std::string>&) {
 }  // namespace
 
 Command SimulateCommand() {
-  return {.name = "simulate",
-          .summary = "What would a unit with known errors have recorded?",
-          .examples =
-              "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
-              "--output=out/simulated\n"
-              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-              "--input=out/simulated/recording.yaml --output=out/estimated\n"
-              "build/truetriad compare --a=out/simulated/truth.yaml "
-              "--b=out/estimated/calibration.yaml",
-          .details =
-              "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (a calibration that is true) "
-              "and\nDIR/attitudes.csv (the attitude of every rest); with `count:` above 1 a folder "
-              "for each\nunit. The same seed gives the same bytes. docs/simulation.md has all "
-              "keys.\n",
-          .flags = {{"config", "SCENARIO.yaml", true},
-                    {"output", "DIR", true},
-                    {"set", "KEY=VALUE,..."},
-                    {"threads", "N"}},
-          .run = Run};
+  return {
+      .name = "simulate",
+      .summary = "What would a unit with known errors have recorded?",
+      .examples =
+          "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
+          "--output=out/simulated\n"
+          "build/truetriad calibrate --config=configs/experiments/joint.yaml "
+          "--input=out/simulated/recording.yaml --output=out/estimated\n"
+          "build/truetriad compare --a=out/simulated/truth.yaml "
+          "--b=out/estimated/calibration.yaml",
+      .details =
+          "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (a calibration that is true),\n"
+          "DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (its rows); with\n"
+          "`count:` above 1 a folder for each unit. The same seed gives the same bytes.\n"
+          "docs/simulation.md has all keys.\n",
+      .flags = {{"config", "SCENARIO.yaml", true},
+                {"output", "DIR", true},
+                {"set", "KEY=VALUE,..."},
+                {"threads", "N"}},
+      .run = Run};
 }
 
 }  // namespace truetriad

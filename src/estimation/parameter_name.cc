@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/parameter_name.h"
+
+#include <array>
+#include <string_view>
+
+#include "truetriad/base/named_values.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kAxes = "xyz";
+constexpr NamedValues<ParameterKind, 5> kKinds = {{
+    {ParameterKind::kBias, "bias"},
+    {ParameterKind::kSensitivity, "sensitivity"},
+    {ParameterKind::kRateLinear, "rate.linear"},
+    {ParameterKind::kRateQuadratic, "rate.quadratic"},
+    {ParameterKind::kRateCross, "rate.cross"},
+}};
+
+bool IsRate(ParameterKind kind) {
+  return kind != ParameterKind::kBias && kind != ParameterKind::kSensitivity;
+}
+
+}  // namespace
+
+std::string ParameterName::str() const {
+  std::string text(TriadName(triad));
+  if (power > 0 || IsRate(kind)) text += ".thermal";
+  text.append(".").append(kKinds.Name(kind));
+  if (power > 0) text.append(".").append(std::to_string(power));
+  text += '.';
+  text += kAxes[static_cast<std::size_t>(row)];
+  if (kind == ParameterKind::kSensitivity) text += kAxes[static_cast<std::size_t>(col)];
+  return text;
+}
+
+std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
+  // sensor [thermal] kind [power] axes
+  const std::size_t first = text.find('.');
+  const std::size_t last = text.rfind('.');
+  const auto triad = TriadFromName(text.substr(0, first));
+  if (!triad || last <= first) return std::nullopt;
+  ParameterName name;
+  name.triad = *triad;
+  std::string_view what = std::string_view(text).substr(first + 1, last - first - 1);
+  constexpr std::string_view kThermal = "thermal.";
+  if (what.starts_with(kThermal)) {
+    what.remove_prefix(kThermal.size());
+    if (const char digit = what.back(); digit >= '1' && digit <= '9') {
+      name.power = digit - '0';
+      what.remove_suffix(2);
+    }
+  }
+  const auto kind = kKinds.Find(what);
+  const std::string_view axes = std::string_view(text).substr(last + 1);
+  if (!kind || axes.size() != (*kind == ParameterKind::kSensitivity ? 2U : 1U)) return std::nullopt;
+  name.kind = *kind;
+  if (axes.find_first_not_of(kAxes) != std::string_view::npos) return std::nullopt;
+  name.row = static_cast<int>(kAxes.find(axes.front()));
+  if (name.kind == ParameterKind::kSensitivity)
+    name.col = static_cast<int>(kAxes.find(axes.back()));
+  return name;
+}
+
+}  // namespace truetriad

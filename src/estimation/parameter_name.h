@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+enum class ParameterKind { kBias, kSensitivity, kRateLinear, kRateQuadratic, kRateCross };
+
+// One entry of a sensor's model, by the name that it has in a covariance:
+//
+//   accelerometer.bias.x                        magnetometer.sensitivity.xy
+//   accelerometer.thermal.bias.2.x              magnetometer.thermal.sensitivity.1.xy
+//   accelerometer.thermal.rate.linear.x         (quadratic, cross)
+struct ParameterName {
+  Triad triad = Triad::kAccelerometer;
+  ParameterKind kind = ParameterKind::kBias;
+  int power = 0;  // of tau; 0: at the reference
+  int row = 0;
+  int col = 0;  // of a sensitivity
+
+  std::string str() const;
+  // Unset: no entry of a sensor's model ("reference.dip_rad").
+  static std::optional<ParameterName> Parse(const std::string& text);
+};
+
+}  // namespace truetriad
