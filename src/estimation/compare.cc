@@ -36,6 +36,8 @@ double ValueOf(const PresentedSolution& solution,
     case ParameterKind::kSensitivity:
       return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
                                                                                  entry->col);
+    case ParameterKind::kGSensitivity:
+      return (*solution.g_sensitivity)(entry->row, entry->col);
     case ParameterKind::kRateLinear:
       return (*thermal->rate_linear)[entry->row];
     case ParameterKind::kRateQuadratic:
@@ -58,6 +60,7 @@ bool HoldsItsTerms(const Calibration& calibration) {
     const bool held =
         entry->kind == ParameterKind::kBias            ? power <= thermal.bias.size()
         : entry->kind == ParameterKind::kSensitivity   ? power <= thermal.sensitivity.size()
+        : entry->kind == ParameterKind::kGSensitivity  ? sensor->g_sensitivity.has_value()
         : entry->kind == ParameterKind::kRateLinear    ? thermal.rate_linear.has_value()
         : entry->kind == ParameterKind::kRateQuadratic ? thermal.rate_quadratic.has_value()
                                                        : thermal.rate_cross.has_value();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/graph.h"
 
+#include <cmath>
 #include <memory>
 
 #include <ceres/normal_prior.h>
@@ -14,6 +15,7 @@ namespace truetriad {
 namespace {
 
 constexpr int kMaxIterations = 200;
+constexpr int kMaxIntegrations = 10;
 
 // sum over entries of ((x_i - mean_i) / sigma_i)^2 for the priors that fall into one block.
 std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& priors,
@@ -35,13 +37,15 @@ std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& 
   return std::make_unique<ceres::NormalPrior>(weights, means);
 }
 
-}  // namespace
-
-SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
+SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
   ceres::Problem problem;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
 
   std::vector<double*> shared_blocks;
+  std::vector<double*> gyroscope_blocks;
+  for (const SharedBlock& block : GyroscopeBlocks(graph->layout)) {
+    gyroscope_blocks.push_back(graph->shared.data() + block.offset);
+  }
   for (const SharedBlock& block : SharedBlocks(graph->layout)) {
     double* values = graph->shared.data() + block.offset;
     problem.AddParameterBlock(values, block.size);
@@ -72,9 +76,20 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
     problem.AddResidualBlock(new PoseCost(graph->layout, node), nullptr, blocks);
   }
 
+  for (const IncrementEdge& edge : graph->increments) {
+    std::vector<double*> blocks = gyroscope_blocks;
+    blocks.push_back(graph->nodes[edge.from].state.data());
+    blocks.push_back(graph->nodes[edge.from + 1].state.data());
+    problem.AddResidualBlock(new IncrementCost(graph->layout, edge), nullptr, blocks);
+  }
+
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.linear_solver_ordering = ordering;
+  if (graph->increments.empty()) {
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.linear_solver_ordering = ordering;
+  } else {
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  }
   options.max_num_iterations = kMaxIterations;
   options.logging_type = ceres::SILENT;
   options.num_threads = 1;
@@ -92,6 +107,37 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   outcome.initial_cost = summary.initial_cost;
   outcome.final_cost = summary.final_cost;
   return outcome;
+}
+
+}  // namespace
+
+SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
+  const auto integrate = [graph] {
+    for (IncrementEdge& edge : graph->increments) {
+      edge.Integrate(graph->layout, graph->shared.data());
+    }
+  };
+  // An increment is linear in the gyroscope's parameters only near the point where it was
+  // integrated: integrated again, until the optimum stays.
+  SolveOutcome whole;
+  for (int round = 0; round < kMaxIntegrations; ++round) {
+    const Eigen::VectorXd before = graph->shared;
+    const SolveOutcome outcome = SolveLinearised(graph, tolerance);
+    if (round == 0) whole.initial_cost = outcome.initial_cost;
+    whole.converged = outcome.converged;
+    whole.iterations += outcome.iterations;
+    whole.final_cost = outcome.final_cost;
+    if (graph->increments.empty()) break;
+    const double moved =
+        ((graph->shared - before).array() / TypicalSizes(graph->layout, graph->shared).array())
+            .abs()
+            .maxCoeff();
+    if (!std::isfinite(moved)) break;
+    integrate();
+    // The error is of second order in what moved.
+    if (moved * moved < tolerance) break;
+  }
+  return whole;
 }
 
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "estimation/increment_edge.h"
 #include "estimation/parameters.h"
 #include "estimation/pose_node.h"
 
@@ -22,6 +23,7 @@ struct PoseGraph {
   SharedLayout layout;
   Eigen::VectorXd shared;
   std::vector<PoseNode> nodes;
+  std::vector<IncrementEdge> increments;  // in the order of their nodes
   std::vector<ScalarPrior> priors;
 
   // At the reference temperature.

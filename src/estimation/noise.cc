@@ -15,22 +15,84 @@ namespace {
 
 constexpr int kMaxScoringSteps = 60;
 
-// Mean over accepted poses of the rest variance of `triad` in true units.
-double MeanRestVariance(const PoseGraph& graph, Triad triad) {
-  const Eigen::Matrix3d correction = graph.sensitivity(triad).inverse();
+// Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
+struct VariancePart {
+  std::size_t factor = 0;
+  Eigen::Index row = 0;
+  NoiseComponent component = NoiseComponent::kAccelerometer;
+  std::size_t index = 0;  // of the observation in its node, or of the increment
+  Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// All of them, in the order of the factors. `unit` is at the graph's sensitivities.
+std::vector<VariancePart> PartsOf(const PoseGraph& graph) {
+  PerTriad<Eigen::Matrix3d> unit;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    unit[triad] = graph.sensitivity(triad) * graph.sensitivity(triad).transpose();
+  }
+  std::vector<VariancePart> parts;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::vector<Observation>& observations = graph.nodes[k].observations;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const Observation& seen = observations[i];
+      parts.push_back({k,
+                       static_cast<Eigen::Index>(3 * i),
+                       PoseNoise(seen.triad),
+                       i,
+                       unit[seen.triad],
+                       seen.variance,
+                       seen.weight,
+                       seen.rejected});
+    }
+  }
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    parts.push_back({graph.nodes.size() + i,
+                     0,
+                     NoiseComponent::kTurn,
+                     i,
+                     Eigen::Matrix3d::Identity(),
+                     edge.variance,
+                     edge.weight,
+                     edge.rejected});
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::string NoiseComponentName(NoiseComponent component) {
+  const std::optional<Triad> triad = TriadOf(component);
+  return triad ? std::string(TriadName(*triad)) : "turns";
+}
+
+double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component) {
   double sum = 0.0;
   int count = 0;
-  for (const PoseNode& node : graph.nodes) {
-    for (const Observation& observation : node.observations) {
-      if (observation.triad != triad || observation.rejected) continue;
-      sum += (correction * observation.rest_covariance * correction.transpose()).trace() / 3.0;
+  if (component == NoiseComponent::kTurn) {
+    for (const IncrementEdge& edge : graph.increments) {
+      if (edge.rejected) continue;
+      sum += edge.increment.covariance.trace() / 3.0;
       ++count;
+    }
+  }
+  for (const Triad triad : kTriads) {
+    if (PoseNoise(triad) != component) continue;
+    const Eigen::Matrix3d correction = graph.sensitivity(triad).inverse();
+    for (const PoseNode& node : graph.nodes) {
+      for (const Observation& seen : node.observations) {
+        if (seen.triad != triad || seen.rejected) continue;
+        sum += (correction * seen.rest_covariance * correction.transpose()).trace() / 3.0;
+        ++count;
+      }
     }
   }
   return count > 0 ? sum / count : 0.0;
 }
-
-}  // namespace
 
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
   PerTriad<Eigen::Matrix3d> unit;
@@ -44,57 +106,74 @@ void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
           observation.rest_covariance + excess[observation.triad] * unit[observation.triad];
     }
   }
+  for (IncrementEdge& edge : graph->increments) {
+    edge.variance =
+        edge.increment.covariance + excess[NoiseComponent::kTurn] * Eigen::Matrix3d::Identity();
+  }
 }
 
-ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
+ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessVariance& start,
                               const ExcessVariance& floor,
                               PoseGraph* graph,
                               ReducedSystem* system) {
   ExcessEstimate estimate;
   estimate.variance = start;
-  estimate.triads = triads;
-  const auto count = static_cast<Eigen::Index>(triads.size());
-  PerTriad<Eigen::Matrix3d> unit;
-  for (const Triad triad : triads) {
-    unit[triad] = graph->sensitivity(triad) * graph->sensitivity(triad).transpose();
-  }
+  estimate.components = components;
+  const auto count = static_cast<Eigen::Index>(components.size());
+  const auto place = [&](NoiseComponent component) {
+    return std::find(components.begin(), components.end(), component) - components.begin();
+  };
+  std::vector<VariancePart> parts = PartsOf(*graph);
+  std::erase_if(parts, [&](const VariancePart& part) {
+    return part.rejected || place(part.component) == count;
+  });
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     ApplyExcess(estimate.variance, graph);
     system->Eliminate(*graph);
     const Eigen::MatrixXd& covariance = system->covariance();
+    const std::vector<ReducedSystem::Factor>& factors = system->factors();
 
     Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
     Eigen::MatrixXd fisher = Eigen::MatrixXd::Zero(count, count);
-    estimate.sensitivities.assign(triads.size(),
+    estimate.sensitivities.assign(components.size(),
                                   Eigen::MatrixXd::Zero(system->size(), system->size()));
+    // Z_s and Z_s D J of each component, factor by factor.
+    std::vector<std::vector<PoseRowMatrix>> Z(components.size());
+    std::vector<std::vector<PoseRows>> ZB(components.size());
+    for (std::size_t s = 0; s < components.size(); ++s) {
+      for (const ReducedSystem::Factor& factor : factors) {
+        Z[s].push_back(PoseRowMatrix::Zero(factor.D.rows(), factor.D.cols()));
+        ZB[s].push_back(PoseRows::Zero(factor.B.rows(), factor.B.cols()));
+      }
+    }
+    for (const VariancePart& part : parts) {
+      const auto at = place(part.component);
+      const auto s = static_cast<std::size_t>(at);
+      const ReducedSystem::Factor& factor = factors[part.factor];
+      const Eigen::Matrix3d unit = part.unit / part.weight;
+      Z[s][part.factor].block<3, 3>(part.row, part.row) = unit;
+      ZB[s][part.factor].middleRows<3>(part.row) = unit * factor.B.middleRows<3>(part.row);
+      const Eigen::Vector3d q = factor.projected.segment<3>(part.row);
+      score[at] +=
+          0.5 * q.dot(unit * q) - 0.5 * (factor.D.block<3, 3>(part.row, part.row) * unit).trace();
+      estimate.sensitivities[s].noalias() +=
+          factor.B.middleRows<3>(part.row).transpose() * ZB[s][part.factor].middleRows<3>(part.row);
+    }
     // J^T D Z_s D Z_t D J, then with P in the middle once C_s is whole.
-    std::vector<Eigen::MatrixXd> mixed(triads.size() * triads.size(),
+    std::vector<Eigen::MatrixXd> mixed(components.size() * components.size(),
                                        Eigen::MatrixXd::Zero(system->size(), system->size()));
-    for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
-      const PoseNode& node = graph->nodes[k];
-      const ReducedSystem::Pose& pose = system->poses()[k];
-      const Eigen::MatrixXd B = pose.D * pose.J;
-      for (std::size_t i = 0; i < node.observations.size(); ++i) {
-        const Observation& first = node.observations[i];
-        const auto s = std::find(triads.begin(), triads.end(), first.triad) - triads.begin();
-        if (s == count || first.rejected) continue;
-        const auto row = static_cast<Eigen::Index>(3 * i);
-        const Eigen::Matrix3d Z = unit[first.triad] / first.weight;
-        const Eigen::Vector3d q = pose.projected.segment<3>(row);
-        score[s] += 0.5 * q.dot(Z * q) - 0.5 * (pose.D.block<3, 3>(row, row) * Z).trace();
-        estimate.sensitivities[static_cast<std::size_t>(s)].noalias() +=
-            B.middleRows<3>(row).transpose() * Z * B.middleRows<3>(row);
-        for (std::size_t j = 0; j < node.observations.size(); ++j) {
-          const Observation& second = node.observations[j];
-          const auto t = std::find(triads.begin(), triads.end(), second.triad) - triads.begin();
-          if (t == count || second.rejected) continue;
-          const auto col = static_cast<Eigen::Index>(3 * j);
-          const Eigen::Matrix3d Zt = unit[second.triad] / second.weight;
-          const Eigen::Matrix3d DZ = pose.D.block<3, 3>(row, col);
-          fisher(s, t) += 0.5 * (Z * DZ * Zt * DZ.transpose()).trace();
-          mixed[static_cast<std::size_t>(s * count + t)].noalias() +=
-              B.middleRows<3>(row).transpose() * Z * DZ * Zt * B.middleRows<3>(col);
+    for (Eigen::Index t = 0; t < count; ++t) {
+      const auto second = static_cast<std::size_t>(t);
+      // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
+      const std::vector<PoseRowMatrix> change = system->ProjectorDerivative(Z[second]);
+      const std::vector<PoseRows> DZB = system->Project(ZB[second]);
+      for (Eigen::Index s = 0; s < count; ++s) {
+        const auto first = static_cast<std::size_t>(s);
+        Eigen::MatrixXd& pair = mixed[static_cast<std::size_t>(s * count + t)];
+        for (std::size_t f = 0; f < factors.size(); ++f) {
+          fisher(s, t) -= 0.5 * change[f].cwiseProduct(Z[first][f]).sum();
+          pair.noalias() += ZB[first][f].transpose() * DZB[f];
         }
       }
     }
@@ -116,8 +195,8 @@ ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
     Eigen::MatrixXd active = fisher;
     Eigen::VectorXd active_score = score;
     for (Eigen::Index s = 0; s < count; ++s) {
-      const Triad triad = triads[static_cast<std::size_t>(s)];
-      if (estimate.variance[triad] <= floor[triad] && score[s] < 0.0) {
+      const NoiseComponent component = components[static_cast<std::size_t>(s)];
+      if (estimate.variance[component] <= floor[component] && score[s] < 0.0) {
         active.row(s).setZero();
         active.col(s).setZero();
         active(s, s) = 1.0;
@@ -128,13 +207,13 @@ ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
     estimate.covariance = fisher.fullPivLu().inverse();
     double largest_change = 0.0;
     for (Eigen::Index s = 0; s < count; ++s) {
-      const Triad triad = triads[static_cast<std::size_t>(s)];
-      double& variance = estimate.variance[triad];
+      const NoiseComponent component = components[static_cast<std::size_t>(s)];
+      double& variance = estimate.variance[component];
       const double sigma = std::sqrt(std::max(1.0 / fisher(s, s), 0.0));
       // Scoring overshoots far from the optimum: at most to a twentieth, never past zero.
       double next = std::max(variance + step[s], 0.05 * variance);
       if (next < 1e-9 * sigma) next = 0.0;
-      next = std::isfinite(next) ? std::max(next, floor[triad]) : variance;
+      next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
       largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
       variance = next;
     }
@@ -147,7 +226,7 @@ ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
 
 Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system) {
   Eigen::MatrixXd inner = Eigen::MatrixXd::Zero(system.size(), system.size());
-  const auto count = static_cast<Eigen::Index>(estimate.triads.size());
+  const auto count = static_cast<Eigen::Index>(estimate.components.size());
   for (Eigen::Index s = 0; s < count; ++s) {
     for (Eigen::Index t = 0; t < count; ++t) {
       inner +=
@@ -158,17 +237,19 @@ Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const Reduced
          system.covariance() * (inner + inner.transpose()) * system.covariance();
 }
 
-double ExcessDegreesOfFreedom(const ExcessEstimate& estimate, const PoseGraph& graph, Triad triad) {
-  const auto at = std::find(estimate.triads.begin(), estimate.triads.end(), triad);
-  if (at == estimate.triads.end()) return std::numeric_limits<double>::infinity();
-  const auto s = at - estimate.triads.begin();
-  const double total = estimate.variance[triad] + MeanRestVariance(graph, triad);
+double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
+                              const PoseGraph& graph,
+                              NoiseComponent component) {
+  const auto at = std::find(estimate.components.begin(), estimate.components.end(), component);
+  if (at == estimate.components.end()) return std::numeric_limits<double>::infinity();
+  const auto s = at - estimate.components.begin();
+  const double total = estimate.variance[component] + MeanKnownVariance(graph, component);
   return 2.0 * total * total / estimate.covariance(s, s);
 }
 
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
   JointTest test;
-  const auto count = static_cast<Eigen::Index>(estimate.triads.size());
+  const auto count = static_cast<Eigen::Index>(estimate.components.size());
   const double q = system.size();
   double a1 = 0.0;
   double a2 = 0.0;
@@ -214,31 +295,33 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& 
 // value, whatever the robust step did.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
   std::vector<DeletionTest> tests;
-  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-    const Eigen::MatrixXd P = system.ProjectorBlock(k);
-    for (std::size_t i = 0; i < graph.nodes[k].observations.size(); ++i) {
-      const Observation& observation = graph.nodes[k].observations[i];
-      const auto row = static_cast<Eigen::Index>(3 * i);
-      // In units of the observation's own standard deviation, so that eigenvalues compare.
-      const Eigen::Matrix3d root =
-          Eigen::LLT<Eigen::Matrix3d>(observation.variance / observation.weight).matrixL();
-      const Eigen::Matrix3d A = root.transpose() * P.block<3, 3>(row, row) * root;
-      const Eigen::Vector3d q = root.transpose() * system.poses()[k].projected.segment<3>(row);
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
-      DeletionTest test{k, i, 0.0, 0};
-      for (int axis = 0; axis < 3; ++axis) {
-        const double eigenvalue = solver.eigenvalues()[axis];
-        // Below this the observation is needed to determine something: it tests nothing.
-        if (eigenvalue < 1e-6) continue;
-        const double residual = solver.eigenvectors().col(axis).dot(q) / eigenvalue;
-        const double variance = 1.0 / eigenvalue - (1.0 - observation.weight);
-        test.chi2 += residual * residual / variance;
-        ++test.rank;
-      }
-      // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
-      if (!std::isfinite(test.chi2)) test = {k, i, 0.0, 0};
-      tests.push_back(test);
+  Eigen::MatrixXd P;
+  std::size_t projected = system.factors().size();
+  for (const VariancePart& part : PartsOf(graph)) {
+    const ReducedSystem::Factor& factor = system.factors()[part.factor];
+    if (part.factor != projected) P = system.ProjectorBlock(part.factor);
+    projected = part.factor;
+    // In units of the observation's own standard deviation, so that eigenvalues compare.
+    const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
+    const Eigen::Matrix3d A = root.transpose() * P.block<3, 3>(part.row, part.row) * root;
+    const Eigen::Vector3d q = root.transpose() * factor.projected.segment<3>(part.row);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+    DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double eigenvalue = solver.eigenvalues()[axis];
+      // Below this the observation is needed to determine something: it tests nothing.
+      if (eigenvalue < 1e-6) continue;
+      const double residual = solver.eigenvectors().col(axis).dot(q) / eigenvalue;
+      const double variance = 1.0 / eigenvalue - (1.0 - part.weight);
+      test.chi2 += residual * residual / variance;
+      ++test.rank;
     }
+    // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
+    if (!std::isfinite(test.chi2)) {
+      test.chi2 = 0.0;
+      test.rank = 0;
+    }
+    tests.push_back(test);
   }
   return tests;
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -12,10 +15,41 @@
 
 namespace truetriad {
 
-// Pose-to-pose excess variance of each triad, true unit squared.
-using ExcessVariance = PerTriad<double>;
+// Noise that comes on top of what the samples of a pose or of a turn show by themselves: of each
+// triad's pose means, and of the turns between poses.
+enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kTurn };
+inline constexpr std::size_t kNoiseComponents = 4;
+constexpr NoiseComponent PoseNoise(Triad triad) {
+  return triad == Triad::kAccelerometer ? NoiseComponent::kAccelerometer
+         : triad == Triad::kGyroscope   ? NoiseComponent::kGyroscope
+                                        : NoiseComponent::kMagnetometer;
+}
 
-// Sets every observation's variance to rest + excess * S S^T at the graph's sensitivities.
+// The triad whose pose means it belongs to; unset for turns.
+constexpr std::optional<Triad> TriadOf(NoiseComponent component) {
+  for (const Triad triad : kTriads) {
+    if (PoseNoise(triad) == component) return triad;
+  }
+  return std::nullopt;
+}
+// "accelerometer", …, "turns".
+std::string NoiseComponentName(NoiseComponent component);
+
+// Excess variance of each component: pose means in true unit squared, turns in rad^2.
+struct ExcessVariance {
+  std::array<double, kNoiseComponents> items{};
+  double& operator[](NoiseComponent component) {
+    return items[static_cast<std::size_t>(component)];
+  }
+  double operator[](NoiseComponent component) const {
+    return items[static_cast<std::size_t>(component)];
+  }
+  double& operator[](Triad triad) { return (*this)[PoseNoise(triad)]; }
+  double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
+};
+
+// Sets every observation's variance to rest + excess * S S^T at the graph's sensitivities, and
+// every turn's to that of its readings + excess.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
 // Variance components by restricted maximum likelihood (Patterson and Thompson 1971) on the
@@ -25,11 +59,11 @@ void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 //   F_st     =  1/2 tr(P Z_s P Z_t)
 //
 // all traces through the reduced system, so that the cost is linear in the number of poses.
-// Rejected observations do not count.
+// Rejected observations and turns do not count.
 struct ExcessEstimate {
   ExcessVariance variance{};
-  // Inverse Fisher information of the components, rows and columns in the order of `triads`.
-  std::vector<Triad> triads;
+  // Inverse Fisher information of the components, rows and columns in the order of `components`.
+  std::vector<NoiseComponent> components;
   Eigen::MatrixXd covariance;
   // C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s M^-1.
   std::vector<Eigen::MatrixXd> sensitivities;
@@ -37,11 +71,14 @@ struct ExcessEstimate {
   std::vector<Eigen::MatrixXd> curvatures;
 };
 // `floor`: no component goes below it (zero where rest noise keeps the weights finite).
-ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
+ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessVariance& start,
                               const ExcessVariance& floor,
                               PoseGraph* graph,
                               ReducedSystem* system);
+
+// Mean over what is accepted of a component's variance without excess, true unit squared.
+double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component);
 
 // Covariance of the free parameters that allows for the variances having been estimated from the
 // same data, which M^-1 alone does not: Kenward and Roger 1997,
@@ -52,7 +89,9 @@ ExcessEstimate EstimateExcess(const std::vector<Triad>& triads,
 Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system);
 
 // Degrees of freedom of an estimated variance: 2 v^2 / Var(v). Satterthwaite 1946.
-double ExcessDegreesOfFreedom(const ExcessEstimate& estimate, const PoseGraph& graph, Triad triad);
+double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
+                              const PoseGraph& graph,
+                              NoiseComponent component);
 
 // Reference distribution of the joint test of all free parameters after Kenward and Roger 1997,
 // eq. 5 to 9: with e the error and Φ the adjusted covariance, scale * e^T Φ^-1 e / q ~ F(q, dof).
@@ -63,14 +102,16 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
-// How badly one triad at one pose fits the prediction from everything else: χ² of the deletion
-// residual, with `rank` degrees of freedom (what remains after its pose took its share).
+// How badly one triad at one pose, or one turn, fits the prediction from everything else: χ² of the
+// deletion residual, with `rank` degrees of freedom (what remains after its pose took its share).
 struct DeletionTest {
-  std::size_t node = 0;
-  std::size_t observation = 0;
+  NoiseComponent component = NoiseComponent::kAccelerometer;
+  std::size_t node = 0;         // of a turn the first
+  std::size_t observation = 0;  // of a turn: which increment
   double chi2 = 0.0;
   int rank = 0;
 };
+// Those of the poses in order, observation by observation, then those of the turns.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system);
 
 }  // namespace truetriad

@@ -35,17 +35,20 @@ constexpr double kFirstNoiseShare = 1e-3;
 // Numerical floor of an estimated noise, as a share of the field strength.
 constexpr double kNoiseFloorShare = 1e-12;
 
-double ShareOfField(double share, Triad triad, const PoseGraph& graph) {
-  const double sigma = share * WorldVector(triad, graph.reference()).norm();
+// Variance of a share of what a component's readings are like.
+double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& graph) {
+  const std::optional<Triad> triad = TriadOf(component);
+  const bool is_field = triad && *triad != Triad::kGyroscope;
+  const double sigma = share * (is_field ? WorldVector(*triad, graph.reference()).norm() : 1.0);
   return sigma * sigma;
 }
 
 // Without rest noise the excess is all the noise there is, and exact data would drive it to zero.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
-  for (const Triad triad : noise.estimated) {
-    if (noise.source[triad] != NoiseSource::kResidual) continue;
-    floor[triad] = ShareOfField(kNoiseFloorShare, triad, graph);
+  for (const NoiseComponent component : noise.estimated) {
+    if (!noise.IsFromResiduals(component)) continue;
+    floor[component] = ShareOfSignal(kNoiseFloorShare, component, graph);
   }
   return floor;
 }
@@ -60,16 +63,16 @@ void Estimate(NoiseState* noise, PoseGraph* graph) {
 // Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
 // information on the excess: its estimate would be noise, and so would every σ made from it.
 void DropExcessThatIsNotSeen(NoiseState* noise, PoseGraph* graph, Messages* messages) {
-  std::vector<Triad> seen;
-  for (const Triad triad : noise->estimated) {
-    const double dof = ExcessDegreesOfFreedom(noise->estimate, *graph, triad);
-    if (dof >= kLeastExcessDof || noise->source[triad] == NoiseSource::kResidual) {
-      seen.push_back(triad);
+  std::vector<NoiseComponent> seen;
+  for (const NoiseComponent component : noise->estimated) {
+    const double dof = ExcessDegreesOfFreedom(noise->estimate, *graph, component);
+    if (dof >= kLeastExcessDof || noise->IsFromResiduals(component)) {
+      seen.push_back(component);
       continue;
     }
-    noise->excess[triad] = 0.0;
+    noise->excess[component] = 0.0;
     messages->push_back(
-        std::string(TriadName(triad)) +
+        NoiseComponentName(component) +
         ": these poses hold no information on pose-to-pose noise; σ rests on the noise inside "
         "rests alone (state `noise: { excess: { sigma: … } }` if you know it)");
   }
@@ -86,22 +89,37 @@ void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph) {
   const ReducedSystem system(*graph);
   const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
   const ExcessVariance floor = ExcessFloor(*noise, *graph);
-  for (const Triad triad : noise->estimated) {
+  for (const NoiseComponent component : noise->estimated) {
     std::vector<double> ratios;
-    const Eigen::Matrix3d correction = graph->sensitivity(triad).inverse();
-    double rest = 0.0;
     for (const DeletionTest& test : tests) {
-      const Observation& observation = graph->nodes[test.node].observations[test.observation];
-      if (observation.triad != triad || test.rank == 0) continue;
+      if (test.component != component || test.rank == 0) continue;
       ratios.push_back(test.chi2 / ChiSquareQuantile(0.5, test.rank));
-      rest += (correction * observation.rest_covariance * correction.transpose()).trace() / 3.0;
     }
     if (ratios.empty()) continue;
-    rest /= static_cast<double>(ratios.size());
-    noise->excess[triad] =
-        std::max(Median(ratios) * (rest + noise->excess[triad]) - rest, floor[triad]);
+    const double known = MeanKnownVariance(*graph, component);
+    noise->excess[component] =
+        std::max(Median(ratios) * (known + noise->excess[component]) - known, floor[component]);
   }
   ApplyExcess(noise->excess, graph);
+}
+
+bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
+  return a.component != NoiseComponent::kTurn && a.node == b.node;
+}
+
+// The weight of what was tested.
+struct RobustWeight {
+  double& weight;
+  bool& rejected;
+};
+
+RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
+  if (test.component == NoiseComponent::kTurn) {
+    IncrementEdge& edge = graph->increments[test.observation];
+    return {edge.weight, edge.rejected};
+  }
+  Observation& observation = graph->nodes[test.node].observations[test.observation];
+  return {observation.weight, observation.rejected};
 }
 
 // Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
@@ -122,58 +140,57 @@ bool UpdateWeights(const RobustOptions& robust,
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
   }
-  PerTriad<double> dof{{std::numeric_limits<double>::infinity(),
-                        std::numeric_limits<double>::infinity(),
-                        std::numeric_limits<double>::infinity()}};
-  for (const Triad triad : noise.estimated) {
-    if (!noise.estimate.triads.empty()) {
-      const double found = ExcessDegreesOfFreedom(noise.estimate, *graph, triad);
-      dof[triad] = found > 1.0 ? found : 1.0;
-    }
+  std::array<double, kNoiseComponents> dof{};
+  dof.fill(std::numeric_limits<double>::infinity());
+  for (const NoiseComponent component : noise.estimated) {
+    if (noise.estimate.components.empty()) continue;
+    const double found = ExcessDegreesOfFreedom(noise.estimate, *graph, component);
+    dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
   }
 
   bool changed = false;
   double moved = 0.0;
-  std::size_t t = 0;
-  for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
-    PoseNode& node = graph->nodes[k];
-    const std::size_t first = t;
+  for (std::size_t first = 0; first < tests.size();) {
     // At one pose the triads share the blame for their disagreement: only the worst goes, and the
-    // others are judged again without it.
+    // others are judged again without it. A turn stands by itself.
+    const bool is_turn = tests[first].component == NoiseComponent::kTurn;
+    std::size_t end = first;
     std::size_t worst = first;
     double worst_ratio = -1.0;
     bool has_rejected = false;
-    for (; t < tests.size() && tests[t].node == k; ++t) {
-      has_rejected = has_rejected || node.observations[tests[t].observation].rejected;
-      const double ratio = tests[t].rank > 0 ? tests[t].chi2 / tests[t].rank : 0.0;
+    for (; end < tests.size() && (is_turn ? end == first : IsSamePose(tests[end], tests[first]));
+         ++end) {
+      has_rejected = has_rejected || WeightOf(tests[end], graph).rejected;
+      const double ratio = tests[end].rank > 0 ? tests[end].chi2 / tests[end].rank : 0.0;
       if (ratio > worst_ratio) {
         worst_ratio = ratio;
-        worst = t;
+        worst = end;
       }
     }
-    for (std::size_t i = first; i < t; ++i) {
-      Observation& observation = node.observations[tests[i].observation];
+    for (std::size_t i = first; i < end; ++i) {
+      const RobustWeight now = WeightOf(tests[i], graph);
       double weight = 1.0;
       bool rejected = false;
       if (tests[i].rank > 0) {
         const double z = std::sqrt(tests[i].chi2);
         const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
         if (z > limit) weight = limit / z;
-        const double nu = dof[observation.triad];
+        const double nu = dof[static_cast<std::size_t>(tests[i].component)];
         const double p = std::isfinite(nu)
                              ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
                              : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
-        rejected = p < level && (observation.rejected || (!has_rejected && i == worst));
+        rejected = p < level && (now.rejected || (!has_rejected && i == worst));
       } else {
-        rejected = observation.rejected;
+        rejected = now.rejected;
       }
-      rejected = rejected || (observation.rejected && !may_readmit);
+      rejected = rejected || (now.rejected && !may_readmit);
       if (rejected) weight = kRejectedWeight;
-      changed = changed || rejected != observation.rejected;
-      moved += std::abs(weight - observation.weight);
-      observation.rejected = rejected;
-      observation.weight = weight;
+      changed = changed || rejected != now.rejected;
+      moved += std::abs(weight - now.weight);
+      now.rejected = rejected;
+      now.weight = weight;
     }
+    first = end;
   }
   return changed || moved > kSettledWeight * static_cast<double>(tests.size());
 }
@@ -209,7 +226,7 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
       noise.source[triad] = all_have_covariance ? NoiseSource::kStatic : NoiseSource::kResidual;
     }
     if (noise.source[triad] == NoiseSource::kResidual || sensor.excess == ExcessNoise::kEstimate) {
-      noise.estimated.push_back(triad);
+      noise.estimated.push_back(PoseNoise(triad));
     } else if (sensor.excess == ExcessNoise::kGiven) {
       noise.excess[triad] = sensor.excess_sigma * sensor.excess_sigma;
     }
@@ -218,9 +235,9 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
 }
 
 void StartNoise(NoiseState* noise, PoseGraph* graph) {
-  for (const Triad triad : noise->estimated) {
-    if (noise->source[triad] != NoiseSource::kResidual) continue;
-    noise->excess[triad] = ShareOfField(kFirstNoiseShare, triad, *graph);
+  for (const NoiseComponent component : noise->estimated) {
+    if (!noise->IsFromResiduals(component)) continue;
+    noise->excess[component] = ShareOfSignal(kFirstNoiseShare, component, *graph);
   }
   ApplyExcess(noise->excess, graph);
 }
@@ -246,6 +263,7 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
       if (node.kind == PoseKind::kDirection) dof += 2;
     }
   }
+  for (const IncrementEdge& edge : graph.increments) dof += edge.rejected ? 0 : 3;
   return dof;
 }
 
@@ -268,9 +286,10 @@ int SettleNoise(const RobustOptions& robust,
           "no residual degrees of freedom: pose-to-pose noise could not be estimated, σ rests on "
           "the noise inside rests alone");
     }
-    for (const Triad triad : noise->estimated) {
-      noise->unknown = noise->unknown || noise->source[triad] == NoiseSource::kResidual;
-      if (noise->source[triad] != NoiseSource::kResidual) noise->excess[triad] = 0.0;
+    for (const NoiseComponent component : noise->estimated) {
+      const bool from_residuals = noise->IsFromResiduals(component);
+      noise->unknown = noise->unknown || from_residuals;
+      if (!from_residuals) noise->excess[component] = 0.0;
     }
     noise->estimated.clear();
   }
@@ -295,9 +314,9 @@ int SettleNoise(const RobustOptions& robust,
       DropExcessThatIsNotSeen(noise, graph, messages);
     }
     bool excess_changed = false;
-    for (const Triad triad : noise->estimated) {
-      excess_changed = excess_changed || std::abs(noise->excess[triad] - before[triad]) >
-                                             kSettledExcess * noise->excess[triad];
+    for (const NoiseComponent component : noise->estimated) {
+      excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
+                                             kSettledExcess * noise->excess[component];
     }
     if (!weights_changed && !excess_changed) break;
   }

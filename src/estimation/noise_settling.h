@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "estimation/graph.h"
@@ -15,10 +16,16 @@ namespace truetriad {
 // What is known of the noise that weights the observations, and how.
 struct NoiseState {
   PerTriad<NoiseSource> source{};
-  std::vector<Triad> estimated;  // triads whose excess is estimated
+  std::vector<NoiseComponent> estimated;  // whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
   bool unknown = false;  // residuals were to show it, and there are none
+
+  // All the noise of this component there is comes from the residuals.
+  bool IsFromResiduals(NoiseComponent component) const {
+    const std::optional<Triad> triad = TriadOf(component);
+    return triad && source[*triad] == NoiseSource::kResidual;
+  }
 };
 
 // Where each triad's rest noise comes from, and whether its excess is estimated.

@@ -34,6 +34,7 @@ std::string SpokenName(const std::string& text) {
     const std::string row(1, kAxes[static_cast<std::size_t>(name->row)]);
     const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
     std::string spoken(TriadName(name->triad));
+    if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
     if (name->kind != ParameterKind::kSensitivity) {
       spoken += " bias " + row;
     } else {
@@ -227,6 +228,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
   PoseGraph extended = graph;
   const std::vector<CandidatePose> candidates = CandidatePoses(graph);
   extended.nodes.clear();
+  extended.increments.clear();
   extended.priors.clear();
   for (const CandidatePose& candidate : candidates) extended.nodes.push_back(candidate.node);
   const ReducedSystem added(extended);
@@ -258,7 +260,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
     std::size_t best = 0;
     std::vector<double> gains(candidates.size());
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-      const ReducedSystem::Pose& pose = added.poses()[c];
+      const ReducedSystem::Factor& pose = added.factors()[c];
       const Eigen::VectorXd moved = pose.J * free;
       gains[c] = moved.dot(pose.D * moved);
       if (gains[c] > best_gain) {

@@ -10,17 +10,20 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kAxes = "xyz";
-constexpr NamedValues<ParameterKind, 5> kKinds = {{
+constexpr NamedValues<ParameterKind, 6> kKinds = {{
     {ParameterKind::kBias, "bias"},
     {ParameterKind::kSensitivity, "sensitivity"},
+    {ParameterKind::kGSensitivity, "g_sensitivity"},
     {ParameterKind::kRateLinear, "rate.linear"},
     {ParameterKind::kRateQuadratic, "rate.quadratic"},
     {ParameterKind::kRateCross, "rate.cross"},
 }};
 
-bool IsRate(ParameterKind kind) {
-  return kind != ParameterKind::kBias && kind != ParameterKind::kSensitivity;
+bool IsMatrix(ParameterKind kind) {
+  return kind == ParameterKind::kSensitivity || kind == ParameterKind::kGSensitivity;
 }
+
+bool IsRate(ParameterKind kind) { return kind != ParameterKind::kBias && !IsMatrix(kind); }
 
 }  // namespace
 
@@ -31,7 +34,7 @@ std::string ParameterName::str() const {
   if (power > 0) text.append(".").append(std::to_string(power));
   text += '.';
   text += kAxes[static_cast<std::size_t>(row)];
-  if (kind == ParameterKind::kSensitivity) text += kAxes[static_cast<std::size_t>(col)];
+  if (IsMatrix(kind)) text += kAxes[static_cast<std::size_t>(col)];
   return text;
 }
 
@@ -54,12 +57,11 @@ std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
   }
   const auto kind = kKinds.Find(what);
   const std::string_view axes = std::string_view(text).substr(last + 1);
-  if (!kind || axes.size() != (*kind == ParameterKind::kSensitivity ? 2U : 1U)) return std::nullopt;
+  if (!kind || axes.size() != (IsMatrix(*kind) ? 2U : 1U)) return std::nullopt;
   name.kind = *kind;
   if (axes.find_first_not_of(kAxes) != std::string_view::npos) return std::nullopt;
   name.row = static_cast<int>(kAxes.find(axes.front()));
-  if (name.kind == ParameterKind::kSensitivity)
-    name.col = static_cast<int>(kAxes.find(axes.back()));
+  if (IsMatrix(name.kind)) name.col = static_cast<int>(kAxes.find(axes.back()));
   return name;
 }
 

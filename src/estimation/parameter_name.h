@@ -8,19 +8,27 @@
 
 namespace truetriad {
 
-enum class ParameterKind { kBias, kSensitivity, kRateLinear, kRateQuadratic, kRateCross };
+enum class ParameterKind {
+  kBias,
+  kSensitivity,
+  kGSensitivity,
+  kRateLinear,
+  kRateQuadratic,
+  kRateCross
+};
 
 // One entry of a sensor's model, by the name that it has in a covariance:
 //
 //   accelerometer.bias.x                        magnetometer.sensitivity.xy
 //   accelerometer.thermal.bias.2.x              magnetometer.thermal.sensitivity.1.xy
 //   accelerometer.thermal.rate.linear.x         (quadratic, cross)
+//   gyroscope.g_sensitivity.xy
 struct ParameterName {
   Triad triad = Triad::kAccelerometer;
   ParameterKind kind = ParameterKind::kBias;
   int power = 0;  // of tau; 0: at the reference
   int row = 0;
-  int col = 0;  // of a sensitivity
+  int col = 0;  // of a matrix
 
   std::string str() const;
   // Unset: no entry of a sensor's model ("reference.dip_rad").

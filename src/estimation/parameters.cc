@@ -10,6 +10,47 @@
 #include "truetriad/model/world.h"
 
 namespace truetriad {
+namespace {
+
+// A unit that is turned by hand.
+constexpr double kTypicalRateRadps = 1.0;
+
+}  // namespace
+
+ThermalFactors SharedLayout::FactorsOf(Triad triad,
+                                       double temperature_degc,
+                                       double temperature_rate_degcps) const {
+  if (thermal[triad].size() == 0) return {};
+  return thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps);
+}
+
+TriadModel<double> SharedLayout::ModelOf(Triad triad,
+                                         const double* shared,
+                                         const ThermalFactors& factors) const {
+  TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + sensitivity[triad]),
+                           Eigen::Map<const Eigen::Vector3d>(shared + bias[triad])};
+  thermal[triad].AddTerms(factors, shared, &model);
+  return model;
+}
+
+void SharedLayout::SetModelJacobian(Triad triad,
+                                    const ThermalFactors& factors,
+                                    const Eigen::Matrix3d& by_bias,
+                                    const Eigen::Matrix<double, 3, 9>& by_sensitivity,
+                                    Eigen::Ref<Eigen::MatrixXd> rows) const {
+  rows.middleCols<3>(bias[triad]) = by_bias;
+  rows.middleCols<9>(sensitivity[triad]) = by_sensitivity;
+  const ThermalBlock& terms = thermal[triad];
+  if (terms.size() == 0) return;
+  const auto vector_factors = terms.VectorFactors(factors);
+  for (int i = 0; i < terms.vector_count(); ++i) {
+    rows.middleCols<3>(terms.vector_at(i)) = vector_factors[static_cast<std::size_t>(i)] * by_bias;
+  }
+  for (int i = 0; i < terms.terms.matrix_order; ++i) {
+    rows.middleCols<9>(terms.matrix_at(i)) =
+        factors.power[static_cast<std::size_t>(i)] * by_sensitivity;
+  }
+}
 
 Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
   const Eigen::MatrixXd rows = basis.middleRows(offset, block_size);
@@ -77,7 +118,8 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     if (!layout.Has(triad)) continue;
     const Eigen::Map<const Eigen::Matrix3d> sensitivity(&shared[layout.sensitivity[triad]]);
     const Eigen::Vector3d gain = sensitivity.rowwise().norm();
-    const double strength = WorldVector(triad, reference).norm();
+    const double strength =
+        triad == Triad::kGyroscope ? kTypicalRateRadps : WorldVector(triad, reference).norm();
     sizes.segment<3>(layout.bias[triad]) = gain * strength;
     sizes.segment<9>(layout.sensitivity[triad]) = gain.replicate<3, 1>();
     const ThermalBlock& thermal = layout.thermal[triad];
@@ -87,6 +129,11 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     for (int i = 0; i < thermal.terms.matrix_order; ++i) {
       sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
     }
+  }
+  if (layout.g_sensitivity >= 0) {
+    // As large a rate from the pull of gravity as the typical one.
+    sizes.segment<9>(layout.g_sensitivity) =
+        sizes.segment<3>(layout.bias[Triad::kGyroscope]).replicate<3, 1>() / reference[kGravity];
   }
   sizes[layout.reference + kGravity] = reference[kGravity];
   sizes[layout.reference + kField] = reference[kField];
@@ -130,6 +177,12 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
       if (wanted) name_vector(thermal.vector_at(i++), kind, 0);
     }
     for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
+  }
+  if (layout.g_sensitivity >= 0) {
+    for (int i = 0; i < 9; ++i) {
+      name(layout.g_sensitivity + i) =
+          ParameterName{Triad::kGyroscope, ParameterKind::kGSensitivity, 0, i % 3, i / 3}.str();
+    }
   }
   name(layout.reference + kGravity) = "reference.gravity_mps2";
   name(layout.reference + kField) = "reference.field_ut";

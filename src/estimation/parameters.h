@@ -10,6 +10,7 @@
 #include "estimation/thermal_block.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 
@@ -24,6 +25,7 @@ enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferen
 //   <triad>.bias         3   raw unit
 //   <triad>.sensitivity  9   raw per true unit, column-major
 //   <triad>.thermal          temperature terms that are wanted, thermal_block.h
+//   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
 //   reference            4   g (m/s^2), B (uT), dip (rad), heading of the field (rad)
 //   face_tilt            2 a face of the six-face block, rad about its two tangent axes
 //
@@ -35,6 +37,7 @@ struct SharedLayout {
   PerTriad<int> sensitivity{{-1, -1, -1}};
   PerTriad<ThermalBlock> thermal;
   ThermalScale thermal_scale;
+  int g_sensitivity = -1;
   int reference = 0;
   std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
   int size = 0;
@@ -44,6 +47,23 @@ struct SharedLayout {
 
   bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
+
+  // What the temperature terms of `triad` are multiplied with; all zero where it has none.
+  ThermalFactors FactorsOf(Triad triad,
+                           double temperature_degc,
+                           double temperature_rate_degcps) const;
+  // The triad's model with these factors.
+  TriadModel<double> ModelOf(Triad triad,
+                             const double* shared,
+                             const ThermalFactors& factors) const;
+  // Sets the columns of a triad's bias, sensitivity and temperature terms in `rows`, from the
+  // derivatives with respect to the bias and the sensitivity (columns of it one after another)
+  // that ModelOf gives.
+  void SetModelJacobian(Triad triad,
+                        const ThermalFactors& factors,
+                        const Eigen::Matrix3d& by_bias,
+                        const Eigen::Matrix<double, 3, 9>& by_sensitivity,
+                        Eigen::Ref<Eigen::MatrixXd> rows) const;
 
   // The basis restricted to one block: its own rows, only the columns that touch it.
   Eigen::MatrixXd BlockBasis(int offset, int block_size) const;

@@ -6,6 +6,7 @@
 #include <ceres/cost_function.h>
 #include <ceres/manifold.h>
 
+#include "estimation/increment_edge.h"
 #include "estimation/parameters.h"
 #include "estimation/pose_node.h"
 
@@ -19,6 +20,8 @@ struct SharedBlock {
 
 // The blocks of a layout that are parameters of the graph, in the model's order.
 std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout);
+// Those that turns depend on: the gyroscope's.
+std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout);
 
 // One residual block a pose: all its triads and its attitude prior, whitened.
 //
@@ -36,6 +39,21 @@ class PoseCost final : public ceres::CostFunction {
  private:
   const SharedLayout& layout_;
   const PoseNode& node_;
+  std::vector<SharedBlock> blocks_;
+};
+
+// One residual block a turn between two poses, whitened. As PoseCost; parameters: the shared
+// blocks, then the states of both poses.
+class IncrementCost final : public ceres::CostFunction {
+ public:
+  IncrementCost(const SharedLayout& layout, const IncrementEdge& edge);
+  bool Evaluate(double const* const* parameters,
+                double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const SharedLayout& layout_;
+  const IncrementEdge& edge_;
   std::vector<SharedBlock> blocks_;
 };
 

@@ -5,54 +5,15 @@
 
 #include <Eigen/Cholesky>
 
+#include "truetriad/math/rotation.h"
+
 namespace truetriad {
-namespace {
-
-Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
-  const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
-  const Eigen::Vector3d vector = sign * rotation.vec();
-  const double norm = vector.norm();
-  // atan2(s, c) / s -> 1 for s -> 0, and is exact to rounding below this norm.
-  if (norm < 1e-9) return 2.0 * vector;
-  return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
-}
-
-// Inverse of the right Jacobian of SO(3): d Log(R Exp(d)) / dd. Forster et al. 2017, eq. 8.
-Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& log) {
-  const double angle = log.norm();
-  const Eigen::Matrix3d skew = Skew(log);
-  // Series of 1/a^2 - (1 + cos a) / (2 a sin a), whose closed form cancels for small angles.
-  const double factor = angle < 1e-2 ? 1.0 / 12.0 + angle * angle / 720.0
-                                     : 1.0 / (angle * angle) - (1.0 + std::cos(angle)) /
-                                                                   (2.0 * angle * std::sin(angle));
-  return Eigen::Matrix3d::Identity() + 0.5 * skew + factor * skew * skew;
-}
-
-TriadModel<double> ModelOf(const SharedLayout& layout,
-                           const double* shared,
-                           Triad triad,
-                           const ThermalFactors& factors) {
-  TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + layout.sensitivity[triad]),
-                           Eigen::Map<const Eigen::Vector3d>(shared + layout.bias[triad])};
-  layout.thermal[triad].AddTerms(factors, shared, &model);
-  return model;
-}
-
-}  // namespace
 
 TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
                                           const double* shared,
                                           Triad triad) const {
-  return ModelOf(layout,
-                 shared,
-                 triad,
-                 layout.thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps));
-}
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& vector) {
-  Eigen::Matrix3d skew;
-  skew << 0.0, -vector.z(), vector.y(), vector.z(), 0.0, -vector.x(), -vector.y(), vector.x(), 0.0;
-  return skew;
+  return layout.ModelOf(
+      triad, shared, layout.FactorsOf(triad, temperature_degc, temperature_rate_degcps));
 }
 
 Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction) {
@@ -102,38 +63,22 @@ void PoseNode::Evaluate(const SharedLayout& layout,
 
   int row = 0;
   for (const Observation& observation : observations) {
-    const int bias_at = layout.bias[observation.triad];
-    const int sensitivity_at = layout.sensitivity[observation.triad];
-    const ThermalBlock& thermal = layout.thermal[observation.triad];
     const ThermalFactors factors =
-        thermal.size() > 0
-            ? layout.thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps)
-            : ThermalFactors();
-    const TriadModel<double> model = ModelOf(layout, shared, observation.triad, factors);
+        layout.FactorsOf(observation.triad, temperature_degc, temperature_rate_degcps);
+    const TriadModel<double> model = layout.ModelOf(observation.triad, shared, factors);
     const Eigen::Matrix3d& sensitivity = model.sensitivity;
     const Eigen::Vector3d field = FieldInBody(observation.triad, reference, state_values);
     residual->segment<3>(row) = sensitivity * field + model.bias - observation.mean_raw;
     if (shared_jacobian != nullptr) {
-      shared_jacobian->block<3, 3>(row, bias_at).setIdentity();
+      Eigen::Matrix<double, 3, 9> by_sensitivity;
       for (int axis = 0; axis < 3; ++axis) {
-        shared_jacobian->block<3, 3>(row, sensitivity_at + 3 * axis)
-            .diagonal()
-            .setConstant(field[axis]);
+        by_sensitivity.middleCols<3>(3 * axis) = field[axis] * Eigen::Matrix3d::Identity();
       }
-      const auto vector_factors = thermal.VectorFactors(factors);
-      for (int i = 0; i < thermal.vector_count(); ++i) {
-        shared_jacobian->block<3, 3>(row, thermal.vector_at(i))
-            .diagonal()
-            .setConstant(vector_factors[static_cast<std::size_t>(i)]);
-      }
-      for (int i = 0; i < thermal.terms.matrix_order; ++i) {
-        const double factor = factors.power[static_cast<std::size_t>(i)];
-        for (int axis = 0; axis < 3; ++axis) {
-          shared_jacobian->block<3, 3>(row, thermal.matrix_at(i) + 3 * axis)
-              .diagonal()
-              .setConstant(factor * field[axis]);
-        }
-      }
+      layout.SetModelJacobian(observation.triad,
+                              factors,
+                              Eigen::Matrix3d::Identity(),
+                              by_sensitivity,
+                              shared_jacobian->middleRows<3>(row));
       const auto world_jacobian = WorldVectorJacobian(observation.triad, reference);
       if (kind == PoseKind::kDirection) {
         // Only the strength of the one field matters: d|v|/dp = v^T/|v| dv/dp.

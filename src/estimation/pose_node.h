@@ -14,14 +14,17 @@
 namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
-// Three triads with all temperature terms, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 16;
+// Three triads with all temperature terms, g-sensitivity, reference, six tilts.
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 25;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize>;
 using PoseRowMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
+// Rows of one factor, any number of columns.
+using PoseRows =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, Eigen::Dynamic>;
 using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
 
 // What is unknown about the attitude of one pose.
@@ -107,8 +110,6 @@ struct PoseNode {
 
 // Two unit vectors that complete the unit vector `direction` to a right-handed frame.
 Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
-
-Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 
 // Outward axis of a face (order +x, -x, +y, …) and its two tangent axes as columns.
 Eigen::Matrix3d FaceAxes(int face);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estimation/pose_node.h"
+#include "truetriad/math/rotation.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
@@ -24,9 +25,15 @@ std::vector<ListedMatrix> MatricesOf(Triad triad, PresentedSolution* solution) {
     return PlaceOf(solution->covariance, {triad, ParameterKind::kSensitivity, power, 0, 0});
   };
   std::vector<ListedMatrix> matrices = {{&solution->models[triad]->sensitivity, first(0)}};
-  if (!solution->thermal[triad]) return matrices;
-  for (Eigen::Matrix3d& term : solution->thermal[triad]->sensitivity) {
-    matrices.push_back({&term, first(static_cast<int>(matrices.size()))});
+  if (solution->thermal[triad]) {
+    for (Eigen::Matrix3d& term : solution->thermal[triad]->sensitivity) {
+      matrices.push_back({&term, first(static_cast<int>(matrices.size()))});
+    }
+  }
+  if (triad == Triad::kGyroscope && solution->g_sensitivity) {
+    matrices.push_back(
+        {&*solution->g_sensitivity,
+         PlaceOf(solution->covariance, {triad, ParameterKind::kGSensitivity, 0, 0, 0})});
   }
   return matrices;
 }
@@ -88,6 +95,13 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
       }
     }
   }
+  if (layout.g_sensitivity >= 0) {
+    solution.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(&graph.shared[layout.g_sensitivity]);
+    for (int entry = 0; entry < 9; ++entry) {
+      const int at = layout.g_sensitivity + RowMajorPlace(entry);
+      list(at, layout.basis.row(at));
+    }
+  }
   for (int i = 0; i < kReferenceSize; ++i) {
     const int at = layout.reference + i;
     if (layout.IsFree(at)) list(at, layout.basis.row(at));
@@ -105,6 +119,9 @@ PresentedSolution SolutionOf(const Calibration& calibration) {
     if (!calibration.sensors[triad]) continue;
     solution.models[triad] = calibration.sensors[triad]->model;
     solution.thermal[triad] = calibration.sensors[triad]->thermal;
+    if (triad == Triad::kGyroscope) {
+      solution.g_sensitivity = calibration.sensors[triad]->g_sensitivity;
+    }
   }
   solution.covariance = calibration.covariance;
   return solution;

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "estimation/graph.h"
+#include "estimation/tridiagonal_chain.h"
 
 namespace truetriad {
 
@@ -13,34 +14,42 @@ namespace truetriad {
 // complement. What ceres::Covariance would give where it can, plus what it cannot: projections of
 // residuals, variance components, rank-deficient systems.
 //
-// One pose has rows r + J t + A p (t: free shared coordinates, p: the pose's tangent space) with
-// covariance V. Eliminating p projects its rows:
+// A factor has rows r + J t + A p (t: free shared coordinates, p: the tangent spaces of the poses
+// that it sees, one, or two neighbours) with covariance V. Eliminating the poses projects the rows
+// of all factors,
 //
 //   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
 //
-// so that the reduced information is M = prior + sum J^T D J, and with the whole system's projector
-// P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns) the blocks of P and P r are
+// so that the reduced information is M = prior + J^T D J, and with the whole system's projector
+// P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns)
 //
-//   P_kk = D_k - D_k J_k M^-1 J_k^T D_k        (P r)_k = D_k (r_k + J_k step).
+//   P = D - D J M^-1 J^T D        P r = D (r + J step).
+//
+// Only the blocks of one factor are ever formed: A^T V^-1 A is block tridiagonal, and everything
+// is linear in the number of poses.
 class ReducedSystem {
  public:
-  struct Pose {
+  struct Factor {
+    std::size_t node = 0;  // the pose that it sees, or the first of the two
     PoseResidual12 residual;
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, Eigen::Dynamic> J;
+    PoseRows J;
     PoseStateJacobian A;
-    PoseRowMatrix D;
-    PoseResidual12 projected;  // (P r)_k
+    PoseStateJacobian A_next;   // of the next pose; no columns where that is not seen
+    PoseRowMatrix information;  // V^-1
+    PoseRowMatrix D;            // its own block of D
+    PoseRows B;                 // its rows of D J
+    PoseResidual12 projected;   // its rows of P r
   };
 
-  // Linearises all poses.
+  // Linearises all factors: those of the poses in their order, then the increments in theirs.
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // Eliminates with the variances and weights the graph's nodes have now. Cheap against the
-  // constructor; may be called again after the variances changed.
+  // Eliminates with the variances and weights the graph has now. Cheap against the constructor; may
+  // be called again after the variances changed.
   void Eliminate(const PoseGraph& graph);
 
   int size() const { return static_cast<int>(information_.rows()); }
-  const std::vector<Pose>& poses() const { return poses_; }
+  const std::vector<Factor>& factors() const { return factors_; }
 
   // M, in free coordinates.
   const Eigen::MatrixXd& information() const { return information_; }
@@ -55,11 +64,22 @@ class ReducedSystem {
   // The Gauss-Newton step in free coordinates; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
 
-  // P_kk of one pose.
-  Eigen::MatrixXd ProjectorBlock(std::size_t pose) const;
+  // The factor's own block of P.
+  Eigen::MatrixXd ProjectorBlock(std::size_t factor) const;
+
+  // D y, for any number of columns; rows of each factor by themselves.
+  std::vector<PoseRows> Project(const std::vector<PoseRows>& y) const;
+
+  // Own blocks of dD = -D dV D, for a change of the variance of each factor.
+  std::vector<PoseRowMatrix> ProjectorDerivative(const std::vector<PoseRowMatrix>& dV) const;
 
  private:
-  std::vector<Pose> poses_;
+  Eigen::MatrixXd PoseRightSide(const std::vector<PoseRows>& weighted) const;
+  void FormChain();
+
+  std::vector<Factor> factors_;
+  std::vector<int> tangent_sizes_;
+  TridiagonalChain chain_;
   Eigen::VectorXd scale_;
   Eigen::MatrixXd prior_information_;
   Eigen::VectorXd prior_gradient_;

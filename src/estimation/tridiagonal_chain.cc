@@ -32,6 +32,35 @@ TridiagonalChain::TridiagonalChain(const std::vector<Block>& diagonal,
   }
 }
 
+// Each line of the constructor, differentiated.
+void TridiagonalChain::CovarianceDerivative(const std::vector<Block>& diagonal,
+                                            const std::vector<Block>& coupling,
+                                            std::vector<Block>* own,
+                                            std::vector<Block>* with_next) const {
+  const std::size_t count = poses();
+  std::vector<Block> inverse(count), gain(coupling_.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    Block left = diagonal[k];
+    if (k > 0 && IsCoupled(k - 1)) {
+      left.noalias() -= coupling[k - 1].transpose() * gain_[k - 1];
+      left.noalias() -= coupling_[k - 1].transpose() * gain[k - 1];
+    }
+    inverse[k] = -inverse_[k] * left * inverse_[k];
+    if (k < coupling_.size() && IsCoupled(k)) {
+      gain[k] = inverse[k] * coupling_[k] + inverse_[k] * coupling[k];
+    }
+  }
+  own->assign(count, Block());
+  with_next->assign(coupling_.size(), Block());
+  for (std::size_t k = count; k-- > 0;) {
+    (*own)[k] = inverse[k];
+    if (k >= coupling_.size() || !IsCoupled(k)) continue;
+    (*with_next)[k] = -gain[k] * covariance_[k + 1] - gain_[k] * (*own)[k + 1];
+    (*own)[k].noalias() -= (*with_next)[k] * gain_[k].transpose();
+    (*own)[k].noalias() -= with_next_[k] * gain[k].transpose();
+  }
+}
+
 Eigen::MatrixXd TridiagonalChain::Solve(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
   Eigen::MatrixXd x = b;
   const auto rows = [&](std::size_t k) { return x.middleRows(offset_[k], inverse_[k].rows()); };

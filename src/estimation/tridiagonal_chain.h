@@ -37,6 +37,14 @@ class TridiagonalChain {
   // Blocks of N^-1: of one pose, and between a pose and the next (empty when not coupled).
   const Block& Covariance(std::size_t pose) const { return covariance_[pose]; }
   const Block& CovarianceWithNext(std::size_t pose) const { return with_next_[pose]; }
+  const std::vector<Block>& covariances() const { return covariance_; }
+  const std::vector<Block>& covariances_with_next() const { return with_next_; }
+
+  // How those blocks change when N changes by blocks of the same sizes.
+  void CovarianceDerivative(const std::vector<Block>& diagonal,
+                            const std::vector<Block>& coupling,
+                            std::vector<Block>* own,
+                            std::vector<Block>* with_next) const;
 
  private:
   bool IsCoupled(std::size_t pose) const { return coupling_[pose].size() > 0; }

@@ -86,7 +86,7 @@ void StateSensors(const SettledRun& run,
     const bool residual = noise.source[triad] == NoiseSource::kResidual;
     sensor.noise.sigma = ((residual ? total : rest) / std::max(count, 1)).cwiseSqrt();
     sensor.noise.excess_sigma = residual ? 0.0 : std::sqrt(noise.excess[triad]);
-    sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, triad);
+    sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, PoseNoise(triad));
     calibration->sensors[triad] = sensor;
   }
 }
@@ -127,8 +127,8 @@ void StateRejected(const PoseGraph& graph, Quality* quality) {
 // χ² of the residuals over their degrees of freedom.
 double ReducedChi2(const ReducedSystem& system, double dof) {
   double sum = 0.0;
-  for (const ReducedSystem::Pose& pose : system.poses()) {
-    sum += (pose.residual + pose.J * system.step()).dot(pose.projected);
+  for (const ReducedSystem::Factor& factor : system.factors()) {
+    sum += (factor.residual + factor.J * system.step()).dot(factor.projected);
   }
   return sum / dof;
 }

@@ -70,6 +70,23 @@ TEST(TridiagonalChain, GivesTheBlocksOfTheInverse) {
   }
 }
 
+// d N^-1 = -N^-1 dN N^-1, exactly.
+TEST(TridiagonalChain, GivesTheDerivativeOfTheInverse) {
+  const Example at(3), change(4);
+  const TridiagonalChain chain(at.diagonal, at.coupling);
+  const Eigen::MatrixXd inverse = at.dense.inverse();
+  const Eigen::MatrixXd expected = -inverse * change.dense * inverse;
+  std::vector<Block> own, with_next;
+  chain.CovarianceDerivative(change.diagonal, change.coupling, &own, &with_next);
+  for (std::size_t k = 0; k < chain.poses(); ++k) {
+    const auto rows = expected.middleRows(chain.offset(k), own[k].rows());
+    EXPECT_LT((own[k] - rows.middleCols(chain.offset(k), own[k].cols())).norm(), 1e-14);
+    if (k + 1 == chain.poses() || with_next[k].size() == 0) continue;
+    EXPECT_LT((with_next[k] - rows.middleCols(chain.offset(k + 1), with_next[k].cols())).norm(),
+              1e-14);
+  }
+}
+
 TEST(TridiagonalChain, MayBeEmpty) {
   const TridiagonalChain chain(std::vector<Block>{}, std::vector<Block>{});
   EXPECT_EQ(chain.size(), 0);

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/increment_edge.h"
+
+#include <Eigen/Cholesky>
+
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+constexpr Triad kGyroscope = Triad::kGyroscope;
+
+GyroModel ModelAt(const SharedLayout& layout, const double* shared, const ThermalFactors& factors) {
+  GyroModel model{layout.ModelOf(kGyroscope, shared, factors)};
+  if (layout.g_sensitivity >= 0) {
+    model.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(shared + layout.g_sensitivity);
+  }
+  return model;
+}
+
+}  // namespace
+
+void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) {
+  at = ModelAt(
+      layout, shared, layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps));
+  increment = IntegrateMove(move, at, sigma_raw, sampling);
+}
+
+void IncrementEdge::Evaluate(const SharedLayout& layout,
+                             const double* shared,
+                             const double* first_state,
+                             const double* second_state,
+                             Eigen::Vector3d* residual,
+                             PoseSharedJacobian* shared_jacobian,
+                             Eigen::Matrix3d* first_jacobian,
+                             Eigen::Matrix3d* second_jacobian) const {
+  const ThermalFactors factors =
+      layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps);
+  const GyroModel model = ModelAt(layout, shared, factors);
+  const Eigen::Map<const Eigen::Quaterniond> first(first_state), second(second_state);
+  const Eigen::Vector3d change =
+      increment.by_bias * (model.triad.bias - at.triad.bias) +
+      increment.by_sensitivity *
+          Eigen::Matrix3d(model.triad.sensitivity - at.triad.sensitivity).reshaped() +
+      increment.by_g_sensitivity *
+          Eigen::Matrix3d(model.g_sensitivity - at.g_sensitivity).reshaped();
+  const Eigen::Quaterniond turned = increment.rotation * RotationExp(change);
+  *residual = RotationLog(turned.conjugate() * first.conjugate() * second);
+
+  const Eigen::Matrix3d from_right = InverseRightJacobian(*residual);
+  if (second_jacobian != nullptr) *second_jacobian = from_right;
+  if (first_jacobian != nullptr) {
+    // (R Exp(d))^T Q = R^T Q Exp(-Q^T R d).
+    *first_jacobian = -from_right * (second.conjugate() * first).toRotationMatrix();
+  }
+  if (shared_jacobian == nullptr) return;
+  // Exp(-J_r(change) J d) from the left; the inverse left Jacobian is the right one's transpose.
+  const Eigen::Matrix3d by_change = -from_right.transpose() * RightJacobian(change);
+  shared_jacobian->setZero(3, layout.size);
+  layout.SetModelJacobian(kGyroscope,
+                          factors,
+                          by_change * increment.by_bias,
+                          by_change * increment.by_sensitivity,
+                          *shared_jacobian);
+  if (layout.g_sensitivity >= 0) {
+    shared_jacobian->block<3, 9>(0, layout.g_sensitivity) = by_change * increment.by_g_sensitivity;
+  }
+}
+
+Eigen::Matrix3d IncrementEdge::SquareRootInformation() const {
+  const Eigen::LLT<Eigen::Matrix3d> factor(variance / weight);
+  return factor.matrixL().solve(Eigen::Matrix3d::Identity());
+}
+
+}  // namespace truetriad

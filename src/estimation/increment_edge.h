@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "estimation/parameters.h"
+#include "estimation/pose_node.h"
+#include "truetriad/model/gyro_increment.h"
+
+namespace truetriad {
+
+// What the gyroscope says about the turn from one pose to the next.
+//
+//   rows   Log(dR(b, S, G)^T R_k^T R_k+1)        rad, in the body frame of the second pose
+//
+// dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
+// moves that point.
+struct IncrementEdge {
+  std::size_t from = 0;  // index of the first node; the second is the next
+  GyroMove move;
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Ones();  // of one reading
+  RateSampling sampling = RateSampling::kInstantaneous;
+  // Mean of both poses; only read where there are temperature terms.
+  double temperature_degc = 25.0;
+  double temperature_rate_degcps = 0.0;
+
+  GyroModel at;  // where it was integrated
+  GyroIncrement increment;
+
+  // What it is weighted with: the readings' noise and the excess.
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  // Robust weight: divides the variance.
+  double weight = 1.0;
+  bool rejected = false;
+
+  // Integrates again, at the present parameters.
+  void Integrate(const SharedLayout& layout, const double* shared);
+
+  // As PoseNode::Evaluate, with the tangent spaces of both nodes.
+  void Evaluate(const SharedLayout& layout,
+                const double* shared,
+                const double* first_state,
+                const double* second_state,
+                Eigen::Vector3d* residual,
+                PoseSharedJacobian* shared_jacobian,
+                Eigen::Matrix3d* first_jacobian,
+                Eigen::Matrix3d* second_jacobian) const;
+
+  // W with W^T W the inverse covariance of the rows, robust weight included.
+  Eigen::Matrix3d SquareRootInformation() const;
+};
+
+}  // namespace truetriad
