@@ -192,6 +192,52 @@ class Fleet {
   std::optional<Error> failure_;
 };
 
+/// About what the recordings of all units take on the disk.
+struct ExpectedSize {
+  double rows = 0.0;
+  double bytes = 0.0;
+};
+
+ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
+  // As numbers come with their separators: readings in steps of a thousandth, times in
+  // milliseconds.
+  constexpr double kBytesANumber = 7.5, kBytesATime = 11.0;
+  ExpectedSize size;
+  double numbers = 0.0;
+  for (const auto& sensor : scenario.sensors) {
+    if (!sensor) continue;
+    const SensorSampling& sampling = sensor->sampling;
+    const double samples = unit.duration_s() * sampling.rate_hz * (1.0 - sampling.dropout);
+    size.rows = unit.format().one_file ? std::max(size.rows, samples) : size.rows + samples;
+    numbers += 3.0 * samples;
+  }
+  if (scenario.temperature.logged) numbers += size.rows;
+  size.rows *= scenario.count;
+  size.bytes = kBytesATime * size.rows + kBytesANumber * numbers * scenario.count;
+  return size;
+}
+
+/// Refuses what the disk has no room for, and says beforehand that something takes long.
+Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
+  const Result<std::unique_ptr<Simulation>> unit = Simulation::Create(scenario, 0);
+  TRUETRIAD_RETURN_IF_ERROR(unit);
+  const ExpectedSize size = SizeOf(scenario, **unit);
+  constexpr double kBytesAGb = 1e9;
+  char text[200];
+  std::snprintf(text, sizeof text, "%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
+  std::error_code unknown;
+  const fs::space_info space = fs::space(folder, unknown);
+  if (!unknown && size.bytes > static_cast<double>(space.available)) {
+    char room[64];
+    std::snprintf(room, sizeof room, "%.3g GB", static_cast<double>(space.available) / kBytesAGb);
+    return BadInputError(FLAGS_output + ": the recording would have " + text +
+                         "; there is room for " + room +
+                         ": shorten the motion, lower the rates or take fewer units");
+  }
+  if (size.bytes > kBytesAGb) std::fprintf(stderr, "truetriad simulate: writing %s\n", text);
+  return {};
+}
+
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   if (scenario.count == 1) {
@@ -220,6 +266,7 @@ Result<int> Run(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(staging);
+  TRUETRIAD_RETURN_IF_ERROR(CheckRoom(*scenario, (*staging)->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
