@@ -56,12 +56,11 @@ std::string PlanText(const Plan& plan) {
 std::string PlanHtml(const Plan& plan) {
   std::string html =
       "<section>\n<h2>Take these poses, in this order</h2>\n"
-      "<p>Each picture shows the unit from a little above" +
-      std::string(HeadingMatters(plan) ? "; you look to magnetic north (N)"
-                                       : "; which way it faces (N) does not matter") +
-      ". x, y and z are the axes of the unit; a face with −x is the one opposite to x. Put the "
-      "unit "
-      "down as drawn, hands off, let it rest, tick the box, go on.</p>\n"
+      "<p>Each picture shows the unit from a little above; " +
+      std::string(HeadingMatters(plan) ? "the arrow N points to magnetic north"
+                                       : "which way it faces (N) does not matter") +
+      ". x, y and z are the axes of the unit; a face with −x is the one opposite to x. Put it down "
+      "as drawn, hands off, let it rest, tick the box, go on.</p>\n"
       "<ol class=\"poses\">\n";
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
   html += "</ol>\n</section>\n";
