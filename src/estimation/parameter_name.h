@@ -22,6 +22,9 @@ struct ParameterName {
   int row = 0;
   int col = 0;  // of a sensitivity
 
+  bool is_thermal() const {
+    return power > 0 || (kind != ParameterKind::kBias && kind != ParameterKind::kSensitivity);
+  }
   std::string str() const;
   // Unset: no entry of a sensor's model ("reference.dip_rad").
   static std::optional<ParameterName> Parse(const std::string& text);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "report/format.h"
 #include "truetriad/model/attitude_sets.h"
@@ -10,8 +12,16 @@
 namespace truetriad {
 namespace {
 
-/// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy".
+/// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy",
+/// "accelerometer.thermal.bias.2.x" -> "accelerometer bias τ^2 x".
 std::string Spoken(std::string name) {
+  for (const auto& [from, to] : {std::pair(".thermal.bias.", ".bias.τ^"),
+                                 std::pair(".thermal.sensitivity.", ".sensitivity.τ^"),
+                                 std::pair(".thermal.rate.", ".bias.rate.")}) {
+    if (const std::size_t at = name.find(from); at != std::string::npos) {
+      name.replace(at, std::string_view(from).size(), to);
+    }
+  }
   for (const char* unit : {"_rad", "_ut", "_mps2", "_error"}) {
     if (const std::size_t at = name.find(unit); at != std::string::npos) {
       name.erase(at, std::string(unit).size());

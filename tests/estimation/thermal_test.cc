@@ -235,5 +235,123 @@ TEST(CalibrateSoak, RecoversRateTerms) {
   ExpectExact(soak, ExactPoses(soak));
 }
 
+TEST(CalibrateSoak, RefusesAPoseWithoutTemperature) {
+  Random random(5);
+  const Soak soak = MakeSoak(CubicAndLinear(), 6, true, &random);
+  PoseSet poses = ExactPoses(soak);
+  poses.poses[7].temperature_degc.reset();
+  const auto summary = Calibrate(poses, soak.options);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(summary.error().message, HasSubstr("pose 8 has no temperature"));
+}
+
+TEST(CalibrateSoak, NamesTheTermsThatTooFewTemperaturesLeaveOpen) {
+  Random random(6);
+  Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
+  for (double& temperature : soak.temperatures_degc) {
+    if (temperature < 0.0) temperature = 0.0;
+    if (temperature > 50.0) temperature = 45.0;
+  }
+  const auto summary = Calibrate(ExactPoses(soak), soak.options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable);
+  ASSERT_FALSE(summary->calibration.quality.weak_directions.empty());
+  for (const WeakDirection& weak : summary->calibration.quality.weak_directions) {
+    EXPECT_THAT(weak.description, AllOf(HasSubstr(" bias "), HasSubstr("tau^3")));
+    EXPECT_THAT(weak.advice, HasSubstr("more temperatures (3 were seen)"));
+  }
+}
+
+TEST(CalibrateSoak, StatesItsRangeAndKeepsToItWhenEvaluated) {
+  Random random(7);
+  const Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
+  PoseSet poses = ExactPoses(soak);
+  const auto summary = Calibrate(poses, soak.options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const auto& thermal = summary->calibration.sensors[Triad::kMagnetometer]->thermal;
+  ASSERT_TRUE(thermal);
+  EXPECT_EQ(thermal->reference_degc, kReferenceDegc);
+  EXPECT_EQ(thermal->range_degc, Eigen::Vector2d(kSoakDegc.front(), kSoakDegc.back()));
+  const auto seen = Evaluate(summary->calibration, poses);
+  ASSERT_TRUE(seen) << seen.error().message;
+  EXPECT_LT(*seen->norm_rms[Triad::kMagnetometer], 1e-6);
+  // Those at the upper end say that they were warmer still: the same, being held at the end.
+  for (StaticPose& pose : poses.poses) {
+    if (*pose.temperature_degc == kSoakDegc.back()) *pose.temperature_degc += 30.0;
+  }
+  const auto beyond = Evaluate(summary->calibration, poses);
+  ASSERT_TRUE(beyond) << beyond.error().message;
+  EXPECT_EQ(*beyond->norm_rms[Triad::kMagnetometer], *seen->norm_rms[Triad::kMagnetometer]);
+  poses.poses[2].temperature_degc.reset();
+  const auto refused = Evaluate(summary->calibration, poses);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("pose 3 has no temperature"));
+}
+
+TEST(CalibrateSoak, ComparesItsTermsToo) {
+  Random random(8);
+  const Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
+  const auto one =
+      Calibrate(PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+  const auto other =
+      Calibrate(PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+  ASSERT_TRUE(one && other);
+  const auto comparison = Compare(one->calibration, other->calibration);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  // 24 static parameters less the gauge, and the dip; 15 and 18 temperature terms.
+  EXPECT_EQ(comparison->dof, 22 + 33);
+  EXPECT_GT(comparison->p_value, 1e-3);  // one seed: it agrees or the terms are mixed up
+  EXPECT_THAT(comparison->entries.back().parameter, HasSubstr("dip"));
+}
+
+// Chebyshev polynomials of a scaled variable, and what they are in tau, are the same function.
+TEST(ThermalBlock, TermsInTauAreTheScaledOnes) {
+  Random random(9);
+  ThermalOptions terms;
+  terms.bias_order = 7;
+  terms.matrix_order = 3;
+  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  const ThermalBlock block{0, terms};
+  const ThermalScale scale{25.0, 10.0, 40.0, 0.02};
+  Eigen::VectorXd shared(block.size());
+  for (double& value : shared) value = random.Normal();
+  const ThermalTerms in_tau = block.TermsInTau(scale, shared.data());
+  for (const double temperature : {-30.0, 0.0, 25.0, 50.0}) {
+    TriadModel<double> scaled;
+    block.AddTerms(scale.FactorsAt(temperature, 0.013), shared.data(), &scaled);
+    const TriadModel<double> model =
+        ModelAtTemperature(TriadModel<double>(), in_tau, temperature, 0.013);
+    // Coefficients of T_7 reach 64, and powers cancel by as much: some 1e3 roundings.
+    EXPECT_LT((scaled.bias - model.bias).norm(), 1e-11);
+    EXPECT_LT((scaled.sensitivity - model.sensitivity).norm(), 1e-11);
+  }
+}
+
+TEST(ParameterName, ReadsBackWhatItWrites) {
+  const std::vector<ParameterName> names = {
+      {Triad::kAccelerometer, ParameterKind::kBias, 0, 2, 0},
+      {Triad::kMagnetometer, ParameterKind::kSensitivity, 0, 1, 2},
+      {Triad::kMagnetometer, ParameterKind::kBias, 7, 0, 0},
+      {Triad::kAccelerometer, ParameterKind::kSensitivity, 3, 2, 1},
+      {Triad::kGyroscope, ParameterKind::kRateQuadratic, 0, 1, 0},
+  };
+  for (const ParameterName& name : names) {
+    const auto back = ParameterName::Parse(name.str());
+    ASSERT_TRUE(back) << name.str();
+    EXPECT_EQ(back->str(), name.str());
+    EXPECT_EQ(back->power, name.power);
+  }
+  for (const char* text : {"reference.dip_rad",
+                           "accelerometer",
+                           "accelerometer.bias.w",
+                           "",
+                           ".",
+                           "accelerometer.thermal.rate.3.x",
+                           "accelerometer.thermal..x"}) {
+    EXPECT_FALSE(ParameterName::Parse(text)) << text;
+  }
+}
+
 }  // namespace
 }  // namespace truetriad
