@@ -179,6 +179,17 @@ TEST_F(SimulateVerb, RefusesWhatNoDiskHasRoomFor) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("out")), {}), 0);
 }
 
+TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
+  // A day and a half of readings takes seconds; half a second leads into the midst of them.
+  const std::string output = folder_.Path("out");
+  const Finished run = RunShell("{ '" TRUETRIAD_BINARY "' simulate --config='" + kScenarios +
+                                "tactical-6dof.yaml' --output='" + output +
+                                "' --set='motion=[{poses: {attitudes: cube, rest_s: 5000}}]' & "
+                                "sleep 0.5; kill -TERM $!; wait $!; echo $?; }");
+  EXPECT_EQ(run.out, "143\n");
+  EXPECT_TRUE(!std::filesystem::exists(output) || std::filesystem::is_empty(output));
+}
+
 TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
   const Finished run = RunTruetriad({"inspect",

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -30,6 +31,11 @@ namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The signal that asked the program to end, or 0.
+volatile std::sig_atomic_t ended_by = 0;
+
+extern "C" void NoteEnd(int signal) { ended_by = signal; }
 
 /// A folder inside the output folder that is gone at the end, whatever happens: files appear in
 /// their places only once all of them are whole.
@@ -139,7 +145,8 @@ class Fleet {
   Fleet(const Scenario& scenario, fs::path folder)
       : scenario_(scenario), folder_(std::move(folder)) {}
 
-  /// Error: the first of any unit; the others are then given up.
+  /// Error: the first of any unit; the others are then given up. A signal that has been noted ends
+  /// the program as it would have done, once what was written so far is removed.
   Status Write(int threads, const ProgressCallback& progress) {
     const auto count = static_cast<std::size_t>(std::min(threads, scenario_.count));
     shares_ = std::vector<std::atomic<double>>(count);
@@ -149,6 +156,12 @@ class Fleet {
     std::unique_lock lock(mutex_);
     while (running_ > 0) {
       ended_.wait_for(lock, std::chrono::milliseconds(100));
+      if (ended_by != 0) {
+        std::error_code ignored;
+        fs::remove_all(folder_, ignored);
+        std::signal(ended_by, SIG_DFL);
+        std::raise(ended_by);
+      }
       if (!progress) continue;
       double done = finished_;
       for (const std::atomic<double>& share : shares_) done += share;
@@ -270,6 +283,10 @@ Result<int> Run(const std::vector<std::string>&) {
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
+    for (const int signal : {SIGINT, SIGTERM}) {
+      // A program that was started to ignore a signal (nohup) goes on ignoring it.
+      if (std::signal(signal, NoteEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
+    }
     ProgressLine progress("simulating " + scenario->serial);
     TRUETRIAD_RETURN_IF_ERROR(
         Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));
