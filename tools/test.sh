@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Builds everything and runs all tests but the nightly ones. Arguments go to ctest.
-# With --nightly: the whole of the statistical tests instead, which takes half an hour; further
-# arguments go to tools/bench/accuracy.py.
+# With --nightly: the whole of the statistical tests instead, some minutes; further arguments go to
+# tools/bench/accuracy.py.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

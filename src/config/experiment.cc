@@ -14,8 +14,8 @@
 
 #include "config/documents.h"
 #include "config/experiment_draft.h"
-#include "config/yaml_values.h"
 #include "config/plan.h"
+#include "config/yaml_values.h"
 #include "io/yaml_reader.h"
 #include "truetriad/io/calibration_file.h"
 
@@ -39,9 +39,6 @@ void RefuseUnavailable(YamlReader root) {
   }
   for (const Triad triad : kCalibratedTriads) {
     YamlReader sensor = sensors.Child(TriadName(triad));
-    if (YamlReader thermal = sensor.Child("thermal")) {
-      thermal.Fail("temperature terms are" + std::string(kVersion) + "remove the key");
-    }
     if (YamlReader model = sensor.Child("model"); IsWord(model, "auto")) {
       model.Fail("choosing the model automatically is" + std::string(kVersion) +
                  "name one of bias, diagonal, symmetric, full");
@@ -155,6 +152,36 @@ void ReadFixed(YamlReader reader, TriadOptions* options, bool* identity) {
   reader.RejectUnknown();
 }
 
+/// A whole number from zero to `most`.
+void ReadOrder(YamlReader reader, int most, int* order) {
+  int value = 0;
+  if (!reader.Read(&value)) return;
+  if (value >= 0 && value <= most) {
+    *order = value;
+  } else {
+    reader.Fail("an order of 0 (none) to " + std::to_string(most) + " is expected");
+  }
+}
+
+void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
+  if (!reader) return;
+  if (IsWord(reader, "none")) {
+    *thermal = ThermalOptions();
+    return;
+  }
+  ReadOrder(reader.Child("bias_order"), ThermalOptions::kMaxBiasOrder, &thermal->bias_order);
+  ReadOrder(reader.Child("matrix_order"), ThermalOptions::kMaxMatrixOrder, &thermal->matrix_order);
+  ReadChoice(reader.Child("matrix"), ThermalMatrices(), &thermal->matrix);
+  if (YamlReader rate = reader.Child("rate")) {
+    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = false;
+    for (const YamlReader& item : rate.Items()) {
+      bool ThermalOptions::*term = nullptr;
+      if (ReadChoice(item, kRateTerms, &term)) thermal->*term = true;
+    }
+  }
+  reader.RejectUnknown();
+}
+
 void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
@@ -162,6 +189,7 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
+  ReadThermal(reader.Child("thermal"), &options.thermal);
   reader.RejectUnknown();
 }
 

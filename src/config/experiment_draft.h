@@ -31,6 +31,15 @@ inline auto Models() {
 inline auto NoiseSources() {
   return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
 }
+inline auto ThermalMatrices() {
+  return Named(ThermalMatrixName,
+               std::array{ThermalMatrix::kFull, ThermalMatrix::kDiagonal, ThermalMatrix::kScale});
+}
+constexpr NamedValues<bool ThermalOptions::*, 3> kRateTerms = {{
+    {&ThermalOptions::rate_linear, "linear"},
+    {&ThermalOptions::rate_quadratic, "quadratic"},
+    {&ThermalOptions::rate_cross, "cross"},
+}};
 constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
     {AccelerometerSign::kSpecificForce, "specific_force"},
     {AccelerometerSign::kGravity, "gravity"},

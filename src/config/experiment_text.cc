@@ -29,6 +29,19 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Close();
 }
 
+void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
+  std::string rates;
+  for (const auto& [term, name] : kRateTerms.entries) {
+    if (thermal.*term) rates.append(rates.empty() ? "" : ", ").append(name);
+  }
+  out.Open("thermal");
+  out.Line("bias_order", thermal.bias_order);
+  out.Line("matrix_order", thermal.matrix_order);
+  out.Line("matrix", ThermalMatrixName(thermal.matrix));
+  out.Line("rate", "[", rates, "]");
+  out.Close();
+}
+
 void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
   const Experiment& experiment = draft.experiment;
   const TriadOptions& options = experiment.options.triads[triad];
@@ -65,6 +78,7 @@ void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
     if (options.fixed_bias) out.Line("bias", *options.fixed_bias);
     out.Close();
   }
+  if (options.thermal.any()) WriteThermal(out, options.thermal);
   out.Close();
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/plan.h"
 
+#include <algorithm>
 #include <limits>
+#include <vector>
 
 #include "config/documents.h"
 #include "config/experiment_draft.h"
@@ -30,20 +32,35 @@ bool ReadCount(YamlReader reader, const Range& range, int* value) {
 
 void ReadRotations(YamlReader reader, PlanGrid* grid) {
   if (!reader) return;
+  grid->continuous = false;
   if (IsWord(reader, "hand")) {
-    *grid = {HandAttitudes(), false};
+    grid->attitudes = HandAttitudes();
   } else if (IsWord(reader, "cube-24")) {
-    *grid = {CubeAttitudes(), false};
+    grid->attitudes = CubeAttitudes();
   } else if (IsWord(reader, "six-face")) {
-    *grid = {SixFaceAttitudes(), false};
+    grid->attitudes = SixFaceAttitudes();
   } else if (reader.IsMap()) {
     int count = 0;
     if (ReadCount(reader.RequireChild("spread"), kSpread, &count)) {
-      *grid = {SpreadAttitudes(count), true};
+      grid->attitudes = SpreadAttitudes(count);
+      grid->continuous = true;
     }
     reader.RejectUnknown();
   } else {
     reader.Fail("one of hand, cube-24, six-face, { spread: 600 } is expected");
+  }
+}
+
+void ReadTemperatures(YamlReader reader, std::vector<double>* temperatures) {
+  if (!reader) return;
+  temperatures->clear();
+  for (const YamlReader& item : reader.Items()) {
+    ReadNumber(
+        item, {-273.15, 1000.0, "a chamber temperature in degC"}, &temperatures->emplace_back());
+  }
+  std::sort(temperatures->begin(), temperatures->end());
+  if (std::adjacent_find(temperatures->begin(), temperatures->end()) != temperatures->end()) {
+    reader.Fail("a temperature stands here twice");
   }
 }
 
@@ -99,6 +116,7 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   }
   ReadCount(reader.Child("max_poses"), {1, 1000, "1 to 1000 poses"}, &plan->max_poses);
   ReadRotations(reader.Child("rotations"), &plan->grid);
+  ReadTemperatures(reader.Child("temperatures_degc"), &plan->grid.temperatures_degc);
   ReadChoice(reader.Child("criterion"), kCriteria, &plan->criterion);
   if (std::string file; reader.Optional("program", &file)) plan->program = Resolve(file, path);
   ReadCount(reader.Child("random"), {0, 10000, "0 to 10000 draws"}, &plan->random_draws);

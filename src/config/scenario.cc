@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/config/scenario.h"
 
-#include <cstdint>
+#include <charconv>
+#include <map>
 #include <optional>
+#include <sstream>
+#include <system_error>
 #include <utility>
 
 #include "config/documents.h"
@@ -19,7 +22,24 @@ namespace {
 struct Draft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
+  /// Where the sensors and the items of lists stand, "file:line: ", by the words with which
+  /// Scenario::Validate() names them.
+  std::map<std::string, std::string> places;
 };
+
+/// "file:line: "; an override has no lines.
+std::string PlaceOf(const YamlReader& reader) {
+  const bool is_override = reader.file().starts_with("--set");
+  return reader.file() + (is_override ? "" : ":" + std::to_string(reader.line())) + ": ";
+}
+
+void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
+  if (!list.IsSequence()) return;
+  int number = 0;
+  for (const YamlReader& item : list.Items()) {
+    draft->places[word + " " + std::to_string(++number) + " "] = PlaceOf(item);
+  }
+}
 
 void ReadWorld(YamlReader reader, SimulatedWorld* world) {
   if (!reader) return;
@@ -67,11 +87,13 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
   root.Optional("description", &scenario.description);
   root.Child("base");  // Has been read before all others.
   ReadDevice(root.Child("device"), &scenario);
-  if (YamlReader seed = root.Child("seed")) {
-    std::int64_t value = 0;
-    if (seed.Read(&value)) {
-      if (value < 0) seed.Fail("a whole number of at least zero is expected");
-      scenario.seed = static_cast<std::uint64_t>(value);
+  std::string text;
+  if (YamlReader seed = root.Child("seed"); seed.Read(&text)) {
+    const char* const end = text.data() + text.size();
+    const auto [parsed_to, failure] = std::from_chars(text.data(), end, scenario.seed);
+    if (failure != std::errc() || parsed_to != end) {
+      seed.Fail("`" + text +
+                "` is no seed; a whole number from 0 to 18446744073709551615 is expected");
     }
   }
   if (YamlReader count = root.Child("count")) {
@@ -82,13 +104,17 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
   ReadWorld(root.Child("world"), &scenario.world);
   if (YamlReader sensors = root.Child("sensors")) {
     for (const Triad triad : kTriads) {
-      ReadScenarioSensor(sensors.Child(TriadName(triad)), triad, &draft->sensors[triad]);
+      const YamlReader sensor = sensors.Child(TriadName(triad));
+      if (sensor) draft->places[std::string(TriadName(triad))] = PlaceOf(sensor);
+      ReadScenarioSensor(sensor, triad, &draft->sensors[triad]);
     }
     sensors.RejectUnknown();
   }
+  NotePlaces(root.Child("motion"), "motion step", draft);
   ReadMotion(root.Child("motion"), file, &scenario.motion);
   ReadNumber(root.Child("first_rest_s"), kPositive, &scenario.first_rest_s);
   ReadTemperature(root.Child("temperature"), &scenario.temperature);
+  NotePlaces(root.Child("disturbances"), "disturbance", draft);
   ReadDisturbances(root.Child("disturbances"), &scenario.disturbances);
   root.RejectUnknown();
 }
@@ -108,12 +134,18 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
   if (const Status status = base->status(); !status) errors->push_back(status.error().message);
 }
 
-/// `prefix` before each line of `message`.
-void AddLines(const std::string& prefix, std::string message, std::vector<std::string>* errors) {
-  for (std::size_t end = 0; !message.empty(); message.erase(0, end)) {
-    end = message.find('\n');
-    errors->push_back(prefix + message.substr(0, end));
-    end = end == std::string::npos ? message.size() : end + 1;
+/// Each line of `message` after the place of what it is about, or else `path`.
+void AddLines(const std::string& message,
+              const std::string& path,
+              const Draft& draft,
+              std::vector<std::string>* errors) {
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);) {
+    std::string place = path + ": ";
+    for (const auto& [word, where] : draft.places) {
+      if (line.starts_with(word)) place = where;
+    }
+    errors->push_back(place + line);
   }
 }
 
@@ -136,13 +168,14 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
   if (errors.empty()) {
     for (const Triad triad : kTriads) {
       if (!draft.sensors[triad]) continue;
-      const std::string place = path + ": sensors." + std::string(TriadName(triad)) + ": ";
+      const std::string name(TriadName(triad));
+      const std::string place = draft.places[name] + "sensors." + name + ": ";
       draft.scenario.sensors[triad] = SettledSensor(*draft.sensors[triad], place, &errors);
     }
   }
   if (errors.empty()) {
     const Status valid = draft.scenario.Validate();
-    if (!valid) AddLines(path + ": ", valid.error().message, &errors);
+    if (!valid) AddLines(valid.error().message, path, draft, &errors);
   }
   if (!errors.empty()) return BadInputError(Joined(errors));
   return std::move(draft.scenario);

@@ -23,6 +23,7 @@ namespace {
 constexpr Range kTemperature{-273.15, 1000.0, "a temperature in degC"};
 /// More poses than anybody takes; a guard against a slip of the keyboard.
 constexpr int kMaxPoses = 100000;
+constexpr int kMostRests = std::numeric_limits<int>::max();
 
 constexpr NamedValues<Triad, 3> kTriadNames = {{
     {Triad::kAccelerometer, TriadName(Triad::kAccelerometer)},
@@ -49,6 +50,7 @@ QuantityKeys TemperatureRateKeys(std::string_view stem) {
 
 std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitudes) {
   std::vector<ProgramPose> poses;
+  poses.reserve(attitudes.size());
   for (const Eigen::Quaterniond& attitude : attitudes) {
     poses.push_back({attitude, std::nullopt, AttitudeInWords(attitude)});
   }
@@ -184,7 +186,7 @@ bool Is(const YamlReader& reader, std::string_view kind) {
   return reader.name().ends_with("." + std::string(kind));
 }
 
-std::optional<TemperatureSegment> ReadSegment(YamlReader item) {
+std::optional<TemperatureSegment> ReadSegment(const YamlReader& item) {
   constexpr std::array<std::string_view, 3> kKinds = {"hold", "ramp", "sine"};
   std::optional<YamlReader> reader = ReadKind(item, kKinds);
   if (!reader) return std::nullopt;
@@ -209,22 +211,18 @@ std::optional<TemperatureSegment> ReadSegment(YamlReader item) {
   return segment;
 }
 
-void ReadRest(YamlReader reader, int* rest) {
-  ReadCount(reader, std::numeric_limits<int>::max(), rest);
-}
-
 DisturbanceTime ReadWhen(YamlReader& reader) {
   DisturbanceTime when;
   int rest = 1;
   if (YamlReader child = reader.Child("rest")) {
-    ReadRest(child, &rest);
+    ReadCount(std::move(child), kMostRests, &rest);
     when.rest = rest;
   }
   ReadNumber(reader.Child("offset_s"), kNotNegative, &when.offset_s);
   return when;
 }
 
-std::optional<Disturbance> ReadDisturbance(YamlReader item) {
+std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
   constexpr std::array<std::string_view, 4> kKinds = {"knock", "magnet", "stuck", "unsettled"};
   std::optional<YamlReader> reader = ReadKind(item, kKinds);
   if (!reader) return std::nullopt;
@@ -252,7 +250,7 @@ std::optional<Disturbance> ReadDisturbance(YamlReader item) {
     disturbance = stuck;
   } else {
     UnsettledPose pose;
-    ReadRest(reader->RequireChild("rest"), &pose.rest);
+    ReadCount(reader->RequireChild("rest"), kMostRests, &pose.rest);
     if (!ReadQuantity(*reader, AngleKeys("tilt"), kAnyNumber, &pose.tilt_rad)) {
       reader->Fail("`tilt_deg` is expected: [x, y, z] in the body frame");
     }

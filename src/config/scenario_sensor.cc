@@ -265,6 +265,14 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
   if (sensor.sample_sigma) {
     triad.noise.density = *sensor.sample_sigma / std::sqrt(triad.sampling.rate_hz);
   }
+  const double counts = sensor.resolution ? gain * *sensor.resolution : 1.0;
+  if (sensor.unit.is_counts && !sensor.resolution_raw &&
+      (std::abs(counts - std::round(counts)) > 1e-6 * counts || counts < 0.5)) {
+    errors->push_back(
+        place + "the resolution is " + std::to_string(counts) +
+        " counts; counts are whole numbers: state `resolution_raw: 1`, or in the base "
+        "no resolution");
+  }
   // Counts are whole numbers.
   const double finest_raw = sensor.unit.is_counts ? 1.0 : 0.0;
   triad.resolution_raw =

@@ -18,8 +18,7 @@ constexpr double kStepRatio = 14.0;
 std::size_t SizeHistogram::Bin(double value) {
   const double octaves = std::log2(std::max(value, 1e-300));
   const double bin = (octaves - kLowestExponent) * kBinsAnOctave;
-  return static_cast<std::size_t>(
-      std::clamp(bin, 0.0, (kHighestExponent - kLowestExponent) * kBinsAnOctave - 1.0));
+  return static_cast<std::size_t>(std::clamp(bin, 0.0, kBins - 1.0));
 }
 
 void SizeHistogram::Add(double value) {

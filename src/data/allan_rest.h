@@ -20,9 +20,11 @@ class SizeHistogram {
 
  private:
   static constexpr int kLowestExponent = -300, kHighestExponent = 300, kBinsAnOctave = 8;
+  static constexpr std::size_t kBins =
+      static_cast<std::size_t>(kHighestExponent - kLowestExponent) * kBinsAnOctave;
   static std::size_t Bin(double value);
 
-  std::array<std::int32_t, (kHighestExponent - kLowestExponent) * kBinsAnOctave> bins_{};
+  std::array<std::int32_t, kBins> bins_{};
   std::int64_t count_ = 0;
 };
 

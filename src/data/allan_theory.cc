@@ -34,8 +34,8 @@ NoiseStrengths Autocovariance(double lag) {
 /// E[d_m(t) d_n(t + lag)] / (2 m n), without quantisation: at m = n and lag 0 the Allan variance.
 NoiseStrengths Smooth(std::int64_t m, std::int64_t n, std::int64_t lag) {
   NoiseStrengths sum = NoiseStrengths::Zero();
-  for (int a = -1; a <= 1; ++a) {
-    for (int b = -1; b <= 1; ++b) {
+  for (std::int64_t a = -1; a <= 1; ++a) {
+    for (std::int64_t b = -1; b <= 1; ++b) {
       sum += kSecondDifference[static_cast<std::size_t>(a + 1)] *
              kSecondDifference[static_cast<std::size_t>(b + 1)] *
              Autocovariance(static_cast<double>(lag + b * n - a * m));
@@ -47,8 +47,8 @@ NoiseStrengths Smooth(std::int64_t m, std::int64_t n, std::int64_t lag) {
 /// The same of quantisation alone: not zero only at few lags.
 std::map<std::int64_t, double> Quantisation(std::int64_t m, std::int64_t n) {
   std::map<std::int64_t, double> at_lag;
-  for (int a = -1; a <= 1; ++a) {
-    for (int b = -1; b <= 1; ++b) {
+  for (std::int64_t a = -1; a <= 1; ++a) {
+    for (std::int64_t b = -1; b <= 1; ++b) {
       at_lag[a * m - b * n] += kSecondDifference[static_cast<std::size_t>(a + 1)] *
                                kSecondDifference[static_cast<std::size_t>(b + 1)] /
                                (2.0 * static_cast<double>(m) * static_cast<double>(n));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include <Eigen/Eigenvalues>
@@ -15,6 +16,8 @@ namespace {
 // Variances below this share of the largest, after scaling to unit diagonal, are entries fixed or
 // tied by the gauge.
 constexpr double kTiedShare = 1e-9;
+// Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
+constexpr double kFixedShare = 1e-20;
 
 // The value of a named entry; reference entries are compared too where both estimate them.
 double ValueOf(const PresentedSolution& solution,
@@ -123,6 +126,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
 
   Comparison comparison;
   std::vector<std::pair<Eigen::Index, Eigen::Index>> common;
+  std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
   for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {
     const std::string& name = in_a.covariance.parameters[i];
     const auto found =
@@ -138,15 +142,21 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
     entry.difference = entry.a - entry.b;
     entry.sigma = std::sqrt(std::max(variance, 0.0));
     comparison.entries.push_back(entry);
-    if (variance > 0.0) common.emplace_back(at_a, at_b);
-    if (entry.sigma > 0.0) {
-      comparison.largest_in_sigmas =
-          std::max(comparison.largest_in_sigmas, std::abs(entry.difference) / entry.sigma);
-    }
+    const std::string group = name.substr(0, name.rfind('.'));
+    largest[group] = std::max(largest[group], variance);
+    common.emplace_back(at_a, at_b);
   }
   if (comparison.entries.empty()) {
     return BadInputError("the two calibrations have no parameter with an uncertainty in common");
   }
+
+  // Entries that the gauge fixes.
+  std::erase_if(common, [&](const auto& places) {
+    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(places.first)];
+    const double variance = in_a.covariance.matrix(places.first, places.first) +
+                            in_b.covariance.matrix(places.second, places.second);
+    return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
+  });
 
   // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
   const auto n = static_cast<Eigen::Index>(common.size());
@@ -156,6 +166,9 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
     const auto& [ia, ib] = common[static_cast<std::size_t>(i)];
     const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(ia)];
     difference[i] = ValueOf(in_a, a, name) - ValueOf(in_b, b, name);
+    const double sigma = std::sqrt(in_a.covariance.matrix(ia, ia) + in_b.covariance.matrix(ib, ib));
+    comparison.largest_in_sigmas =
+        std::max(comparison.largest_in_sigmas, std::abs(difference[i]) / sigma);
     for (Eigen::Index j = 0; j < n; ++j) {
       const auto& [ja, jb] = common[static_cast<std::size_t>(j)];
       sum(i, j) = in_a.covariance.matrix(ia, ja) + in_b.covariance.matrix(ib, jb);

@@ -23,13 +23,11 @@ bool IsMatrix(ParameterKind kind) {
   return kind == ParameterKind::kSensitivity || kind == ParameterKind::kGSensitivity;
 }
 
-bool IsRate(ParameterKind kind) { return kind != ParameterKind::kBias && !IsMatrix(kind); }
-
 }  // namespace
 
 std::string ParameterName::str() const {
   std::string text(TriadName(triad));
-  if (power > 0 || IsRate(kind)) text += ".thermal";
+  if (is_thermal()) text += ".thermal";
   text.append(".").append(kKinds.Name(kind));
   if (power > 0) text.append(".").append(std::to_string(power));
   text += '.';
@@ -50,9 +48,10 @@ std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
   constexpr std::string_view kThermal = "thermal.";
   if (what.starts_with(kThermal)) {
     what.remove_prefix(kThermal.size());
-    if (const char digit = what.back(); digit >= '1' && digit <= '9') {
-      name.power = digit - '0';
-      what.remove_suffix(2);
+    const std::size_t dot = what.rfind('.');
+    if (dot + 2 == what.size() && what.back() >= '1' && what.back() <= '9') {
+      name.power = what.back() - '0';
+      what = what.substr(0, dot);
     }
   }
   const auto kind = kKinds.Find(what);

@@ -30,6 +30,10 @@ struct ParameterName {
   int row = 0;
   int col = 0;  // of a matrix
 
+  bool is_thermal() const {
+    return power > 0 || kind == ParameterKind::kRateLinear ||
+           kind == ParameterKind::kRateQuadratic || kind == ParameterKind::kRateCross;
+  }
   std::string str() const;
   // Unset: no entry of a sensor's model ("reference.dip_rad").
   static std::optional<ParameterName> Parse(const std::string& text);

@@ -125,6 +125,25 @@ Status CheckFaces(const PlanOptions& options) {
       "no program with other poses");
 }
 
+// Temperature terms are planned for at stated temperatures.
+Status CheckTemperatures(const PlanOptions& options) {
+  if (!options.calibrate.HasThermal()) return {};
+  if (!options.program) {
+    if (!options.grid.temperatures_degc.empty()) return {};
+    return UsageError(
+        "`thermal:` terms are wanted, but no chamber temperature is known to plan for; give them "
+        "as "
+        "in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`");
+  }
+  for (std::size_t k = 0; k < options.program->poses.size(); ++k) {
+    if (options.program->poses[k].temperature_degc) continue;
+    return BadInputError("pose " + std::to_string(k + 1) +
+                         " of the program has no temperature, which `thermal:` terms need; give "
+                         "each pose its `temperature_degc`");
+  }
+  return {};
+}
+
 }  // namespace
 
 bool Plan::IsMet() const {
@@ -150,6 +169,10 @@ Status PlanOptions::Validate() const {
   expect(program || poses > 0 || !wanted.empty(),
          "nothing says how many poses: give `poses`, `wanted` sigmas, or a program to judge");
   expect(program || !grid.attitudes.empty(), "the grid of rotations is empty");
+  for (const double temperature : grid.temperatures_degc) {
+    expect(std::isfinite(temperature),
+           "chamber temperature " + std::to_string(temperature) + " is not a number");
+  }
   expect(!program || !program->poses.empty(), "the program has no poses");
   expect(!calibrate.triads[Triad::kGyroscope].enabled,
          "planning for the gyroscope is not available in this version");
@@ -160,6 +183,7 @@ Status PlanOptions::Validate() const {
 Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
   TRUETRIAD_RETURN_IF_ERROR(CheckFaces(options));
+  TRUETRIAD_RETURN_IF_ERROR(CheckTemperatures(options));
   const Result<PlanProblem> problem = PlanProblem::Create(measured, options);
   TRUETRIAD_RETURN_IF_ERROR(problem);
   std::set<std::string> groups;

@@ -15,6 +15,7 @@
 #include <glog/logging.h>
 
 #include "estimation/graph_builder.h"
+#include "estimation/parameter_name.h"
 #include "estimation/reduced_system.h"
 #include "truetriad/model/attitude_sets.h"
 
@@ -40,6 +41,25 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
   return std::string(up[axis] < 0.0 ? "-" : "+") + kAxes[static_cast<std::size_t>(axis)];
+}
+
+// Poses that between them have every temperature to come, and every face of a six-face block.
+std::vector<ProgramPose> SpanningPoses(const PlanOptions& options) {
+  std::vector<ProgramPose> poses;
+  if (options.program) {
+    poses = options.program->poses;
+  } else {
+    for (const double temperature : options.grid.temperatures_degc) {
+      poses.push_back({Eigen::Quaterniond::Identity(), temperature, ""});
+    }
+  }
+  if (options.calibrate.attitudes.kind == AttitudeKind::kSixFace) {
+    const auto temperature = poses.empty() ? std::nullopt : poses.front().temperature_degc;
+    for (const Eigen::Quaterniond& face : SixFaceAttitudes()) {
+      poses.push_back({face, temperature, ""});
+    }
+  }
+  return poses;
 }
 
 }  // namespace
@@ -70,11 +90,10 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   if (!nodes) return nodes.error();
   PoseGraph& graph = problem.graph_;
   graph.nodes = *std::move(nodes);
-  if (problem.calibrate_.attitudes.kind == AttitudeKind::kSixFace) {
-    // Every face has its tilt in the layout, whether it is measured yet or not.
-    std::vector<ProgramPose> faces;
-    for (const Eigen::Quaterniond& face : SixFaceAttitudes()) faces.push_back({face, {}, ""});
-    graph.nodes = problem.Nodes(problem.ExactReadings(faces));
+  // The layout is that of all poses to come: every face of a block has its tilt, and the scaled
+  // variables of temperature terms span all temperatures.
+  if (const std::vector<ProgramPose> spanning = SpanningPoses(options); !spanning.empty()) {
+    graph.nodes = problem.Nodes(problem.ExactReadings(spanning));
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
@@ -412,6 +431,35 @@ void PlanProblem::FindQuantities() {
             1.0,
             entry(i, j));
       }
+    }
+    for (const std::string& name : solution.covariance.parameters) {
+      const auto term = ParameterName::Parse(name);
+      if (!term || term->triad != triad || !term->is_thermal()) continue;
+      const ThermalScale& scale = graph_.layout.thermal_scale;
+      const bool is_bias = term->kind != ParameterKind::kSensitivity;
+      const std::string truth(TruthUnitName(triad));
+      std::string unit = is_bias ? truth : "1";
+      double typical = is_bias ? WorldVector(triad, nominal_.reference).norm() : 1.0;
+      switch (term->kind) {
+        case ParameterKind::kRateLinear:
+          unit += " s/degC";
+          typical /= scale.rate_degcps;
+          break;
+        case ParameterKind::kRateQuadratic:
+          unit += " s^2/degC^2";
+          typical /= scale.rate_degcps * scale.rate_degcps;
+          break;
+        case ParameterKind::kRateCross:
+          unit += " s/degC^2";
+          typical /= scale.rate_degcps * scale.half_range_degc;
+          break;
+        default:
+          unit += "/degC";
+          if (term->power > 1) unit += "^" + std::to_string(term->power);
+          typical /= std::pow(scale.half_range_degc, term->power);
+      }
+      const std::size_t dot = name.rfind('.');
+      add(name.substr(0, dot), name.substr(dot + 1), unit, typical, row_of(name) / gain[term->row]);
     }
   }
   const auto& names = solution.covariance.parameters;

@@ -25,7 +25,8 @@ constexpr int kRefineSweeps = 10;
 // Share of what a pose is worth, below which a move is not worth another sweep.
 constexpr double kLeastRefinement = 1e-4;
 
-// All poses of the grid; where headings are not seen, one a direction.
+// All poses of the grid; where headings are not seen, one a direction. One temperature after
+// another.
 std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   std::vector<ProgramPose> poses;
   const auto up = [](const Eigen::Quaterniond& q) {
@@ -38,7 +39,15 @@ std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
         });
     if (!seen) poses.push_back({attitude, std::nullopt, ""});
   }
-  return poses;
+  if (grid.temperatures_degc.empty()) return poses;
+  std::vector<ProgramPose> at_temperatures;
+  for (const double temperature : grid.temperatures_degc) {
+    for (ProgramPose pose : poses) {
+      pose.temperature_degc = temperature;
+      at_temperatures.push_back(pose);
+    }
+  }
+  return at_temperatures;
 }
 
 }  // namespace
@@ -104,7 +113,7 @@ std::size_t PlanSearch::LeastCount() const {
 PlanSearch::Program PlanSearch::Refined(Program program) const {
   // Half the spacing of as many attitudes spread over SO(3), whose volume is 8 pi^2.
   double step = 0.5 * std::cbrt(8.0 * std::numbers::pi * std::numbers::pi /
-                                static_cast<double>(candidates_.size()));
+                                static_cast<double>(options_.grid.attitudes.size()));
   for (; step > kFinestTurnRad; step *= 0.5) {
     bool improved = true;
     for (int sweep = 0; improved && sweep < kRefineSweeps; ++sweep) {

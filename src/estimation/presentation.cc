@@ -11,6 +11,8 @@
 namespace truetriad {
 namespace {
 
+constexpr double kRounding = 1e-12;
+
 // Place of entry `entry`, counted by rows, of a matrix that is stored by columns.
 int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
@@ -138,9 +140,14 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
   const Eigen::Index size = covariance.matrix.rows();
   Eigen::MatrixXd map = Eigen::MatrixXd::Identity(size, size);
   const int lead_at = PlaceOf(covariance, {leading, ParameterKind::kSensitivity, 0, 0, 0});
+  // A leading matrix that is triangular up to rounding: its temperature terms are exactly so, and
+  // stay it.
+  const bool in_gauge =
+      gauge == Gauge::kAccelX && (Q - Eigen::Matrix3d::Identity()).norm() < kRounding;
   for (const Triad triad : kTriads) {
     if (!solution->models[triad]) continue;
     for (const auto& [matrix, first] : MatricesOf(triad, solution)) {
+      if (in_gauge && matrix != &solution->models[triad]->sensitivity) continue;
       *matrix = *matrix * Q;
       if (first < 0 || lead_at < 0) continue;
       for (int row = 0; row < 3; ++row) {

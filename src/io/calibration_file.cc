@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <optional>
 #include <span>
@@ -19,8 +16,8 @@
 #include <system_error>
 
 #include <Eigen/Dense>
-#include <unistd.h>
 
+#include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 
@@ -502,32 +499,6 @@ std::string ConfigText(const std::string& text) {
   return config;
 }
 
-/// A name for a temporary file beside `path` that no other writer uses.
-std::string TemporaryName(const std::string& path) {
-  static std::atomic<int> count = 0;
-  return path + ".tmp-" + std::to_string(getpid()) + "-" + std::to_string(count++);
-}
-
-Error CannotWrite(const std::string& path, int reason) {
-  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
-  std::error_code ignored;
-  if (!parent.empty() && !std::filesystem::is_directory(parent, ignored)) {
-    return BadInputError(path + ": cannot be written: there is no directory " + parent.string() +
-                         "; create it or name another");
-  }
-  return BadInputError(path + ": cannot be written: " + std::strerror(reason));
-}
-
-/// 0, or the reason (errno) why `text` is not in the file at `path`.
-int WriteText(const std::string& path, const std::string& text) {
-  errno = 0;
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file << text;
-  file.close();
-  if (file) return 0;
-  return errno != 0 ? errno : EIO;
-}
-
 }  // namespace
 
 std::string CalibrationToYaml(const Calibration& calibration) {
@@ -645,27 +616,9 @@ std::string TimestampUtc() {
 }
 
 Status WriteFileAtomically(const std::string& path, const std::string& text) {
-  std::error_code failure;
-  const std::filesystem::file_status target = std::filesystem::status(path, failure);
-  if (std::filesystem::is_directory(target)) {
-    return BadInputError(path + ": is a directory; a file name is expected");
-  }
-  if (std::filesystem::exists(target) && !std::filesystem::is_regular_file(target)) {
-    const int reason = WriteText(path, text);
-    return reason == 0 ? Status() : CannotWrite(path, reason);
-  }
-  const std::string temporary = TemporaryName(path);
-  if (const int reason = WriteText(temporary, text); reason != 0) {
-    std::filesystem::remove(temporary, failure);
-    return CannotWrite(path, reason);
-  }
-  std::filesystem::rename(temporary, path, failure);
-  if (failure) {
-    const int reason = failure.value();
-    std::filesystem::remove(temporary, failure);
-    return CannotWrite(path, reason);
-  }
-  return {};
+  WholeFile file(path);
+  file.Write(text);
+  return file.Commit();
 }
 
 Status EnsureWritableDirectory(const std::string& directory) {
@@ -677,12 +630,11 @@ Status EnsureWritableDirectory(const std::string& directory) {
   if (!std::filesystem::is_directory(directory, failure)) {
     return BadInputError(directory + ": is not a directory");
   }
-  // Trying is the only sure way: permissions alone do not know about read-only or full disks.
-  const std::string probe = TemporaryName((std::filesystem::path(directory) / "probe").string());
-  const int reason = WriteText(probe, "");
-  std::filesystem::remove(probe, failure);
-  if (reason != 0) {
-    return BadInputError(directory + ": files cannot be written there: " + std::strerror(reason));
+  // Trying is the only sure way: permissions alone do not know about read-only disks.
+  const WholeFile probe((std::filesystem::path(directory) / ".probe").string());
+  if (probe.failure() != 0) {
+    return BadInputError(directory +
+                         ": files cannot be written there: " + std::strerror(probe.failure()));
   }
   return {};
 }

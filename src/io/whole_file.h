@@ -11,8 +11,8 @@
 namespace truetriad {
 
 /// A file that appears under its name only when it is whole: written beside it and renamed. A
-/// device
-/// (/dev/stdout) is written to directly: replacing it by a file is not what anybody means.
+/// device or pipe (/dev/stdout) is written to directly: replacing it by a file is not what anybody
+/// means.
 class WholeFile {
  public:
   explicit WholeFile(std::string path);
@@ -22,9 +22,11 @@ class WholeFile {
 
   void Write(std::string_view text);
 
-  /// Why the file cannot be written, if so.
+  /// Why the file cannot be written, if so; as an `errno` (0: it can), and in words.
+  int failure() const { return failure_; }
   Status status() const;
 
+  /// Closes the file and gives it its name. Nothing can be written afterwards.
   Status Commit();
 
  private:
@@ -33,10 +35,9 @@ class WholeFile {
   };
 
   std::string path_;
-  std::string written_path_;
+  std::string temporary_path_;  ///< Empty when there is none (any more).
   std::unique_ptr<std::FILE, Close> file_;
   int failure_ = 0;
-  bool committed_ = false;
 };
 
 }  // namespace truetriad

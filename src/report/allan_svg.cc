@@ -40,6 +40,9 @@ struct Bounds {
   void Include(double value) { low = std::min(low, value), high = std::max(high, value); }
 };
 
+/// The exponent of the power of ten at or below the low end.
+int FirstDecade(const Bounds& bounds) { return static_cast<int>(std::floor(bounds.low)); }
+
 /// A log-log panel. Decades are log10 of the shown numbers.
 class LogPanel {
  public:
@@ -55,7 +58,7 @@ class LogPanel {
   }
 
   void DrawGrid(bool with_numbers) {
-    for (double decade = std::floor(tau_.low); decade <= tau_.high; ++decade) {
+    for (int decade = FirstDecade(tau_); decade <= tau_.high; ++decade) {
       for (int digit = 1; digit < 10; ++digit) {
         const double tau_s = digit * std::pow(10.0, decade);
         if (!Holds(tau_, tau_s)) continue;
@@ -64,7 +67,7 @@ class LogPanel {
         svg_.Text(X(tau_s), top_ + kPanelHeight + 16.0, PowerOfTen(decade), "middle");
       }
     }
-    for (double decade = std::floor(deviation_.low); decade <= deviation_.high; ++decade) {
+    for (int decade = FirstDecade(deviation_); decade <= deviation_.high; ++decade) {
       for (int digit = 1; digit < 10; ++digit) {
         const double value = digit * std::pow(10.0, decade);
         if (!Holds(deviation_, value)) continue;

@@ -175,22 +175,49 @@ class ParameterRows {
     }
   }
 
+  /// A vector of temperature terms with σ where the covariance lists them; `name` is that of its
+  /// entries but for the axis.
+  void AddTerm(const std::string& label,
+               const Eigen::Vector3d& values,
+               const std::string& name,
+               const std::string& axes_before,
+               const std::string& unit) {
+    Add(
+        label,
+        [&](int i) {
+          const auto sigma = propagation_.Sigma({{std::string(TriadName(triad_)) + ".thermal." +
+                                                      name + "." + axes_before + AxisName(i),
+                                                  1.0}});
+          return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
+        },
+        unit);
+  }
+
   void AddThermal(const ThermalTerms& thermal) {
     for (std::size_t i = 0; i < thermal.bias.size(); ++i) {
       const std::string power = std::to_string(i + 1);
-      AddVector("bias, τ^" + power, thermal.bias[i], raw_unit_ + " / °C^" + power);
+      AddTerm(
+          "bias, τ^" + power, thermal.bias[i], "bias." + power, "", raw_unit_ + " / °C^" + power);
     }
     for (std::size_t i = 0; i < thermal.sensitivity.size(); ++i) {
       const std::string power = std::to_string(i + 1);
-      AddMatrix("sensitivity, τ^" + power,
-                thermal.sensitivity[i],
+      for (int row = 0; row < 3; ++row) {
+        AddTerm("sensitivity, τ^" + power + " " + AxisName(row),
+                thermal.sensitivity[i].row(row),
+                "sensitivity." + power,
+                AxisName(row),
                 raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
+      }
     }
-    if (thermal.rate_linear) AddVector("bias, dT/dt", *thermal.rate_linear, raw_unit_ + " s/°C");
-    if (thermal.rate_quadratic) {
-      AddVector("bias, (dT/dt)^2", *thermal.rate_quadratic, raw_unit_ + " s²/°C²");
-    }
-    if (thermal.rate_cross) AddVector("bias, τ dT/dt", *thermal.rate_cross, raw_unit_ + " s/°C²");
+    const auto add_rate = [&](const std::optional<Eigen::Vector3d>& values,
+                              const std::string& label,
+                              const std::string& name,
+                              const std::string& unit) {
+      if (values) AddTerm(label, *values, "rate." + name, "", raw_unit_ + unit);
+    };
+    add_rate(thermal.rate_linear, "bias, dT/dt", "linear", " s/°C");
+    add_rate(thermal.rate_quadratic, "bias, (dT/dt)^2", "quadratic", " s²/°C²");
+    add_rate(thermal.rate_cross, "bias, τ dT/dt", "cross", " s/°C²");
   }
 
   const TriadCalibration& sensor_;
@@ -265,8 +292,10 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
   if (reference.dip_rad) {
     add("field dip (down)", *reference.dip_rad, "reference.dip_rad", kDegPerRad, "deg", given);
   }
-  table.rows.push_back(
-      {"temperature", Significant(reference.temperature_degc, 4), "°C", "reference, as configured"});
+  table.rows.push_back({"temperature",
+                        Significant(reference.temperature_degc, 4),
+                        "°C",
+                        "reference, as configured"});
   return table;
 }
 

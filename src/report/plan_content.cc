@@ -3,14 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "report/format.h"
+#include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
 namespace {
 
-/// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy".
+/// "magnetometer.misalignment_rad.xy" -> "magnetometer misalignment xy",
+/// "accelerometer.thermal.bias.2.x" -> "accelerometer bias τ^2 x".
 std::string Spoken(std::string name) {
+  for (const auto& [from, to] : {std::pair(".thermal.bias.", ".bias.τ^"),
+                                 std::pair(".thermal.sensitivity.", ".sensitivity.τ^"),
+                                 std::pair(".thermal.rate.", ".bias.rate.")}) {
+    if (const std::size_t at = name.find(from); at != std::string::npos) {
+      name.replace(at, std::string_view(from).size(), to);
+    }
+  }
   for (const char* unit : {"_rad", "_ut", "_mps2", "_error"}) {
     if (const std::size_t at = name.find(unit); at != std::string::npos) {
       name.erase(at, std::string(unit).size());
@@ -91,47 +102,61 @@ std::string RandomText(const Plan& plan) {
 
 Verdict VerdictOf(const Plan& plan) {
   Verdict verdict;
+  const std::size_t count = plan.program.poses.size();
   const std::string poses =
-      std::to_string(plan.program.poses.size()) + " poses" +
+      std::to_string(count) + (count == 1 ? " pose" : " poses") +
       (plan.measured_poses > 0
            ? " beside the " + std::to_string(plan.measured_poses) + " that are measured"
            : "");
+  // The verb after it, for one pose or for many.
+  const auto does = [&](const std::string& plural, const std::string& singular) {
+    return poses + ' ' + (count == 1 ? singular : plural);
+  };
   if (!plan.determined) {
     verdict.headline = "NOT ENOUGH";
-    verdict.explanation = poses + " do not determine every wanted parameter.";
+    verdict.explanation = does("do", "does") + " not determine every wanted parameter.";
   } else if (!plan.rehearsed) {
     verdict.headline = "CANNOT BE CALIBRATED";
-    verdict.explanation = poses + " hold the information, but the calibration would not start.";
+    verdict.explanation =
+        does("hold", "holds") + " the information, but the calibration would not start.";
   } else if (!plan.IsMet()) {
     verdict.headline = "NOT AS GOOD AS WANTED";
-    verdict.explanation = poses + " do not reach every wanted σ.";
+    verdict.explanation = does("do", "does") + " not reach every wanted σ.";
   } else {
     verdict.grade = Grade::kGood;
     verdict.headline = plan.wanted.empty() ? "GOOD PLAN" : "GOOD PLAN, as wanted";
-    verdict.explanation =
-        poses + (plan.wanted.empty() ? " determine every parameter." : " reach every wanted σ.");
+    verdict.explanation = plan.wanted.empty()
+                              ? does("determine", "determines") + " every parameter."
+                              : does("reach", "reaches") + " every wanted σ.";
   }
   return verdict;
 }
 
-std::string PurposeText(const PosePurpose& purpose) {
-  if (purpose.name.empty()) return "nothing that the others do not show";
-  return Spoken(purpose.name) + (std::isfinite(purpose.sigma_ratio)
-                                     ? " (× " + Fixed(purpose.sigma_ratio, 2) + ")"
-                                     : " (undetermined)");
+std::string LabelOf(const ProgramPose& pose) {
+  return pose.label.empty() ? AttitudeInWords(pose.world_from_body) : pose.label;
+}
+
+std::string PurposeText(const Plan& plan, std::size_t k) {
+  const PosePurpose& purpose = plan.purposes[k];
+  // Where something is not determined anyway, no pose can be told to be idle.
+  if (purpose.name.empty()) return plan.determined ? "nothing that the others do not show" : "–";
+  // What belongs together does not break.
+  return Spoken(purpose.name) + ", " +
+         (std::isfinite(purpose.sigma_ratio) ? "σ\u00a0×\u00a0" + Fixed(purpose.sigma_ratio, 2)
+                                             : "not determined");
 }
 
 Table ProgramTable(const Plan& plan) {
   const bool temperatures = HasTemperatures(plan);
-  Table table{{"pose", "attitude", "without it σ grows of"}, "rll", {}};
-  if (temperatures) table = {{"pose", "attitude", "degC", "without it σ grows of"}, "rlrl", {}};
+  Table table{{"pose", "attitude", "suffers most without it"}, "rll", {}};
+  if (temperatures) table = {{"pose", "attitude", "degC", "suffers most without it"}, "rlrl", {}};
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) {
     const ProgramPose& pose = plan.program.poses[k];
-    std::vector<std::string> row = {std::to_string(k + 1), pose.label};
+    std::vector<std::string> row = {std::to_string(k + 1), LabelOf(pose)};
     if (temperatures) {
       row.push_back(pose.temperature_degc ? Significant(*pose.temperature_degc, 4) : "");
     }
-    row.push_back(PurposeText(plan.purposes[k]));
+    row.push_back(PurposeText(plan, k));
     table.rows.push_back(row);
   }
   return table;

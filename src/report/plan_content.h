@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,11 @@ struct PlanSection {
 /// comparison with random poses; one with nothing to say is left out.
 std::vector<PlanSection> SectionsOf(const Plan& plan);
 
-/// "magnetometer scale x (× 1.50)": what would be so much less certain without the pose.
-std::string PurposeText(const PosePurpose& purpose);
+/// What the operator goes by: the label, or the attitude in words where a program has none.
+std::string LabelOf(const ProgramPose& pose);
+
+/// "magnetometer scale x, σ × 1.50": what would suffer most without pose `k`, counted from zero.
+std::string PurposeText(const Plan& plan, std::size_t k);
 
 /// Number, attitude, temperature and purpose of every pose.
 Table ProgramTable(const Plan& plan);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstddef>
 #include <string>
 
@@ -7,6 +8,7 @@
 #include "report/plan_content.h"
 #include "report/pose_picture.h"
 #include "report/svg.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/report/plan.h"
 
 namespace truetriad {
@@ -28,9 +30,15 @@ std::string Card(const Plan& plan, std::size_t k) {
             "</span>";
   }
   card += Element("b", number) + PosePicture(pose.world_from_body, "pose " + number) +
-          Element("div", pose.label);
-  return card + Element("small", "without it σ grows: " + PurposeText(plan.purposes[k])) +
-         "</li>\n";
+          Element("div", LabelOf(pose));
+  return card + Element("small", "Suffers most without it: " + PurposeText(plan, k)) + "</li>\n";
+}
+
+/// Gravity alone does not see which way a unit faces.
+bool HeadingMatters(const Plan& plan) {
+  return std::any_of(plan.sigmas.begin(), plan.sigmas.end(), [](const PlannedSigma& sigma) {
+    return sigma.group.rfind(TriadName(Triad::kMagnetometer), 0) == 0;
+  });
 }
 
 }  // namespace
@@ -48,9 +56,11 @@ std::string PlanText(const Plan& plan) {
 std::string PlanHtml(const Plan& plan) {
   std::string html =
       "<section>\n<h2>Take these poses, in this order</h2>\n"
-      "<p>You look north, from a little above. x, y and z are the axes of the unit; a face with −x "
-      "is the one opposite to x. Put the unit down as drawn, let it rest, tick the box, go "
-      "on.</p>\n"
+      "<p>Each picture shows the unit from a little above; " +
+      std::string(HeadingMatters(plan) ? "the arrow N points to magnetic north"
+                                       : "which way it faces (N) does not matter") +
+      ". x, y and z are the axes of the unit; a face with −x is the one opposite to x. Put it down "
+      "as drawn, hands off, let it rest, tick the box, go on.</p>\n"
       "<ol class=\"poses\">\n";
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
   html += "</ol>\n</section>\n";

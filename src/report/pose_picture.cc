@@ -14,6 +14,9 @@ namespace truetriad {
 namespace {
 
 constexpr double kSize = 200.0;
+constexpr double kHeight = 214.0;  // Below the cube and its arrows is the compass.
+// Faces seen flatter than this (cosine) have no room for their name.
+constexpr double kFlat = 0.25;
 constexpr double kScale = 44.0;  // Half an edge of the cube.
 constexpr double kArrow = 1.85;  // Length of an axis from the centre, in half edges.
 // Where the looker stands: turned from north to the west, and down.
@@ -45,7 +48,7 @@ class Camera {
 class Picture {
  public:
   Picture(const Eigen::Matrix3d& world_from_body, std::string_view label)
-      : rotation_(world_from_body), svg_(kSize, kSize, label) {}
+      : rotation_(world_from_body), svg_(kSize, kHeight, label) {}
 
   std::string Draw() {
     Compass();
@@ -86,7 +89,7 @@ class Picture {
     const Point centre = camera_.On(Eigen::Vector3d::Zero());
     const auto at = [&](const Eigen::Vector3d& world) {
       const Point point = camera_.On(world);
-      return Point(point.first - centre.first + 16.0, point.second - centre.second + 186.0);
+      return Point(point.first - centre.first + 16.0, point.second - centre.second + 200.0);
     };
     for (const auto& [to, name] : {std::pair(Eigen::Vector3d(1.0, 0.0, 0.0), "N"),
                                    std::pair(Eigen::Vector3d(0.0, 0.0, 0.6), "up")}) {
@@ -113,7 +116,9 @@ class Picture {
     const int shade = std::clamp(static_cast<int>(std::lround(normal.z() + 1.0)), 0, 2);
     svg_.Polyline(corners, "face shade" + std::to_string(shade));
     const auto [x, y] = camera_.On(normal);
-    if (sign < 0.0) svg_.Text(x, y + 4.0, std::string("−") + Name(axis), "middle back");
+    if (sign < 0.0 && camera_.Depth(normal) < -kFlat) {
+      svg_.Text(x, y + 4.0, std::string("−") + Name(axis), "middle back");
+    }
   }
 
   void Axis(int axis) {

@@ -56,15 +56,15 @@ SampleClock::SampleClock(const Scenario& scenario,
     const SensorSampling& sampling = sensor.sampling;
     const double ratio = rate_hz_ / sampling.rate_hz;
     Channel channel{
-        .triad = triad,
         .sensor = SimulatedSensor(
             sensor, *truth.triads[triad], format.decimals[triad], scenario.seed, unit, triad),
-        .rows_per_sample = std::llround(ratio),
+        .triad = triad,
         .gyroscope_output = sensor.gyroscope_output,
+        .rows_per_sample = std::llround(ratio),
         .dropout = sampling.dropout,
         .dropout_random = TriadRandom(scenario.seed, unit, Purpose::kDropout, triad),
-        .last_ns = -std::llround(1e9 / sampling.rate_hz),
         .last_world_from_body = timeline.motion.phase(0).At(0.0).world_from_body,
+        .last_ns = -std::llround(1e9 / sampling.rate_hz),
     };
     for (const Disturbance& disturbance : scenario.disturbances) {
       const auto* const stuck = std::get_if<StuckSamples>(&disturbance);
@@ -105,11 +105,11 @@ Eigen::Vector3d SampleClock::Truth(Channel* channel) const {
   if (channel->gyroscope_output == GyroscopeOutput::kInstantaneous) {
     return surroundings_.RateRadps();
   }
-  const Eigen::Vector3d rate =
+  Eigen::Vector3d rate_radps =
       surroundings_.MeanRateRadps(channel->last_ns, channel->last_world_from_body, now_ns_);
   channel->last_ns = now_ns_;
   channel->last_world_from_body = surroundings_.world_from_body();
-  return rate;
+  return rate_radps;
 }
 
 bool SampleClock::Sample(Channel* channel, const TemperatureState& temperature) {

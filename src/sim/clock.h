@@ -47,16 +47,16 @@ class SampleClock {
 
  private:
   struct Channel {
-    Triad triad;
     SimulatedSensor sensor;
-    std::int64_t rows_per_sample;
+    Triad triad;
     GyroscopeOutput gyroscope_output;
+    std::int64_t rows_per_sample;
     double dropout;
     FastRandom dropout_random;
     std::vector<TimeSpan> stuck = {};
     /// The sample before: for the mean rate, and for a triad that is stuck.
-    std::int64_t last_ns;
     Eigen::Quaterniond last_world_from_body;
+    std::int64_t last_ns;
     std::optional<Eigen::Vector3d> last_reading = {};
     std::int64_t samples = 0;
 

@@ -18,6 +18,10 @@ std::string Number(double value) {
   return text;
 }
 
+std::string RangeText(const Eigen::Vector2d& range) {
+  return Number(range[0]) + " to " + Number(range[1]);
+}
+
 /// Collects what is wrong, a line each. All checks fail for NaN.
 class Problems {
  public:
@@ -103,6 +107,28 @@ void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
   CheckSampling(sensor.sampling, name, problems);
 }
 
+/// A sensor that saturates at rest, or whose steps are larger than gravity (or the field), measures
+/// nothing: a slip in the units, most likely. What moves and noise add may go beyond the range.
+void CheckSeesWorld(Triad triad,
+                    const SimulatedTriad& sensor,
+                    const SimulatedWorld& world,
+                    Problems* problems) {
+  const PerTriad<double> strengths = {{world.gravity_mps2, 0.0, world.field_ut}};
+  const std::string name(TriadName(triad));
+  const Eigen::Vector3d reach = strengths[triad] * sensor.nominal.sensitivity.rowwise().norm();
+  const double low = (sensor.nominal.bias - reach).minCoeff();
+  const double high = (sensor.nominal.bias + reach).maxCoeff();
+  problems->Require(
+      !sensor.range_raw || ((*sensor.range_raw)[0] <= low && high <= (*sensor.range_raw)[1]),
+      name + " range is " + RangeText(sensor.range_raw.value_or(Eigen::Vector2d::Zero())) +
+          " in readings; at rest they reach from " + Number(low) + " to " + Number(high) +
+          ", so that it would saturate");
+  problems->Require(strengths[triad] == 0.0 || sensor.resolution_raw < reach.minCoeff(),
+                    name + " resolution is " + Number(sensor.resolution_raw) +
+                        " in readings; at rest they differ by no more than " +
+                        Number(reach.minCoeff()) + " from the bias, so that nothing would be seen");
+}
+
 struct CheckStep {
   std::string name;  ///< "motion step 2".
   Problems* problems;
@@ -177,8 +203,10 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
     std::visit(CheckSegment{problems}, segment);
   }
   const bool has_profile = !temperature.profile.empty();
-  problems->Require(!has_profile || temperature.soak_degc.empty(),
-                    "a temperature profile and soak temperatures exclude each other");
+  problems->Require(
+      !has_profile || temperature.soak_degc.empty(),
+      "a temperature profile and soak temperatures exclude each other; to drop that of a base, "
+      "write `profile: []` or `soak_degc: []`");
   const auto asks_for_temperature = [](const MotionStep& step) {
     const auto* const poses = std::get_if<PosesStep>(&step);
     return poses != nullptr &&
@@ -280,7 +308,9 @@ Status Scenario::Validate() const {
       "no sensor is simulated; at least one of accelerometer, gyroscope and "
       "magnetometer is needed");
   for (const Triad triad : kTriads) {
-    if (sensors[triad]) CheckTriad(triad, *sensors[triad], &problems);
+    if (!sensors[triad]) continue;
+    CheckTriad(triad, *sensors[triad], &problems);
+    CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
   problems.Positive(world.gravity_mps2, "gravity");
   problems.NotNegative(world.field_ut, "field strength");

@@ -92,5 +92,14 @@ TEST(Allan, LeavesNothingBehindWhenTheLogIsTooShortOrBad) {
   EXPECT_EQ(folder.FileCount(), 2U);
 }
 
+TEST(Allan, FindsOutBeforeItReadsThatNothingCanBeWritten) {
+  const TemporaryFolder folder;
+  const std::string file = folder.Write("file", "");
+  // The log is not there either, but that is looked at later.
+  const Finished run = RunTruetriad({"allan", "--input=none.csv", "--output=" + file + "/below"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr(file + ": cannot be created"));
+}
+
 }  // namespace
 }  // namespace truetriad

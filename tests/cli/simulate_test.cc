@@ -165,6 +165,41 @@ TEST_F(SimulateVerb, LeavesNothingBehindWhenTheScenarioIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("out")));
 }
 
+TEST_F(SimulateVerb, RefusesWhatNoDiskHasRoomFor) {
+  // A rest of two years at 100 kHz, of 9999 units.
+  const std::string scenario =
+      folder_.Write("huge.yaml",
+                    "scenario: 1\n"
+                    "count: 9999\n"
+                    "sensors: { accelerometer: { sampling: { rate_hz: 1.0e+5 } } }\n"
+                    "motion: [{ poses: { attitudes: { spread: 1 }, rest_s: 7.0e+7 } }]\n");
+  const Finished run = Simulate(scenario, "out");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("7e+16 rows"), HasSubstr("there is room for")));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("out")), {}), 0);
+}
+
+TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
+  // A day and a half of readings takes seconds; half a second leads into the midst of them.
+  const std::string output = folder_.Path("out");
+  const Finished run = RunShell("{ '" TRUETRIAD_BINARY "' simulate --config='" + kScenarios +
+                                "tactical-6dof.yaml' --output='" + output +
+                                "' --set='motion=[{poses: {attitudes: cube, rest_s: 5000}}]' & "
+                                "sleep 0.5; kill -TERM $!; wait $!; echo $?; }");
+  EXPECT_EQ(run.out, "143\n");
+  EXPECT_TRUE(!std::filesystem::exists(output) || std::filesystem::is_empty(output));
+}
+
+TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
+  ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
+  const Finished run = RunTruetriad({"inspect",
+                                     "--input=" + folder_.Path("soak/recording.yaml"),
+                                     "--poses=file:" + folder_.Path("soak/poses.yaml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  // Twelve attitudes at each of five temperatures.
+  EXPECT_THAT(run.out, HasSubstr("60 poses by given row ranges"));
+}
+
 TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
   // The folder of the third unit is taken by a file.
   std::filesystem::create_directories(folder_.Path("fleet"));

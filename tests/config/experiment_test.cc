@@ -315,7 +315,6 @@ TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
   const std::string head = "experiment: 1\nsensors:\n";
   for (const std::string& text : {head + "  gyroscope: { g_sensitivity: true }\n",
-                                  head + "  accelerometer: { thermal: { bias_order: 3 } }\n",
                                   head + "  magnetometer: { model: auto }\n",
                                   kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
                                   kMinimal + std::string("attitudes: { file: a.csv, "
@@ -326,6 +325,34 @@ TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
     EXPECT_THAT(experiment.error().message,
                 AllOf(HasSubstr("not available in this version"), HasSubstr("experiment.yaml:3")));
   }
+}
+
+TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {
+  const Result<Experiment> experiment = Load(
+      "experiment: 1\nsensors:\n  accelerometer:\n"
+      "    thermal: { bias_order: 3, matrix_order: 1, matrix: diagonal, rate: [linear, cross] }\n");
+  ASSERT_TRUE(experiment) << experiment.error().message;
+  const ThermalOptions& thermal = experiment->options.triads[Triad::kAccelerometer].thermal;
+  EXPECT_EQ(thermal.bias_order, 3);
+  EXPECT_EQ(thermal.matrix_order, 1);
+  EXPECT_EQ(thermal.matrix, ThermalMatrix::kDiagonal);
+  EXPECT_TRUE(thermal.rate_linear && !thermal.rate_quadratic && thermal.rate_cross);
+  EXPECT_THAT(experiment->resolved_yaml, HasSubstr("rate: [linear, cross]\n"));
+  const Result<Experiment> again = Load(experiment->resolved_yaml);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->resolved_yaml.find("# default"), std::string::npos);
+  EXPECT_TRUE(again->options.triads[Triad::kAccelerometer].thermal.rate_cross);
+}
+
+TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {
+  EXPECT_THAT(
+      ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    thermal:\n      bias_order: 8\n"
+              "      matrix_order: -1\n      matrix: upper\n      rate: [cubic]\n      order: 3\n"),
+      AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: an order of 0 (none) to 7"),
+            HasSubstr(":6: sensors.accelerometer.thermal.matrix_order: an order of 0 (none) to 3"),
+            HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
+            HasSubstr("`cubic` is not known; one of linear, quadratic, cross"),
+            HasSubstr("thermal.order")));
 }
 
 TEST_F(ExperimentConfig, AppliesOverridesBeforeChecking) {

@@ -60,6 +60,20 @@ TEST_F(PlanBlock, TakesOverrides) {
   EXPECT_EQ(experiment->plan->grid.attitudes.size(), 24U);
 }
 
+TEST_F(PlanBlock, TakesChamberTemperaturesInAnyOrderOnceEach) {
+  const auto experiment =
+      Read("  poses: 12\n  rotations: cube-24\n  temperatures_degc: [60, -20, 25]\n");
+  ASSERT_TRUE(experiment) << experiment.error().message;
+  EXPECT_EQ(experiment->plan->grid.temperatures_degc, (std::vector<double>{-20.0, 25.0, 60.0}));
+  EXPECT_EQ(experiment->plan->grid.attitudes.size(), 24U);
+  const auto twice = Read("  poses: 12\n  temperatures_degc: [20, 20, hot]\n");
+  ASSERT_FALSE(twice);
+  EXPECT_THAT(
+      twice.error().message,
+      AllOf(HasSubstr("plan.yaml:5: plan.temperatures_degc: a temperature stands here twice"),
+            HasSubstr("plan.temperatures_degc[2]: `hot`")));
+}
+
 TEST_F(PlanBlock, RefusesWrongValuesWithTheirLines) {
   const auto experiment = Read(
       "  poses: 0\n  rotations: { spread: 3 }\n  criterion: E\n  start: now\n  rest_s: -1\n"

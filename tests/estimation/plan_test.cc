@@ -319,5 +319,85 @@ TEST(MakePlan, SaysWhatEachPoseIsFor) {
   }
 }
 
+// Five chamber settings, bias of third order, gains of first.
+PlanOptions SoakPlan(int poses) {
+  PlanOptions options = JointPlan(poses);
+  options.grid.temperatures_degc = {-20.0, 0.0, 25.0, 45.0, 65.0};
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    options.calibrate.triads[triad].thermal.bias_order = 3;
+    options.calibrate.triads[triad].thermal.matrix_order = 1;
+  }
+  return options;
+}
+
+TEST(MakePlanOverTemperature, SeesEveryTermInAscendingTemperatures) {
+  const auto plan = MakePlan({}, SoakPlan(30));
+  ASSERT_TRUE(plan) << plan.error().message;
+  EXPECT_TRUE(plan->IsMet());
+  double before = -1000.0;
+  int settings = 0;
+  for (const ProgramPose& pose : plan->program.poses) {
+    ASSERT_TRUE(pose.temperature_degc);
+    EXPECT_GE(*pose.temperature_degc, before);
+    settings += *pose.temperature_degc > before ? 1 : 0;
+    before = *pose.temperature_degc;
+  }
+  EXPECT_GE(settings, 4);  // as many as a cubic has coefficients
+  int thermal = 0;
+  for (const PlannedSigma& sigma : plan->sigmas) {
+    if (sigma.name.find(".thermal.") == std::string::npos) continue;
+    EXPECT_TRUE(std::isfinite(sigma.after)) << sigma.name;
+    ++thermal;
+  }
+  // Three powers of bias and one of gain for each: 9 + 6 lower triangular, 9 + 9.
+  EXPECT_EQ(thermal, 33);
+}
+
+TEST(MakePlanOverTemperature, PredictsWhatACalibrationOfExactReadingsStates) {
+  PlanOptions options = SoakPlan(30);
+  options.criterion = PlanCriterion::kDeterminant;
+  const auto plan = MakePlan({}, options);
+  ASSERT_TRUE(plan) << plan.error().message;
+  PoseSet poses = ExactReadings(IdealUnit(), AttitudesOf(plan->program));
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    poses.poses[k].temperature_degc = plan->program.poses[k].temperature_degc;
+  }
+  const auto summary = Calibrate(poses, options.calibrate);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const NamedCovariance& stated = summary->calibration.covariance;
+  ASSERT_EQ(plan->covariance.parameters, stated.parameters);
+  for (Eigen::Index i = 0; i < stated.matrix.rows(); ++i) {
+    // The same graph at the same point: rounding times its condition.
+    EXPECT_NEAR(plan->covariance.matrix(i, i), stated.matrix(i, i), 1e-6 * stated.matrix(i, i))
+        << stated.parameters[static_cast<std::size_t>(i)];
+  }
+}
+
+TEST(MakePlanOverTemperature, NamesTheTermsThatTooFewTemperaturesLeaveOpen) {
+  PlanOptions options = SoakPlan(30);
+  options.grid.temperatures_degc = {0.0, 25.0, 50.0};
+  options.criterion = PlanCriterion::kDeterminant;
+  const auto plan = MakePlan({}, options);
+  ASSERT_TRUE(plan) << plan.error().message;
+  EXPECT_FALSE(plan->determined);
+  ASSERT_FALSE(plan->weak_directions.empty());
+  const WeakDirection& worst = plan->weak_directions.front();
+  EXPECT_NE(worst.description.find("tau^3"), std::string::npos) << worst.description;
+  EXPECT_NE(worst.advice.find("more temperatures (3 were seen)"), std::string::npos)
+      << worst.advice;
+}
+
+TEST(MakePlanOverTemperature, RefusesTermsWithoutTemperatures) {
+  PlanOptions options = SoakPlan(30);
+  options.grid.temperatures_degc.clear();
+  const auto plan = MakePlan({}, options);
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().message.find("temperatures_degc"), std::string::npos);
+  options.program = PoseProgram{{{Eigen::Quaterniond::Identity(), {}, ""}}};
+  const auto judged = MakePlan({}, options);
+  ASSERT_FALSE(judged);
+  EXPECT_NE(judged.error().message.find("pose 1 of the program"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace truetriad

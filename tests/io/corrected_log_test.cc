@@ -163,7 +163,7 @@ TEST_F(CorrectedLog, IsNotWrittenAtAllWhenAnythingFails) {
   EXPECT_EQ(folder_.FileCount(), 1U);  // The input alone.
   output_ = folder_.Path("no/such/folder.csv");
   EXPECT_THAT(WriteCsv("accel_x[g],accel_y[g],accel_z[g]\n1,2,3\n").error().message,
-              HasSubstr("folder.csv: cannot be written: No such file"));
+              HasSubstr("folder.csv: cannot be written: there is no directory"));
   output_ = folder_.Path("corrected.csv");
   calibration_.outcome = Outcome::kNotObservable;
   EXPECT_THAT(WriteCsv("accel_x[g],accel_y[g],accel_z[g]\n1,2,3\n").error().message,

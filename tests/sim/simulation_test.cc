@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/sim/simulation.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -197,6 +199,38 @@ TEST(Sampling, DropoutLosesItsShareOfTheSamples) {
   EXPECT_NEAR(static_cast<double>(SamplesOf(scenario, kGyro).readings.size()),
               0.8 * count,
               4.0 * std::sqrt(count * 0.8 * 0.2));
+}
+
+TEST(Sampling, StatesTheRowsOfRestsWhateverDropsOut) {
+  Scenario scenario = QuietScenario();
+  for (auto& sensor : scenario.sensors) sensor->sampling.dropout = 0.6;
+  scenario.motion.push_back(TumbleStep{.duration_s = 5.0});
+  const auto simulation = Simulate(scenario);
+  std::map<std::int64_t, double> rates_radps;
+  std::vector<SampleBlock> blocks;
+  while (*simulation->Next(&blocks)) {
+    for (const SampleBlock& block : blocks) {
+      if (block.triad != kGyro) continue;
+      for (std::size_t i = 0; i < block.row.size(); ++i) {
+        rates_radps[block.row[i]] =
+            Eigen::Vector3d(block.x[i], block.y[i], block.z[i]).lpNorm<Eigen::Infinity>();
+      }
+    }
+  }
+  const std::vector<PoseRange> rests = simulation->rest_rows();
+  ASSERT_EQ(rests.size(), 24U);
+  EXPECT_EQ(rests[3].id.substr(0, 1), "4");
+  std::size_t still = 0, covered = 0;
+  for (const auto& [row, rate_radps] : rates_radps) {
+    const bool in_rest = std::any_of(rests.begin(), rests.end(), [row = row](const auto& rest) {
+      return rest.first <= row && row <= rest.last;
+    });
+    covered += in_rest ? 1 : 0;
+    still += rate_radps < 1e-9 ? 1 : 0;
+    EXPECT_TRUE(!in_rest || rate_radps < 1e-9) << "row " << row;
+  }
+  // Nothing that is still is left out but one interval a rest.
+  EXPECT_LE(still - covered, 24U);
 }
 
 TEST(Temperature, TermsFollowTheElementAndItsPlay) {

@@ -63,7 +63,7 @@ class PlannedTwelve : public ::testing::Test {
       ratios.push_back(Ratio(RandomAttitudes(poses, &random)));
     }
     const Spread spread = SpreadOf(std::move(ratios));
-    std::printf("@random | %d | %d | %.2f ± %.2f | %.2f – %.2f |\n",
+    std::printf("@random | %d | %d | %.2f ± %.3f | %.2f – %.2f |\n",
                 poses,
                 draws,
                 spread.median,

@@ -31,6 +31,8 @@ struct PlanGrid {
   std::vector<Eigen::Quaterniond> attitudes;
   /// The grid only samples all rotations: poses are moved off it where that helps.
   bool continuous = false;
+  /// Chamber temperatures: each attitude is a candidate at each. Empty: as it is.
+  std::vector<double> temperatures_degc{};
 };
 
 /// What is to be planned, and what is known beforehand.
@@ -52,8 +54,9 @@ struct PlanOptions {
   PlanCriterion criterion = PlanCriterion::kVariances;
   /// Poses to take; 0: the fewest that reach every wanted σ. Range: >= 0.
   int poses = 0;
-  /// Largest σ wanted of each group: "<sensor>.{bias,scale_error,misalignment_rad}",
-  /// "reference.{dip_rad,field_ut}"; in true units.
+  /// Largest σ wanted of each group: "<sensor>.{bias,scale_error,misalignment_rad}", in true units,
+  /// "<sensor>.thermal.{bias,sensitivity}.<power>", the same per degC^power,
+  /// "<sensor>.thermal.rate.{linear,quadratic,cross}", "reference.{dip_rad,field_ut}".
   std::map<std::string, double> wanted;
   /// More poses than this are not asked for. Range: >= 1.
   int max_poses = 60;

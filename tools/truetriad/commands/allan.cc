@@ -11,6 +11,7 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
@@ -68,6 +69,7 @@ Result<int> Run(const std::vector<std::string>&) {
   const auto range = ParseRange(FLAGS_white_range);
   TRUETRIAD_RETURN_IF_ERROR(range);
   options.white_range_s = *range;
+  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<AllanResult> result = Analyse(options);
   TRUETRIAD_RETURN_IF_ERROR(result);
   std::string text = AllanText(*result);

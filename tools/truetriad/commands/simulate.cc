@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -30,6 +31,11 @@ namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The signal that asked the program to end, or 0.
+volatile std::sig_atomic_t ended_by = 0;
+
+extern "C" void NoteEnd(int signal) { ended_by = signal; }
 
 /// A folder inside the output folder that is gone at the end, whatever happens: files appear in
 /// their places only once all of them are whole.
@@ -139,7 +145,8 @@ class Fleet {
   Fleet(const Scenario& scenario, fs::path folder)
       : scenario_(scenario), folder_(std::move(folder)) {}
 
-  /// Error: the first of any unit; the others are then given up.
+  /// Error: the first of any unit; the others are then given up. A signal that has been noted ends
+  /// the program as it would have done, once what was written so far is removed.
   Status Write(int threads, const ProgressCallback& progress) {
     const auto count = static_cast<std::size_t>(std::min(threads, scenario_.count));
     shares_ = std::vector<std::atomic<double>>(count);
@@ -149,6 +156,12 @@ class Fleet {
     std::unique_lock lock(mutex_);
     while (running_ > 0) {
       ended_.wait_for(lock, std::chrono::milliseconds(100));
+      if (ended_by != 0) {
+        std::error_code ignored;
+        fs::remove_all(folder_, ignored);
+        std::signal(ended_by, SIG_DFL);
+        std::raise(ended_by);
+      }
       if (!progress) continue;
       double done = finished_;
       for (const std::atomic<double>& share : shares_) done += share;
@@ -192,6 +205,52 @@ class Fleet {
   std::optional<Error> failure_;
 };
 
+/// About what the recordings of all units take on the disk.
+struct ExpectedSize {
+  double rows = 0.0;
+  double bytes = 0.0;
+};
+
+ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
+  // As numbers come with their separators: readings in steps of a thousandth, times in
+  // milliseconds.
+  constexpr double kBytesANumber = 7.5, kBytesATime = 11.0;
+  ExpectedSize size;
+  double numbers = 0.0;
+  for (const auto& sensor : scenario.sensors) {
+    if (!sensor) continue;
+    const SensorSampling& sampling = sensor->sampling;
+    const double samples = unit.duration_s() * sampling.rate_hz * (1.0 - sampling.dropout);
+    size.rows = unit.format().one_file ? std::max(size.rows, samples) : size.rows + samples;
+    numbers += 3.0 * samples;
+  }
+  if (scenario.temperature.logged) numbers += size.rows;
+  size.rows *= scenario.count;
+  size.bytes = kBytesATime * size.rows + kBytesANumber * numbers * scenario.count;
+  return size;
+}
+
+/// Refuses what the disk has no room for, and says beforehand that something takes long.
+Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
+  const Result<std::unique_ptr<Simulation>> unit = Simulation::Create(scenario, 0);
+  TRUETRIAD_RETURN_IF_ERROR(unit);
+  const ExpectedSize size = SizeOf(scenario, **unit);
+  constexpr double kBytesAGb = 1e9;
+  char text[200];
+  std::snprintf(text, sizeof text, "%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
+  std::error_code unknown;
+  const fs::space_info space = fs::space(folder, unknown);
+  if (!unknown && size.bytes > static_cast<double>(space.available)) {
+    char room[64];
+    std::snprintf(room, sizeof room, "%.3g GB", static_cast<double>(space.available) / kBytesAGb);
+    return BadInputError(FLAGS_output + ": the recording would have " + text +
+                         "; there is room for " + room +
+                         ": shorten the motion, lower the rates or take fewer units");
+  }
+  if (size.bytes > kBytesAGb) std::fprintf(stderr, "truetriad simulate: writing %s\n", text);
+  return {};
+}
+
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   if (scenario.count == 1) {
@@ -220,9 +279,14 @@ Result<int> Run(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(staging);
+  TRUETRIAD_RETURN_IF_ERROR(CheckRoom(*scenario, (*staging)->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
+    for (const int signal : {SIGINT, SIGTERM}) {
+      // A program that was started to ignore a signal (nohup) goes on ignoring it.
+      if (std::signal(signal, NoteEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
+    }
     ProgressLine progress("simulating " + scenario->serial);
     TRUETRIAD_RETURN_IF_ERROR(
         Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));

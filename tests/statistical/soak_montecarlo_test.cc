@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Temperature terms against known truth: efficiency and consistency of the joint solution at
+// several chamber temperatures, and whether σ that were planned for it come true.
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "statistical/nightly.h"
+#include "support/soak_trials.h"
+#include "truetriad/estimation/plan.h"
+#include "truetriad/model/attitude_sets.h"
+
+namespace truetriad {
+namespace {
+
+using trials::MakeSoak;
+using trials::Soak;
+
+ThermalOptions CubicAndLinear() {
+  ThermalOptions terms;
+  terms.bias_order = 3;
+  terms.matrix_order = 1;
+  return terms;
+}
+
+// Mean over parameters of (error / σ)^2, and its standard error in one run: with R the correlation
+// of the p parameters, sqrt(2 tr(R^2)) / p.
+struct Pooled {
+  double mean_square = 0.0;
+  double standard_error = 0.0;
+};
+
+Pooled Pool(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance) {
+  Pooled pooled;
+  int parameters = 0;
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    if (!(covariance(i, i) > 0.0)) continue;
+    ++parameters;
+    pooled.mean_square += error[i] * error[i] / covariance(i, i);
+    for (Eigen::Index j = 0; j < error.size(); ++j) {
+      if (!(covariance(j, j) > 0.0)) continue;
+      squares += covariance(i, j) * covariance(i, j) / (covariance(i, i) * covariance(j, j));
+    }
+  }
+  pooled.mean_square /= parameters;
+  pooled.standard_error = std::sqrt(2.0 * squares) / parameters;
+  return pooled;
+}
+
+// As the regimes of regimes_test.cc are judged.
+void ExpectEfficientAndConsistent(const char* row, bool joint, std::uint64_t seed) {
+  const int runs = IsNightly() ? 1000 : 150;
+  Eigen::VectorXd squares;  // of each parameter's error over its bound, summed over the runs
+  std::vector<std::string> names;
+  double nees = 0.0;
+  int dimension = 0;
+  std::vector<double> p_values;
+  for (int run = 0; run < runs; ++run) {
+    Random random(seed + static_cast<std::uint64_t>(run));
+    const Soak soak = MakeSoak(CubicAndLinear(), 12, joint, &random);
+    const auto summary = Calibrate(
+        trials::PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    CalibrateOptions known = soak.options;
+    known.robust.enabled = false;
+    const auto bound = Calibrate(trials::ExactSoakPoses(soak), known);
+    ASSERT_TRUE(bound && bound->calibration.IsUsable()) << "run " << run;
+    const Eigen::VectorXd error = trials::SoakErrors(summary->calibration, soak);
+    const NamedCovariance& covariance = bound->calibration.covariance;
+    names = covariance.parameters;
+    if (squares.size() == 0) squares.setZero(error.size());
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      const double variance = covariance.matrix(i, i);
+      if (variance > 0.0) squares[i] += error[i] * error[i] / variance;
+    }
+    const double squared = trials::Nees(error, summary->calibration.covariance.matrix, &dimension);
+    p_values.push_back(ChiSquareCdf(squared, dimension));
+    nees += squared / dimension / runs;
+  }
+  // The mean square of one parameter, over its bound, is χ²(runs) / runs.
+  const double low = ChiSquareQuantile(0.0005, runs) / runs;
+  const double high = ChiSquareQuantile(0.9995, runs) / runs;
+  double sum = 0.0;
+  int count = 0;
+  std::string worst;
+  double worst_ratio = 1.0;
+  for (Eigen::Index i = 0; i < squares.size(); ++i) {
+    const double ratio = squares[i] / runs;
+    if (!(ratio > 0.0)) continue;  // fixed by the gauge
+    const std::string& name = names[static_cast<std::size_t>(i)];
+    EXPECT_GE(ratio, low) << name;
+    EXPECT_LE(ratio, high) << name;
+    if (worst.empty() || std::abs(std::log(ratio)) > std::abs(std::log(worst_ratio))) {
+      worst = name;
+      worst_ratio = ratio;
+    }
+    sum += ratio;
+    ++count;
+  }
+  const double efficiency = std::sqrt(sum / count);
+  const double nees_margin = 2.576 * std::sqrt(2.0 / (dimension * runs));  // 99 %
+  const double ks = KolmogorovSmirnovUniform(p_values).p_value;
+  std::printf("@regimes | %s | %d | %.3f | %.3f | 1.000 ± %.3f | %.3f | %s %.3f (%.3f – %.3f) |\n",
+              row,
+              runs,
+              efficiency,
+              nees,
+              nees_margin,
+              ks,
+              worst.c_str(),
+              std::sqrt(worst_ratio),
+              std::sqrt(low),
+              std::sqrt(high));
+  EXPECT_LE(efficiency, IsNightly() ? 1.03 : 1.05);
+  EXPECT_NEAR(nees, 1.0, nees_margin);
+  EXPECT_GE(ks, 1e-3);
+}
+
+TEST(Soak, ReachesTheBoundAndStatesItsErrors) {
+  ExpectEfficientAndConsistent("joint at five temperatures, bias τ³, matrix τ", true, 50'000);
+}
+
+TEST(Soak, ReachesTheBoundAndStatesItsErrorsForAnAccelerometerAlone) {
+  ExpectEfficientAndConsistent(
+      "accelerometer alone at five temperatures, bias τ³, matrix τ", false, 60'000);
+}
+
+// A unit that is nominal at the reference and drifts by a few per cent from there.
+TEST(PlannedSigma, OverTemperatureAgreesWithTheErrors) {
+  Random drawn(70'000);
+  Soak soak = MakeSoak(CubicAndLinear(), 1, true, &drawn);
+  PlanOptions options;
+  for (const Triad triad : trials::kStaticTriads) {
+    soak.unit.models[triad] = TriadModel<double>();
+    soak.options.triads[triad].noise_sigma_raw =
+        Eigen::Vector3d::Constant(trials::ModelNoise().rest_sigma[triad]);
+  }
+  options.calibrate = soak.options;
+  options.nominal_dip_rad = soak.unit.dip_rad;
+  options.criterion = PlanCriterion::kDeterminant;
+  options.grid.attitudes = HandAttitudes();
+  options.grid.temperatures_degc.assign(trials::kSoakDegc.begin(), trials::kSoakDegc.end());
+  options.poses = 36;
+  const auto plan = MakePlan({}, options);
+  ASSERT_TRUE(plan && plan->IsMet());
+  soak.attitudes.clear();
+  soak.temperatures_degc.clear();
+  for (const ProgramPose& pose : plan->program.poses) {
+    soak.attitudes.push_back(pose.world_from_body);
+    soak.temperatures_degc.push_back(*pose.temperature_degc);
+  }
+  soak.rates_degcps.assign(soak.attitudes.size(), 0.0);
+  const int runs = IsNightly() ? 2000 : 400;
+  double mean_square = 0.0;
+  double standard_error = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(80'000 + static_cast<std::uint64_t>(run));
+    const auto summary = Calibrate(
+        trials::PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    ASSERT_EQ(summary->calibration.covariance.parameters, plan->covariance.parameters);
+    const Pooled pooled =
+        Pool(trials::SoakErrors(summary->calibration, soak), plan->covariance.matrix);
+    mean_square += pooled.mean_square / runs;
+    standard_error = 0.5 * pooled.standard_error / std::sqrt(runs);
+  }
+  std::printf("@planned | 36 poses over five temperatures | %d | %.3f ± %.3f |\n",
+              runs,
+              std::sqrt(mean_square),
+              standard_error);
+  EXPECT_LT(4.0 * standard_error, 0.05);
+  EXPECT_NEAR(std::sqrt(mean_square), 1.0, 0.05);
+}
+
+}  // namespace
+}  // namespace truetriad
