@@ -291,7 +291,7 @@ Result<std::string> WriteRecording(SampleSource& source,
 
 std::string PoseRangesToYaml(const std::vector<PoseRange>& ranges) {
   YamlText yaml;
-  yaml << "poses:\n";
+  yaml << (ranges.empty() ? "poses: []\n" : "poses:\n");
   for (const PoseRange& range : ranges) {
     yaml << "  - { first: " << range.first << ", last: " << range.last;
     if (!range.face_up.empty()) yaml << ", face: " << Quoted{range.face_up};

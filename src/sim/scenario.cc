@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <numbers>
 #include <string_view>
 
@@ -130,7 +131,8 @@ void CheckSeesWorld(Triad triad,
 }
 
 struct CheckStep {
-  std::string name;  ///< "motion step 2".
+  std::string name;   ///< "motion step 2".
+  double slowest_hz;  ///< Rate of the slowest sensor.
   Problems* problems;
 
   void operator()(const PosesStep& step) const {
@@ -142,6 +144,11 @@ struct CheckStep {
     problems->Require(step.rest_spread >= 0.0 && step.rest_spread <= 0.9,
                       name + " spread of the rests is " + Number(step.rest_spread) +
                           "; it must be between 0 and 0.9");
+    const double shortest_s = step.rest_s * (1.0 - step.rest_spread);
+    problems->Require(!(shortest_s * slowest_hz < 2.0),
+                      name + " rests for as little as " + Number(shortest_s) +
+                          " s, which is no two samples at " + Number(slowest_hz) +
+                          " Hz; rest longer or sample faster");
     problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
     problems->NotNegative(step.travel_m, name + " travel");
     for (std::size_t k = 0; k < step.poses.size(); ++k) {
@@ -319,9 +326,13 @@ Status Scenario::Validate() const {
   problems.Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
                                         std::isfinite(world.earth_rate->declination_rad)),
                   "latitude and declination");
+  double slowest_hz = std::numeric_limits<double>::infinity();
+  for (const auto& sensor : sensors) {
+    if (sensor) slowest_hz = std::min(slowest_hz, sensor->sampling.rate_hz);
+  }
   problems.Require(!motion.empty(), "the motion has no steps");
   for (std::size_t k = 0; k < motion.size(); ++k) {
-    std::visit(CheckStep{"motion step " + std::to_string(k + 1), &problems}, motion[k]);
+    std::visit(CheckStep{"motion step " + std::to_string(k + 1), slowest_hz, &problems}, motion[k]);
   }
   problems.NotNegative(first_rest_s, "the first rest");
   CheckTemperature(*this, &problems);

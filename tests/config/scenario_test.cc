@@ -325,6 +325,13 @@ TEST_F(ScenarioConfig, NamesTheLineOfWhatOnlyTheWholeScenarioShows) {
                     HasSubstr("scenario.yaml:9: disturbance 2 stops a accelerometer")));
 }
 
+TEST_F(ScenarioConfig, RefusesRestsTooShortForTwoSamples) {
+  EXPECT_THAT(
+      ErrorOf(kHead + "sensors: { accelerometer: { sampling: { rate_hz: 1 } } }\n"
+                      "motion: [{ poses: { attitudes: cube, rest_s: 3, rest_spread: 0.5 } }]\n"),
+      HasSubstr("scenario.yaml:3: motion step 1 rests for as little as 1.5 s"));
+}
+
 TEST_F(ScenarioConfig, TakesEverySeedOf64BitsAndNoOther) {
   EXPECT_EQ(LoadWell(kHead + "seed: 18446744073709551615\n" + kSensors + kMotion).seed,
             18446744073709551615U);
