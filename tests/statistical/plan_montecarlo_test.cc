@@ -73,14 +73,14 @@ void ExpectPredictionComesTrue(const char* row,
 }
 
 TEST(PlannedSigma, AgreesWithTheErrorsOfTheNominalUnit) {
-  ExpectPredictionComesTrue("the nominal one", nullptr, 20000);
+  ExpectPredictionComesTrue("the nominal unit", nullptr, 20000);
 }
 
 // Gains off by 10 %, axes by 3 %, biases of a third of the signal: what is planned for a nominal
 // unit holds for a real one.
 TEST(PlannedSigma, AgreesWithTheErrorsOfUnitsThatAreNotNominal) {
   const trials::UnitSpread spread;
-  ExpectPredictionComesTrue("drawn from a population", &spread, 30000);
+  ExpectPredictionComesTrue("units of a population", &spread, 30000);
 }
 
 }  // namespace

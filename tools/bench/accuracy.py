@@ -3,7 +3,8 @@
 """Runs all of the statistical tests and shows the rows of the tables in docs/.
 
 One process a test, as many at a time as there are processors. With --write the tables that docs/
-marks with `<!-- rows: NAME -->` get the new rows, unless a test failed.
+marks with `<!-- rows: NAME -->` get the new rows, unless a test failed; a --filter must then let
+all rows of a table through.
 """
 
 import argparse
