@@ -33,11 +33,7 @@ constexpr double kNormalGravitySigmaMps2 = 5e-4;
 void RefuseUnavailable(YamlReader root) {
   constexpr std::string_view kVersion = " not available in this version; ";
   YamlReader sensors = root.Child("sensors");
-  if (YamlReader gyroscope = sensors.Child(TriadName(Triad::kGyroscope))) {
-    gyroscope.Fail("calibrating the gyroscope is" + std::string(kVersion) +
-                   "remove this sensor to calibrate the others");
-  }
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     YamlReader sensor = sensors.Child(TriadName(triad));
     if (YamlReader model = sensor.Child("model"); IsWord(model, "auto")) {
       model.Fail("choosing the model automatically is" + std::string(kVersion) +
@@ -186,6 +182,7 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
+  if (triad == Triad::kGyroscope) reader.Optional("g_sensitivity", &options.g_sensitivity);
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
@@ -276,7 +273,7 @@ void ReadInitialise(YamlReader reader, Draft* draft) {
 
 void ReadLimits(YamlReader reader, LimitOptions* options) {
   if (!reader) return;
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     // `accelerometer.bias: 0.5` or, as overrides are spelled, `accelerometer: { bias: 0.5 }`.
     YamlReader sensor = reader.Child(TriadName(triad));
     for (const std::string_view quantity : kLimitQuantities) {
@@ -314,7 +311,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   ReadReference(root.Child("reference"), draft);
   if (Gauge gauge; ReadChoice(root.Child("gauge"), Gauges(), &gauge)) draft->gauge = gauge;
   if (YamlReader sensors = root.Child("sensors")) {
-    for (const Triad triad : kCalibratedTriads) {
+    for (const Triad triad : kTriads) {
       if (YamlReader sensor = sensors.Child(TriadName(triad))) {
         options.triads[triad].enabled = true;
         sensor.Child("preset");  // Has been read before all documents.
@@ -387,7 +384,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   }
 
   bool any_enabled = false;
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     any_enabled |= options.triads[triad].enabled;
     const std::string prior = "sensors." + std::string(TriadName(triad)) + ".prior.";
     for (const std::string value : {"bias", "sensitivity"}) {
@@ -399,9 +396,10 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   if (!any_enabled) {
     fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
+  experiment.poses.moves = options.triads[Triad::kGyroscope].enabled;
   experiment.input = Resolve(draft->input, experiment.path);
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);
   }
   experiment.poses.file = Resolve(draft->pose_file, experiment.path);
@@ -425,7 +423,7 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
 void ReadPresets(std::vector<YamlReader>& documents,
                  Draft* draft,
                  std::vector<std::string>* errors) {
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
     std::string file;
     for (YamlReader& document : documents) {
@@ -439,7 +437,7 @@ void ReadPresets(std::vector<YamlReader>& documents,
     }
     ReadVersion(preset->RequireChild("sensor_preset"));
     preset->Child("description");
-    for (const Triad other : kCalibratedTriads) preset->Child(TriadName(other));
+    for (const Triad other : kTriads) preset->Child(TriadName(other));
     preset->RejectUnknown();
     if (YamlReader sensor = preset->RequireChild(name)) {
       ReadSensor(sensor, triad, draft);

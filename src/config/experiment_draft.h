@@ -14,7 +14,7 @@
 namespace truetriad {
 
 /// The triads that this version calibrates.
-constexpr std::array kCalibratedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
+inline constexpr std::array kPlannedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
 constexpr std::array<std::string_view, 4> kLimitQuantities = {
     "bias", "scale_error", "misalignment_rad", "residual_rms"};
 

@@ -48,6 +48,9 @@ void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
   out.Open(TriadName(triad));
   out.Line("model", Models().Name(options.model));
   if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
+  if (triad == Triad::kGyroscope) {
+    out.Line("g_sensitivity", options.g_sensitivity ? "true" : "false");
+  }
   out.Open("noise");
   if (!draft.allan_files[triad].empty()) {
     out.Line("allan", Quoted{draft.allan_files[triad]});
@@ -137,7 +140,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft) {
   WriteReference(out, draft);
   out.Line("gauge", Gauges().Name(options.gauge));
   out.Open("sensors");
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kTriads) {
     if (options.triads[triad].enabled) WriteSensor(out, triad, draft);
   }
   out.Close();

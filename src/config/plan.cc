@@ -91,7 +91,7 @@ void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
 
 void ReadNominal(YamlReader reader, PlanConfig* plan) {
   if (!reader) return;
-  for (const Triad triad : kCalibratedTriads) {
+  for (const Triad triad : kPlannedTriads) {
     ReadNominalSensor(reader.Child(TriadName(triad)), triad, &plan->nominal[triad]);
   }
   double number = 0.0;

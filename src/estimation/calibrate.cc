@@ -32,7 +32,8 @@ double RobustMisfit(const PoseGraph& graph) {
 
 // Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
 // a measure that three poses beside a magnet do not decide. Unset when none could be refined.
-std::optional<PoseGraph> SolveFromBestStart(const std::vector<StartValues>& starts,
+std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
+                                            const std::vector<StartValues>& starts,
                                             const std::vector<PoseNode>& nodes,
                                             const CalibrateOptions& options,
                                             NoiseState* noise,
@@ -43,6 +44,7 @@ std::optional<PoseGraph> SolveFromBestStart(const std::vector<StartValues>& star
     PoseGraph graph;
     graph.nodes = nodes;
     LayOutParameters(options, start, &graph);
+    if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
     log->Solve(kRoundTolerance, &graph);
@@ -130,7 +132,8 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
     return summary;
   }
   SolveLog log;
-  std::optional<PoseGraph> graph = SolveFromBestStart(*starts, *nodes, options, &noise, &log);
+  std::optional<PoseGraph> graph =
+      SolveFromBestStart(poses, *starts, *nodes, options, &noise, &log);
   if (!graph) {
     return Refuse(
         Outcome::kNotConverged, "the optimiser failed from every start", std::move(summary));

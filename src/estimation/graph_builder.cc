@@ -7,12 +7,16 @@
 #include <string>
 #include <utility>
 
+#include "estimation/moves.h"
+
 namespace truetriad {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
+// Noise of one reading of the gyroscope, rad/s, where the recording shows none.
+constexpr double kLeastRateSigma = 1e-9;
 
 // Time that the samples of a mean stand for, one sample spacing each; 0 where it is not known.
 double AveragedTime(const StaticPose& pose, Triad triad) {
@@ -59,6 +63,51 @@ ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) 
   return scale;
 }
 
+// A turn that the graph can use: the nodes `from` and the next are those of consecutive poses.
+struct Turn {
+  std::size_t from = 0;
+  const RecordedMove* move = nullptr;
+};
+
+std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
+  std::vector<Turn> turns;
+  std::size_t node = 0;
+  for (const RecordedMove& move : poses.moves) {
+    const int number = poses.poses[move.from].number;
+    while (node < nodes.size() && nodes[node].number < number) ++node;
+    if (!move.fault.empty() || node + 1 >= nodes.size() || nodes[node].number != number ||
+        nodes[node + 1].number != poses.poses[move.from + 1].number) {
+      continue;
+    }
+    turns.push_back({node, &move});
+  }
+  return turns;
+}
+
+bool TellsHeading(const PoseNode& node) {
+  return node.kind == PoseKind::kHeld || node.has_attitude_prior ||
+         std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
+           return seen.triad == Triad::kMagnetometer;
+         });
+}
+
+// Poses at the ends of a turn have a whole rotation each; where nothing in a chain of turns tells
+// its heading, that of its first pose is held.
+void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
+  std::vector<bool> linked(nodes->size(), false);  // to the next
+  for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
+  for (std::size_t begin = 0; begin < nodes->size();) {
+    std::size_t end = begin;
+    bool tells_heading = TellsHeading((*nodes)[begin]);
+    while (linked[end]) tells_heading = TellsHeading((*nodes)[++end]) || tells_heading;
+    for (std::size_t k = begin; k <= end && end > begin; ++k) {
+      if ((*nodes)[k].kind == PoseKind::kDirection) (*nodes)[k].kind = PoseKind::kRotation;
+    }
+    (*nodes)[begin].holds_heading = end > begin && !tells_heading;
+    begin = end + 1;
+  }
+}
+
 }  // namespace
 
 Triad LeadingTriad(const CalibrateOptions& options) {
@@ -85,7 +134,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     const StaticPose& pose = poses.poses[k];
     PoseNode node;
     node.number = pose.number;
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       const TriadOptions& sensor = options.triads[triad];
       if (!sensor.enabled || !pose.triads[triad]) continue;
       Observation observation;
@@ -108,7 +157,11 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       }
       node.observations.push_back(observation);
     }
-    if (node.observations.empty()) continue;
+    const auto vectors = std::count_if(
+        node.observations.begin(), node.observations.end(), [](const Observation& seen) {
+          return seen.triad != Triad::kGyroscope;
+        });
+    if (vectors == 0) continue;
     if (options.HasThermal()) {
       if (!pose.temperature_degc) {
         return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
@@ -118,7 +171,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       node.temperature_degc = *pose.temperature_degc;
       node.temperature_rate_degcps = pose.temperature_rate_degcps;
     }
-    node.kind = node.observations.size() == 1 ? PoseKind::kDirection : PoseKind::kRotation;
+    node.kind = vectors == 1 ? PoseKind::kDirection : PoseKind::kRotation;
     if (options.attitudes.kind == AttitudeKind::kGiven) {
       if (!pose.attitude) {
         return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
@@ -144,7 +197,30 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     }
     nodes.push_back(node);
   }
+  if (options.triads[Triad::kGyroscope].enabled) LinkByTurns(poses, &nodes);
   return nodes;
+}
+
+void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph) {
+  const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
+  graph->increments.clear();
+  for (const Turn& turn : TurnsBetween(poses, graph->nodes)) {
+    const PoseNode& first = graph->nodes[turn.from];
+    const PoseNode& second = graph->nodes[turn.from + 1];
+    IncrementEdge& edge = graph->increments.emplace_back();
+    edge.from = turn.from;
+    edge.move = MoveOf(*turn.move, *start.models[Triad::kAccelerometer]);
+    // Readings without noise still need weights.
+    edge.sigma_raw =
+        gyroscope->noise_sigma_raw.cwiseProduct(gyroscope->correlation_inflation.cwiseSqrt())
+            .cwiseMax(kLeastRateSigma *
+                      start.models[Triad::kGyroscope]->sensitivity.rowwise().norm());
+    edge.temperature_degc = 0.5 * (first.temperature_degc + second.temperature_degc);
+    edge.temperature_rate_degcps =
+        0.5 * (first.temperature_rate_degcps + second.temperature_rate_degcps);
+    edge.Integrate(graph->layout, graph->shared.data());
+  }
+  SetStartHeadings(graph);
 }
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
@@ -158,6 +234,10 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     layout.sensitivity[triad] = size + 3;
     layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
     size += 12 + layout.thermal[triad].size();
+  }
+  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity) {
+    layout.g_sensitivity = size;
+    size += 9;
   }
   layout.reference = size;
   size += kReferenceSize;
@@ -198,6 +278,9 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
            ThermalMatrixBasis(thermal.terms.matrix, triangular, model.sensitivity)) {
         free_matrix(thermal.matrix_at(i), entry);
       }
+    }
+    if (triad == Triad::kGyroscope && sensor.g_sensitivity) {
+      for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);
     }
     if (sensor.fixed_sensitivity) continue;
     const Eigen::Matrix3d axis_map =

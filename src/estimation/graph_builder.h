@@ -28,6 +28,10 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
 // free, their start values, and the attitudes that nobody gave.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
+// The turns between the nodes, integrated at the start values, and with them the headings that
+// nothing else tells. After LayOutParameters.
+void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
+
 // What is known beforehand of the free entries.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 

@@ -102,6 +102,10 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
+// A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
+// fit by 1e-5 σ), but its pose stays determined.
+inline constexpr double kRejectedWeight = 1e-8;
+
 // How badly one triad at one pose, or one turn, fits the prediction from everything else: χ² of the
 // deletion residual, with `rank` degrees of freedom (what remains after its pose took its share).
 struct DeletionTest {

@@ -23,9 +23,6 @@ constexpr double kSettledWeight = 1e-3;
 constexpr double kSettledExcess = 1e-4;
 // Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
 constexpr double kRejectionLevel = 0.01;
-// A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
-// fit by 1e-5 σ), but its pose stays determined.
-constexpr double kRejectedWeight = 1e-8;
 // Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.
 constexpr int kMinRobustDof = 6;
 // An estimated excess with fewer degrees of freedom than this is not an estimate.
@@ -227,6 +224,9 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
     }
     if (noise.source[triad] == NoiseSource::kResidual || sensor.excess == ExcessNoise::kEstimate) {
       noise.estimated.push_back(PoseNoise(triad));
+      if (triad == Triad::kGyroscope && !poses.moves.empty()) {
+        noise.estimated.push_back(NoiseComponent::kTurn);
+      }
     } else if (sensor.excess == ExcessNoise::kGiven) {
       noise.excess[triad] = sensor.excess_sigma * sensor.excess_sigma;
     }

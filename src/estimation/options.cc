@@ -61,7 +61,8 @@ Status CalibrateOptions::Validate() const {
     if (!sensor.enabled) continue;
     any = true;
     const std::string name(TriadName(triad));
-    require(triad != Triad::kGyroscope, "gyroscope: this version does not calibrate it");
+    require(triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled,
+            "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it");
     require(sensor.model != MatrixModel::kAuto,
             name + ": model `auto` is not available in this version");
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),

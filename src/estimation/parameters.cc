@@ -198,6 +198,7 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
 
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
   if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
+  if (triad == Triad::kGyroscope) return Eigen::Vector3d::Zero();
   return FieldInWorld(reference[kField], reference[kDip], reference[kHeading]);
 }
 
@@ -209,6 +210,7 @@ Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
     jacobian(2, kGravity) = 1.0;
     return jacobian;
   }
+  if (triad == Triad::kGyroscope) return jacobian;
   const double field = reference[kField];
   const double dip = reference[kDip];
   const double heading = reference[kHeading];

@@ -95,7 +95,8 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 // temperature terms by the names of those in tau that they stand for. parameter_name.h.
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
-// World vectors (true unit): specific force at rest, and the magnetic field. model.md §1.
+// World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, the
+// earth stands still. model.md §1.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference);
 
 // d WorldVector / d (g, B, dip, heading).

@@ -33,8 +33,6 @@ constexpr std::int64_t kRestSamples = 1'000'000'000;
 // Of the field, at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
 constexpr double kUsualDipRad = std::numbers::pi / 3.0;
-// A rejected observation says nothing.
-constexpr double kRejectedWeight = 1e-8;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();

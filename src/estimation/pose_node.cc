@@ -90,7 +90,10 @@ void PoseNode::Evaluate(const SharedLayout& layout,
             sensitivity * world_from_body.conjugate().toRotationMatrix() * world_jacobian;
       }
     }
-    if (tangent_jacobian != nullptr && kind == PoseKind::kDirection) {
+    if (observation.triad == Triad::kGyroscope) {
+      AddPullOfGravity(
+          layout, shared, state_values, row, residual, shared_jacobian, tangent_jacobian);
+    } else if (tangent_jacobian != nullptr && kind == PoseKind::kDirection) {
       tangent_jacobian->middleRows<3>(row) =
           sensitivity * tangent_basis * WorldVector(observation.triad, reference).norm();
     } else if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
@@ -108,6 +111,19 @@ void PoseNode::Evaluate(const SharedLayout& layout,
       tangent_jacobian->middleRows<3>(row) = InverseRightJacobian(log);
     }
     row += 3;
+  }
+
+  if (holds_heading) {
+    // R Exp(d) R_held^T = Exp(R d) R R_held^T; the inverse left Jacobian is the right one's
+    // transpose.
+    const Eigen::Quaterniond rotation(world_from_body);
+    const Eigen::Vector3d log = RotationLog(rotation * held_world_from_body.conjugate());
+    (*residual)[row] = log.z();
+    if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
+      tangent_jacobian->row(row) =
+          InverseRightJacobian(log).col(2).transpose() * rotation.toRotationMatrix();
+    }
+    ++row;
   }
 
   if (face >= 0) {
@@ -131,6 +147,37 @@ void PoseNode::Evaluate(const SharedLayout& layout,
   }
 }
 
+void PoseNode::AddPullOfGravity(const SharedLayout& layout,
+                                const double* shared,
+                                const double* state_values,
+                                int row,
+                                PoseResidual12* residual,
+                                PoseSharedJacobian* shared_jacobian,
+                                PoseStateJacobian* tangent_jacobian) const {
+  if (layout.g_sensitivity < 0) return;
+  const Eigen::Map<const Eigen::Matrix3d> g_sensitivity(shared + layout.g_sensitivity);
+  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout.reference);
+  const Eigen::Vector3d force = FieldInBody(Triad::kAccelerometer, reference, state_values);
+  residual->segment<3>(row) += g_sensitivity * force;
+  if (shared_jacobian != nullptr) {
+    for (int axis = 0; axis < 3; ++axis) {
+      shared_jacobian->block<3, 3>(row, layout.g_sensitivity + 3 * axis)
+          .diagonal()
+          .setConstant(force[axis]);
+    }
+    shared_jacobian->block<3, 1>(row, layout.reference + kGravity) =
+        g_sensitivity * force / reference[kGravity];
+  }
+  if (tangent_jacobian == nullptr) return;
+  if (kind == PoseKind::kDirection) {
+    const Eigen::Map<const Eigen::Vector3d> direction(state_values);
+    tangent_jacobian->middleRows<3>(row) =
+        reference[kGravity] * g_sensitivity * TangentBasis(direction);
+  } else if (kind == PoseKind::kRotation) {
+    tangent_jacobian->middleRows<3>(row) = g_sensitivity * Skew(force);
+  }
+}
+
 PoseRowMatrix PoseNode::SquareRootInformation() const {
   PoseRowMatrix root;
   root.setZero(row_count(), row_count());
@@ -144,6 +191,10 @@ PoseRowMatrix PoseNode::SquareRootInformation() const {
   if (has_attitude_prior) {
     root.block<3, 3>(row, row).diagonal() = prior_sigma_rad.cwiseInverse();
     row += 3;
+  }
+  if (holds_heading) {
+    root(row, row) = 1.0;  // any other would do
+    ++row;
   }
   if (face >= 0) root.block<2, 2>(row, row).diagonal().setConstant(1.0 / seat_sigma_rad);
   return root;

@@ -53,6 +53,10 @@ struct Observation {
 //   static triad      S * R^T v - (y - b)      v: specific force or field in the world; S and b at
 //                                              the pose's temperature
 //   attitude prior    Log(R_prior^T R)         about the body axes
+//   static gyroscope  b + G f - y              the earth stands still; f: specific force in the
+//   body heading           Log(R R_held^T) about the vertical: for the first pose of a chain in
+//   which
+//                     nothing tells the heading; with nothing against it, it takes no part in χ²
 //   six-face prior    components of the up direction along the two tangent axes of the face, minus
 //                     the face's own tilt
 // The static rows carry the sign model - reading, so that Jacobians have none.
@@ -69,6 +73,9 @@ struct PoseNode {
   Eigen::Quaterniond prior_world_from_body = Eigen::Quaterniond::Identity();
   Eigen::Vector3d prior_sigma_rad = Eigen::Vector3d::Ones();
 
+  bool holds_heading = false;
+  Eigen::Quaterniond held_world_from_body = Eigen::Quaterniond::Identity();
+
   int face = -1;  // index of the face that points up, or -1
   double seat_sigma_rad = 0.0;
 
@@ -78,7 +85,7 @@ struct PoseNode {
   }
   int row_count() const {
     return 3 * static_cast<int>(observations.size()) + (has_attitude_prior ? 3 : 0) +
-           (face >= 0 ? 2 : 0);
+           (holds_heading ? 1 : 0) + (face >= 0 ? 2 : 0);
   }
   Eigen::Quaterniond rotation() const { return {state[3], state[0], state[1], state[2]}; }
   Eigen::Vector3d direction() const { return {state[0], state[1], state[2]}; }
@@ -106,6 +113,16 @@ struct PoseNode {
   // W with W^T W the inverse covariance of all rows, robust weights included: block lower
   // triangular.
   PoseRowMatrix SquareRootInformation() const;
+
+ private:
+  // G f in the static gyroscope's rows.
+  void AddPullOfGravity(const SharedLayout& layout,
+                        const double* shared,
+                        const double* state_values,
+                        int row,
+                        PoseResidual12* residual,
+                        PoseSharedJacobian* shared_jacobian,
+                        PoseStateJacobian* tangent_jacobian) const;
 };
 
 // Two unit vectors that complete the unit vector `direction` to a right-handed frame.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 
+#include "estimation/noise.h"
 #include "estimation/parameters.h"
 #include "estimation/reduced_system.h"
 
@@ -25,6 +27,24 @@ struct RootMeanSquare {
     return std::sqrt(sum / count);
   }
 };
+
+// Specific force at a pose as its accelerometer shows it; unset when it does not count.
+std::optional<Eigen::Vector3d> MeasuredForce(const PoseGraph& graph, const PoseNode& node) {
+  for (const Observation& observation : node.observations) {
+    if (observation.triad != Triad::kAccelerometer || observation.rejected) continue;
+    return graph.ModelAt(Triad::kAccelerometer, node).TruthFromRaw(observation.mean_raw);
+  }
+  return std::nullopt;
+}
+
+// Angle between gravity at the second pose as measured, and as the turn predicts it from the first.
+std::optional<double> GravityError(const PoseGraph& graph, const IncrementEdge& edge) {
+  const auto before = MeasuredForce(graph, graph.nodes[edge.from]);
+  const auto after = MeasuredForce(graph, graph.nodes[edge.from + 1]);
+  if (!before || !after) return std::nullopt;
+  const Eigen::Vector3d predicted = edge.increment.rotation.conjugate() * *before;
+  return std::atan2(predicted.cross(*after).norm(), predicted.dot(*after));
+}
 
 }  // namespace
 
@@ -47,6 +67,7 @@ void FillPoseQuality(const PoseGraph& graph,
   }
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   for (const DeletionTest& test : tests) {
+    if (test.component == NoiseComponent::kTurn) continue;
     const PoseNode& node = graph.nodes[test.node];
     const Observation& observation = node.observations[test.observation];
     const Triad triad = observation.triad;
@@ -56,9 +77,15 @@ void FillPoseQuality(const PoseGraph& graph,
     residual.triad = triad;
     const Eigen::Vector3d field =
         solution.rotation.transpose() * node.FieldInBody(triad, reference, node.state.data());
+    Eigen::Vector3d reading = observation.mean_raw;
+    if (triad == Triad::kGyroscope && solution.g_sensitivity) {
+      reading -= *solution.g_sensitivity *
+                 (solution.rotation.transpose() *
+                  node.FieldInBody(Triad::kAccelerometer, reference, node.state.data()));
+    }
     const Eigen::Vector3d corrected =
         solution.ModelAt(triad, node.temperature_degc, node.temperature_rate_degcps)
-            .TruthFromRaw(observation.mean_raw);
+            .TruthFromRaw(reading);
     residual.residual = corrected - field;
     residual.direction = field.normalized();
     residual.norm_error = corrected.norm() - strength[triad];
@@ -69,10 +96,15 @@ void FillPoseQuality(const PoseGraph& graph,
     residual.normalized = test.rank > 0 ? std::sqrt(test.chi2 / test.rank) : 0.0;
     residual.weight = observation.rejected ? 0.0 : observation.weight;
     quality->pose_residuals.push_back(residual);
-    if (observation.rejected) continue;
+    if (observation.rejected || triad == Triad::kGyroscope) continue;
     after[triad].Add(residual.norm_error);
     if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
     directions[triad].push_back(residual.direction);
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.rejected) continue;
+    const std::optional<double> angle = GravityError(graph, edge);
+    if (angle) after[Triad::kGyroscope].Add(*angle);
   }
   for (const Triad triad : kTriads) {
     quality->residual_rms[triad] = after[triad].value();
@@ -90,10 +122,16 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
   PerTriad<RootMeanSquare> errors;
   PerTriad<RootMeanSquare> seen;
   for (int fold = 0; fold < folds; ++fold) {
+    // Turns hang together: a pose that is left out stays, with readings that count for nothing.
     PoseGraph part = graph;
-    part.nodes.clear();
+    if (graph.increments.empty()) part.nodes.clear();
     for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-      if (static_cast<int>(k) % folds != fold) part.nodes.push_back(graph.nodes[k]);
+      const bool left_out = static_cast<int>(k) % folds == fold;
+      if (graph.increments.empty() && !left_out) part.nodes.push_back(graph.nodes[k]);
+      if (graph.increments.empty() || !left_out) continue;
+      for (Observation& observation : part.nodes[k].observations) {
+        observation.weight = kRejectedWeight;
+      }
     }
     SolveGraph(&part, kRoundTolerance);
     if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
@@ -101,6 +139,7 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
       for (const Observation& observation : graph.nodes[k].observations) {
         if (observation.rejected) continue;
         const Triad triad = observation.triad;
+        if (triad == Triad::kGyroscope) continue;  // its readings at rest have no norm
         const double error = NormError(part.ModelAt(triad, graph.nodes[k]),
                                        observation.mean_raw,
                                        WorldVector(triad, part.reference()).norm());

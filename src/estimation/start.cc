@@ -11,9 +11,11 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimation/moves.h"
 #include "estimation/quality.h"
 #include "truetriad/init/ellipsoid_fit.h"
 #include "truetriad/init/frame_alignment.h"
+#include "truetriad/init/gyro_start.h"
 #include "truetriad/init/six_position.h"
 #include "truetriad/math/distributions.h"
 
@@ -354,6 +356,52 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   return starts;
 }
 
+// Median over the poses, axis by axis: a pose that was touched does not matter.
+Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& reading : Readings(poses, triad)) values.push_back(reading[axis]);
+    if (!values.empty()) median[axis] = Median(values);
+  }
+  return median;
+}
+
+Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
+                                          const CalibrateOptions& options,
+                                          const TriadModel<double>& accelerometer) {
+  const TriadOptions& sensor = options.triads[Triad::kGyroscope];
+  TriadModel<double> model;
+  model.bias = sensor.fixed_bias.value_or(MedianReading(poses, Triad::kGyroscope));
+  if (sensor.fixed_sensitivity) {
+    model.sensitivity = *sensor.fixed_sensitivity;
+    return model;
+  }
+  std::vector<DirectionMove> moves;
+  for (const RecordedMove& recorded : poses.moves) {
+    const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
+    const auto& after = poses.poses[recorded.from + 1].triads[Triad::kAccelerometer];
+    if (!recorded.fault.empty() || recorded.accelerometer_raw.empty() || !before || !after) {
+      continue;
+    }
+    DirectionMove& move = moves.emplace_back();
+    move.move = MoveOf(recorded, accelerometer);
+    move.direction = std::move(move.move.force_mps2);
+    move.move.force_mps2.clear();
+    move.before = accelerometer.TruthFromRaw(before->mean_raw).normalized();
+    move.after = accelerometer.TruthFromRaw(after->mean_raw).normalized();
+  }
+  const auto sensitivity = FindGyroSensitivity(moves, model.bias);
+  if (!sensitivity) return sensitivity.error();
+  model.sensitivity = *sensitivity;
+  if (sensor.model == MatrixModel::kDiagonal || sensor.model == MatrixModel::kSymmetric) {
+    // These models have no rotation, and what noise made of one here would stay for ever.
+    model.sensitivity =
+        model.sensitivity.rowwise().norm().asDiagonal() * NearestAxisMap(model.sensitivity);
+  }
+  return model;
+}
+
 }  // namespace
 
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
@@ -452,6 +500,11 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
         CheckAccelerometerUnit(poses, Readings(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
   }
+  if (options.triads[Triad::kGyroscope].enabled) {
+    auto model = GyroscopeStart(poses, options, *start.models[Triad::kAccelerometer]);
+    if (!model) return model.error();
+    start.models[Triad::kGyroscope] = *model;
+  }
   if (!has_magnetometer) return std::vector<StartValues>{start};
 
   start.reference[kField] = StartField(poses, options, &start.field_nominal);
@@ -473,6 +526,7 @@ void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
     if (node.kind == PoseKind::kHeld || node.has_attitude_prior) continue;
     PerTriad<std::optional<Eigen::Vector3d>> seen;
     for (const Observation& observation : node.observations) {
+      if (observation.triad == Triad::kGyroscope) continue;
       seen[observation.triad] =
           start.models[observation.triad]->TruthFromRaw(observation.mean_raw).normalized();
     }
@@ -482,10 +536,34 @@ void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
       const Eigen::Vector3d direction = up ? *up : *field;
       node.state = {direction.x(), direction.y(), direction.z(), 0.0};
     } else {
-      const Eigen::Quaterniond q = TriadAttitude(up_in_world, field_in_world, *up, *field);
+      const Eigen::Quaterniond q =
+          up && field ? TriadAttitude(up_in_world, field_in_world, *up, *field)
+          : up        ? Eigen::Quaterniond::FromTwoVectors(*up, up_in_world)
+                      : Eigen::Quaterniond::FromTwoVectors(*field, field_in_world);
       node.state = {q.x(), q.y(), q.z(), q.w()};
     }
   }
+}
+
+void SetStartHeadings(PoseGraph* graph) {
+  for (const IncrementEdge& edge : graph->increments) {
+    const PoseNode& before = graph->nodes[edge.from];
+    PoseNode& node = graph->nodes[edge.from + 1];
+    const bool has_field =
+        std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
+          return seen.triad == Triad::kMagnetometer;
+        });
+    if (has_field || node.kind != PoseKind::kRotation || node.has_attitude_prior) continue;
+    const Eigen::Quaterniond predicted = before.rotation() * edge.increment.rotation;
+    // North as predicted, up as seen.
+    const Eigen::Vector3d up = node.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Quaterniond q = TriadAttitude(Eigen::Vector3d::UnitZ(),
+                                               Eigen::Vector3d::UnitX(),
+                                               up,
+                                               predicted.conjugate() * Eigen::Vector3d::UnitX());
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+  }
+  for (PoseNode& node : graph->nodes) node.held_world_from_body = node.rotation();
 }
 
 }  // namespace truetriad

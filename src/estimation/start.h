@@ -44,6 +44,10 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
 // Attitude of every pose by TRIAD (two triads) or as a direction (one), at the start values.
 void SetStartAttitudes(const StartValues& start, PoseGraph* graph);
 
+// Headings along the chains of turns, from the attitude of the first pose of each; tilts stay as
+// they are. The held headings are then those.
+void SetStartHeadings(PoseGraph* graph);
+
 // Face of each pose (index in order +x, -x, +y, …), given or found; -1 without accelerometer.
 Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign);
 

@@ -61,6 +61,7 @@ void StateSensors(const SettledRun& run,
     TriadCalibration sensor = InUnits(triad, run.poses);
     sensor.model = *solution.models[triad];
     sensor.thermal = solution.thermal[triad];
+    if (triad == Triad::kGyroscope) sensor.g_sensitivity = solution.g_sensitivity;
     if (sensor.thermal) sensor.thermal->range_degc = TemperatureRange(run.graph, triad);
     const int at = PlaceOf(solution.covariance, {triad, ParameterKind::kBias, 0, 0, 0});
     const Eigen::VectorXd variance = solution.covariance.matrix.diagonal().segment(at, 12);
@@ -107,6 +108,14 @@ void StateReference(const SettledRun& run, ReferenceValues* stated) {
 }
 
 void StateRejected(const PoseGraph& graph, Quality* quality) {
+  for (const IncrementEdge& edge : graph.increments) {
+    if (!edge.rejected) continue;
+    quality->rejected_poses.push_back({graph.nodes[edge.from + 1].number,
+                                       Triad::kGyroscope,
+                                       "the turn into it from pose " +
+                                           std::to_string(graph.nodes[edge.from].number) +
+                                           " disagrees with all others"});
+  }
   for (const PoseNode& node : graph.nodes) {
     for (const Observation& observation : node.observations) {
       if (!observation.rejected) continue;
@@ -165,6 +174,7 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
   }
   for (const Triad triad : kTriads) {
     if (!Wants(run.options, triad) || !quality.residual_rms[triad]) continue;
+    if (triad == Triad::kGyroscope) continue;  // at rest it sees no field
     const double share =
         *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
     if (share <= kExplainedShare) continue;
@@ -306,6 +316,7 @@ void StateStart(const PoseSet& poses,
     sensor.noise.sigma.setConstant(unknown);
     sensor.noise.source = noise.source[triad];
     calibration->sensors[triad] = sensor;
+    if (triad == Triad::kGyroscope) continue;  // no field to compare with
     const double strength = WorldVector(triad, start.reference).norm();
     double sum = 0.0;
     int count = 0;

@@ -74,10 +74,11 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   const OpenRecordingOptions options{config.column};
   const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
   TRUETRIAD_RETURN_IF_ERROR(source);
-  const Result<PoseSelection> selection =
+  Result<PoseSelection> selection =
       config.given ? SelectionOf(config) : StatedSelection(input, (*source)->info());
   TRUETRIAD_RETURN_IF_ERROR(selection);
 
+  selection->moves = config.moves;
   LoadedPoses loaded;
   Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
   if (!poses && poses.error().code == ErrorCode::kNotEnough) {

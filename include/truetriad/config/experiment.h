@@ -20,6 +20,7 @@ struct PosesConfig {
   std::int64_t every = 0;
   std::string column;
   std::string file;         ///< Resolved against the experiment file.
+  bool moves = false;       ///< The gyroscope's readings between the poses are wanted, too.
 };
 
 /// `reference: {position: …}` of an experiment: where it took place.

@@ -113,6 +113,8 @@ struct TriadOptions {
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
   /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
+  /// Gyroscope only: estimate how its readings follow the specific force.
+  bool g_sensitivity = false;
   ThermalOptions thermal;
 };
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/model/gyro_increment.h"
+
+namespace truetriad {
+
+/// A turn, with a direction that stands still in the world (up, say) as the body sees it.
+struct DirectionMove {
+  GyroMove move;
+  Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector, at rest.
+  Eigen::Vector3d after = Eigen::Vector3d::UnitZ();
+  /// At each reading, of any length, disturbed by the motion as it may be.
+  std::vector<Eigen::Vector3d> direction;
+};
+
+/// Sensitivity of a gyroscope of any unit and any order of axes, raw per rad/s, body frame, without
+/// a guess: du/dt = u x C (y - b) is linear in C; then refined on the directions at rest.
+/// Error (not enough): the turns do not determine all nine entries.
+Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
+                                            const Eigen::Vector3d& bias_raw);
+
+}  // namespace truetriad
