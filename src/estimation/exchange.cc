@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/exchange.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -14,6 +15,9 @@ constexpr int kMaxSweeps = 30;
 // An exchange must gain this share of what the pose it replaces is worth: less is rounding, and
 // would let sweeps go round for ever.
 constexpr double kLeastGain = 1e-6;
+// Candidates that are tried by one product: so many that it is worth it, so few that it stays in
+// the cache.
+constexpr std::size_t kBatch = 64;
 
 }  // namespace
 
@@ -43,25 +47,33 @@ double Vacancy::Gain(const InformationRows& rows) const { return Best(Candidates
 Vacancy::Choice Vacancy::Best(const Candidates& candidates) const {
   using Small =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
-  const Eigen::MatrixXd by_covariance = candidates.stacked() * covariance_;
+  Eigen::MatrixXd by_covariance;
   Eigen::MatrixXd by_weighted;
-  if (weighted_.size() > 0) by_weighted = candidates.stacked() * weighted_;
   Choice best;
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    const auto rows = candidates.rows(c);
-    Small sum = by_covariance.middleRows(candidates.first(c), rows.rows()) * rows.transpose();
-    sum.diagonal().array() += 1.0;
-    const Eigen::LLT<Small> factor(sum);
-    double gain = 0.0;
-    if (weighted_.size() > 0) {
-      const Small weighted =
-          by_weighted.middleRows(candidates.first(c), rows.rows()) * rows.transpose();
-      gain = factor.solve(weighted).trace();
-    } else {
-      gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+  std::size_t begin = 0;
+  while (begin < candidates.size()) {
+    const std::size_t end = std::min(begin + kBatch, candidates.size());
+    const Eigen::Index first = candidates.first(begin);
+    const auto batch = candidates.stacked().middleRows(first, candidates.first(end) - first);
+    by_covariance.noalias() = batch * covariance_;
+    if (weighted_.size() > 0) by_weighted.noalias() = batch * weighted_;
+    for (std::size_t c = begin; c < end; ++c) {
+      const auto rows = candidates.rows(c);
+      const Eigen::Index at = candidates.first(c) - first;
+      Small sum = by_covariance.middleRows(at, rows.rows()) * rows.transpose();
+      sum.diagonal().array() += 1.0;
+      const Eigen::LLT<Small> factor(sum);
+      double gain = 0.0;
+      if (weighted_.size() > 0) {
+        const Small weighted = by_weighted.middleRows(at, rows.rows()) * rows.transpose();
+        gain = factor.solve(weighted).trace();
+      } else {
+        gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+      }
+      // Equals differ by rounding: the first of them, so that every machine picks the same.
+      if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
     }
-    // Equals differ by rounding: the first of them, so that every machine picks the same.
-    if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
+    begin = end;
   }
   return best;
 }

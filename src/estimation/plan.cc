@@ -221,8 +221,13 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
     for (const PlannedSigma& planned : plan.sigmas) {
       if (planned.group == name) item.reached = std::max(item.reached, planned.after);
     }
-    item.met = item.reached <= sigma;
+    item.met = item.reached <= kReached * sigma;
     if (!options.program) item.poses_needed = search.FewestFor(name);
+    if (!options.program && item.met) {
+      // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
+      const auto taken = static_cast<int>(plan.program.poses.size());
+      item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
+    }
     plan.wanted.push_back(item);
   }
   plan.purposes = PurposesOf(*problem, rows, after);

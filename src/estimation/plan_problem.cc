@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <glog/logging.h>
@@ -28,6 +29,8 @@ constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
 constexpr double kRounding = 1e-14;
+// Inverse condition number above which an inverse keeps six digits and more.
+constexpr double kWellConditioned = 1e-10;
 // So many that a rest is as long as the time between its first and last sample.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
 // Of the field, at middle latitudes.
@@ -347,6 +350,11 @@ Eigen::MatrixXd PlanProblem::Regularised() const {
 }
 
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
+  const Eigen::LLT<Eigen::MatrixXd> factor(information);
+  if (factor.info() == Eigen::Success && factor.rcond() > kWellConditioned) {
+    // Everything is determined: many times as fast as its eigenvectors.
+    return factor.matrixL().solve(quantity_rows_.transpose()).colwise().norm();
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
   const double least = kRounding * std::max(solver.eigenvalues().maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
@@ -468,6 +476,10 @@ void PlanProblem::FindQuantities() {
         std::tuple("reference.heading_rad", "rad", 1.0)}) {
     if (std::find(names.begin(), names.end(), name) == names.end()) continue;
     add(name, "", unit, typical, row_of(name));
+  }
+  quantity_rows_.resize(static_cast<Eigen::Index>(quantities_.size()), free);
+  for (std::size_t q = 0; q < quantities_.size(); ++q) {
+    quantity_rows_.row(static_cast<Eigen::Index>(q)) = quantities_[q].row;
   }
 }
 

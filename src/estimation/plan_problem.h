@@ -20,6 +20,9 @@
 
 namespace truetriad {
 
+// σ / wanted that counts as reached: four poses of noise σ make σ / 2 but for the rounding.
+inline constexpr double kReached = 1.0 + 1e-9;
+
 // A quantity whose σ is predicted, as a linear function of the free coordinates.
 struct PlanQuantity {
   std::string name, group, unit;
@@ -89,6 +92,7 @@ class PlanProblem {
   Eigen::VectorXd scale_;
   Eigen::MatrixXd known_;
   std::vector<PlanQuantity> quantities_;
+  Eigen::MatrixXd quantity_rows_;  // of all quantities
   Messages messages_;
 };
 

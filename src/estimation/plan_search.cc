@@ -181,7 +181,7 @@ PlanSearch::Program PlanSearch::ProgramFrom(Design design, const Wanted& wanted)
     if (better) best = program;
     idle = better ? 0 : idle + 1;
     if (idle == (wanted.empty() ? 1 : kIdleRounds) || !std::isfinite(program.score)) break;
-    if (!wanted.empty() && options_.poses == 0 && best.score <= 1.0) break;  // that is enough
+    if (!wanted.empty() && options_.poses == 0 && best.score <= kReached) break;  // that is enough
   }
   return best;
 }
@@ -210,7 +210,7 @@ std::vector<PlanSearch::Program> PlanSearch::Programs(std::size_t count,
 
 std::optional<std::size_t> PlanSearch::Fewest(const Wanted& wanted) const {
   const auto reaches = [&](std::size_t count, int starts) {
-    return Programs(count, wanted, starts).front().score <= 1.0;
+    return Programs(count, wanted, starts).front().score <= kReached;
   };
   const auto most = static_cast<std::size_t>(options_.max_poses);
   std::size_t low = std::min(LeastCount(), most) - 1;  // too few
