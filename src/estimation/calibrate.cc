@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/estimation/calibrate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -28,6 +29,46 @@ double RobustMisfit(const PoseGraph& graph) {
     if (test.rank > 0) misfit += std::log1p(test.chi2 / test.rank);
   }
   return misfit;
+}
+
+// The poses at the temperature that most of them share, within a share of the range.
+PoseSet AtOneTemperature(const PoseSet& poses) {
+  constexpr double kSameSetting = 0.05;
+  std::vector<double> temperatures;
+  for (const StaticPose& pose : poses.poses) {
+    if (pose.temperature_degc) temperatures.push_back(*pose.temperature_degc);
+  }
+  PoseSet chosen = poses;
+  if (temperatures.empty()) return chosen;
+  std::sort(temperatures.begin(), temperatures.end());
+  const double width = kSameSetting * (temperatures.back() - temperatures.front());
+  double low = temperatures.front();
+  std::ptrdiff_t most = 0;
+  for (auto first = temperatures.begin(); first != temperatures.end(); ++first) {
+    const auto count = std::upper_bound(first, temperatures.end(), *first + width) - first;
+    if (count <= most) continue;
+    most = count;
+    low = *first;
+  }
+  std::erase_if(chosen.poses, [&](const StaticPose& pose) {
+    return !pose.temperature_degc || *pose.temperature_degc < low ||
+           *pose.temperature_degc > low + width;
+  });
+  return chosen;
+}
+
+// With temperature terms also from the poses of one temperature: over all of them a unit that
+// drifts much has readings on no ellipsoid.
+Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
+  auto starts = FindStartValues(poses, options);
+  const bool is_wrong = !starts && starts.error().code != ErrorCode::kNotEnough;
+  if (!options.HasThermal() || is_wrong) return starts;
+  const PoseSet same = AtOneTemperature(poses);
+  if (!CheckPoseCounts(same, options)) return starts;
+  auto more = FindStartValues(same, options);
+  if (!more) return starts;
+  if (starts) more->insert(more->end(), starts->begin(), starts->end());
+  return more;
 }
 
 // Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
@@ -116,7 +157,7 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
   if (const Status counts = CheckPoseCounts(poses, options); !counts) {
     return Refuse(Outcome::kNotEnough, counts.error().message, std::move(summary));
   }
-  const auto starts = FindStartValues(poses, options);
+  const auto starts = FindStarts(poses, options);
   if (!starts) {
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);

@@ -5,6 +5,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace truetriad {
 namespace {
@@ -59,11 +60,16 @@ std::string WithSigma(double value, double sigma) {
 std::string Percent(double share) { return Significant(100.0 * share, 3) + " %"; }
 
 std::string DisplayUnit(std::string_view unit) {
-  if (unit == "uT") return "µT";
-  const auto square = unit.find("^2");
-  if (square == std::string_view::npos) return std::string(unit);
-  std::string text(unit.substr(0, square));
-  return text.append("²").append(unit.substr(square + 2));
+  std::string text(unit);
+  for (const auto& [ascii, sign] : {std::pair<std::string_view, std::string_view>("uT", "µT"),
+                                    {"degC", "°C"},
+                                    {"^2", "²"},
+                                    {"^3", "³"}}) {
+    for (std::size_t at = 0; (at = text.find(ascii, at)) != std::string::npos; at += sign.size()) {
+      text.replace(at, ascii.size(), sign);
+    }
+  }
+  return text;
 }
 
 }  // namespace truetriad

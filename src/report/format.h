@@ -23,7 +23,7 @@ std::string WithSigma(double value, double sigma);
 /// A share as "12.3 %", three significant digits.
 std::string Percent(double share);
 
-/// "m/s^2" -> "m/s²", "uT" -> "µT"; any other unit as it is.
+/// "m/s^2" -> "m/s²", "uT/degC" -> "µT/°C"; any other unit as it is.
 std::string DisplayUnit(std::string_view unit);
 
 }  // namespace truetriad

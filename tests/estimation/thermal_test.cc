@@ -103,6 +103,47 @@ TEST(CalibrateSoak, RecoversRateTerms) {
   ExpectExact(soak, ExactSoakPoses(soak));
 }
 
+// Over the range the bias moves by more than a third of the signal, so that the readings of all
+// poses lie on no ellipsoid.
+TEST(CalibrateSoak, FindsItsStartThoughTheUnitDriftsMuch) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Random random(seed);
+    Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
+    for (std::optional<ThermalTerms>& thermal : soak.thermal) {
+      if (!thermal) continue;
+      for (Eigen::Vector3d& term : thermal->bias) term *= 15.0;
+    }
+    ExpectExact(soak, ExactSoakPoses(soak));
+  }
+}
+
+TEST(CalibrateSoak, EstimatesGainsAloneWhereThatIsWanted) {
+  Random random(10);
+  ThermalOptions terms = CubicAndLinear();
+  terms.matrix = ThermalMatrix::kDiagonal;
+  Soak soak = MakeSoak(terms, 12, true, &random);
+  for (const Triad triad : trials::kStaticTriads) {
+    Eigen::Matrix3d& term = soak.thermal[triad]->sensitivity[0];
+    term = Eigen::Matrix3d(term.diagonal().asDiagonal());
+  }
+  ExpectExact(soak, ExactSoakPoses(soak));
+  for (const Triad triad : trials::kStaticTriads) {
+    const Eigen::Vector3d gains = soak.unit.models[triad]->sensitivity.rowwise().norm();
+    soak.thermal[triad]->sensitivity[0] = Eigen::Matrix3d((2e-4 * gains).asDiagonal());
+    soak.options.triads[triad].thermal.matrix = ThermalMatrix::kScale;
+  }
+  const auto summary = Calibrate(ExactSoakPoses(soak), soak.options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  const auto& sensor = summary->calibration.sensors[Triad::kMagnetometer];
+  ASSERT_TRUE(sensor && sensor->thermal);
+  // One share for all gains, which the start knows to a few per cent.
+  const Eigen::Matrix3d& term = sensor->thermal->sensitivity[0];
+  const Eigen::Vector3d shares =
+      term.diagonal().cwiseQuotient(sensor->model.sensitivity.diagonal());
+  for (const double share : shares) EXPECT_NEAR(share, 2e-4, 1e-5);
+  EXPECT_TRUE((term - Eigen::Matrix3d(term.diagonal().asDiagonal())).isZero(0.0));
+}
+
 TEST(CalibrateSoak, RefusesAPoseWithoutTemperature) {
   Random random(5);
   const Soak soak = MakeSoak(CubicAndLinear(), 6, true, &random);

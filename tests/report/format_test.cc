@@ -51,6 +51,7 @@ TEST(Significant, NamesWhatIsNotANumber) {
 TEST(DisplayUnit, UsesTheSignsOfTheSi) {
   EXPECT_EQ(DisplayUnit("m/s^2"), "m/s²");
   EXPECT_EQ(DisplayUnit("uT"), "µT");
+  EXPECT_EQ(DisplayUnit("m/s^2/degC^2"), "m/s²/°C²");
   EXPECT_EQ(DisplayUnit("counts"), "counts");
 }
 
