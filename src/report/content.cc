@@ -111,6 +111,7 @@ std::string LimitUnit(const std::string& name) {
   if (quantity == "misalignment_rad") return "rad";
   if (quantity != "bias" && quantity != "residual_rms") return "";
   const std::optional<Triad> triad = TriadFromName(name.substr(0, dot));
+  if (triad == Triad::kGyroscope && quantity == "residual_rms") return "rad";
   return triad ? TruthUnit(*triad) : "";
 }
 
@@ -244,10 +245,12 @@ Section ResidualsSection(const Calibration& calibration) {
   Table table{{"RMS of |C(y - b)| - reference", "before", "after", "unit"}, "lrrl", {}};
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
-    table.rows.push_back({TriadTitle(triad),
-                          OptionalNumber(quality.residual_rms_before[triad]),
-                          OptionalNumber(quality.residual_rms[triad]),
-                          TruthUnit(triad)});
+    const bool is_turn = triad == Triad::kGyroscope;
+    table.rows.push_back(
+        {is_turn ? "Gyroscope: direction of gravity after a turn" : TriadTitle(triad),
+         OptionalNumber(quality.residual_rms_before[triad]),
+         OptionalNumber(quality.residual_rms[triad]),
+         is_turn ? "rad" : TruthUnit(triad)});
   }
   section.blocks.emplace_back(std::move(table));
   std::string fit = std::to_string(quality.poses) + " poses";

@@ -78,7 +78,12 @@ class ParameterRows {
       AddSensitivity();
     }
     if (sensor.g_sensitivity) {
-      AddMatrix("g-sensitivity", *sensor.g_sensitivity, raw_unit_ + " per m/s²");
+      for (int row = 0; row < 3; ++row) {
+        AddTerm("g-sensitivity " + AxisName(row),
+                sensor.g_sensitivity->row(row),
+                "g_sensitivity." + AxisName(row),
+                raw_unit_ + " per m/s²");
+      }
     }
     if (sensor.thermal) AddThermal(*sensor.thermal);
     AddVector("rest noise σ", sensor.noise.sigma, raw_unit_);
@@ -175,19 +180,17 @@ class ParameterRows {
     }
   }
 
-  /// A vector of temperature terms with σ where the covariance lists them; `name` is that of its
-  /// entries but for the axis.
+  /// A vector with σ where the covariance lists it; `name` is that of its entries but for the
+  /// sensor and the last axis.
   void AddTerm(const std::string& label,
                const Eigen::Vector3d& values,
                const std::string& name,
-               const std::string& axes_before,
                const std::string& unit) {
     Add(
         label,
         [&](int i) {
-          const auto sigma = propagation_.Sigma({{std::string(TriadName(triad_)) + ".thermal." +
-                                                      name + "." + axes_before + AxisName(i),
-                                                  1.0}});
+          const auto sigma = propagation_.Sigma(
+              {{std::string(TriadName(triad_)) + "." + name + AxisName(i), 1.0}});
           return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
         },
         unit);
@@ -196,16 +199,17 @@ class ParameterRows {
   void AddThermal(const ThermalTerms& thermal) {
     for (std::size_t i = 0; i < thermal.bias.size(); ++i) {
       const std::string power = std::to_string(i + 1);
-      AddTerm(
-          "bias, τ^" + power, thermal.bias[i], "bias." + power, "", raw_unit_ + " / °C^" + power);
+      AddTerm("bias, τ^" + power,
+              thermal.bias[i],
+              "thermal.bias." + power + ".",
+              raw_unit_ + " / °C^" + power);
     }
     for (std::size_t i = 0; i < thermal.sensitivity.size(); ++i) {
       const std::string power = std::to_string(i + 1);
       for (int row = 0; row < 3; ++row) {
         AddTerm("sensitivity, τ^" + power + " " + AxisName(row),
                 thermal.sensitivity[i].row(row),
-                "sensitivity." + power,
-                AxisName(row),
+                "thermal.sensitivity." + power + "." + AxisName(row),
                 raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
       }
     }
@@ -213,7 +217,7 @@ class ParameterRows {
                               const std::string& label,
                               const std::string& name,
                               const std::string& unit) {
-      if (values) AddTerm(label, *values, "rate." + name, "", raw_unit_ + unit);
+      if (values) AddTerm(label, *values, "thermal.rate." + name + ".", raw_unit_ + unit);
     };
     add_rate(thermal.rate_linear, "bias, dT/dt", "linear", " s/°C");
     add_rate(thermal.rate_quadratic, "bias, (dT/dt)^2", "quadratic", " s²/°C²");

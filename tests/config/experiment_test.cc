@@ -314,8 +314,7 @@ TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
 
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
   const std::string head = "experiment: 1\nsensors:\n";
-  for (const std::string& text : {head + "  gyroscope: { g_sensitivity: true }\n",
-                                  head + "  magnetometer: { model: auto }\n",
+  for (const std::string& text : {head + "  magnetometer: { model: auto }\n",
                                   kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
                                   kMinimal + std::string("attitudes: { file: a.csv, "
                                                          "fixture_rotation: unknown }\n")}) {
@@ -325,6 +324,19 @@ TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
     EXPECT_THAT(experiment.error().message,
                 AllOf(HasSubstr("not available in this version"), HasSubstr("experiment.yaml:3")));
   }
+}
+
+TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
+  const Result<Experiment> experiment =
+      Load("experiment: 1\nsensors: { accelerometer: {}, gyroscope: { g_sensitivity: true } }\n");
+  ASSERT_TRUE(experiment) << experiment.error().message;
+  EXPECT_TRUE(experiment->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_TRUE(experiment->poses.moves);
+  const Result<Experiment> again = Load(experiment->resolved_yaml);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_TRUE(again->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
+              HasSubstr("g_sensitivity"));
 }
 
 TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {
@@ -388,7 +400,7 @@ TEST_F(ExperimentConfig, NamesTheOverrideInsteadOfALine) {
       ErrorOf(kMinimal, {"robust.scal=2"}),
       AllOf(HasSubstr("--set=robust.scal=2: robust.scal"), Not(HasSubstr("experiment.yaml"))));
   EXPECT_THAT(ErrorOf(kMinimal, {"gauge=left"}), HasSubstr("--set=gauge=left: gauge"));
-  EXPECT_THAT(ErrorOf(kMinimal, {"sensors.gyroscope.model=full"}), HasSubstr("--set=sensors.gyr"));
+  EXPECT_THAT(ErrorOf(kMinimal, {"sensors.gyroscope.model=left"}), HasSubstr("--set=sensors.gyr"));
   EXPECT_THAT(ErrorOf(kMinimal, {"gauge"}), HasSubstr("key.sub=value is expected"));
   EXPECT_THAT(ErrorOf(kMinimal, {"gauge=[1"}), HasSubstr("--set=gauge=[1"));
 }

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The gyroscope in the graph: its turns tie the poses together, its rests show its bias.
+
+#include <cmath>
+#include <memory>
+
+#include <ceres/gradient_checker.h>
+#include <ceres/manifold.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimation/pose_cost.h"
+#include "sim/scenario_samples.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/math/distributions.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Triad kAccel = Triad::kAccelerometer;
+constexpr Triad kGyro = Triad::kGyroscope;
+constexpr Triad kMag = Triad::kMagnetometer;
+constexpr double kRateHz = 100.0;
+
+// A unit with a gyroscope in counts, axes permuted, that follows gravity.
+Scenario GyroscopeScenario(bool g_sensitivity, bool with_magnetometer) {
+  Scenario scenario = QuietScenario();
+  if (!with_magnetometer) scenario.sensors[kMag].reset();
+  SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
+  gyroscope.unit = {"counts", 1.0, true};
+  gyroscope.nominal.sensitivity << 60.0, 4700.0, -30.0, -4800.0, 90.0, 200.0, -100.0, 60.0, 4600.0;
+  gyroscope.nominal.bias << 32768.0, 32400.0, 32900.0;
+  gyroscope.gyroscope_output = GyroscopeOutput::kInstantaneous;
+  if (g_sensitivity) {
+    gyroscope.g_sensitivity.emplace();
+    *gyroscope.g_sensitivity << 3.0, -1.0, 0.5, 0.2, 2.0, -0.7, 1.1, 0.4, -2.0;
+  }
+  return scenario;
+}
+
+CalibrateOptions OptionsFor(const Scenario& scenario) {
+  CalibrateOptions options;
+  options.cross_validation_folds = 0;
+  options.reference.gravity_mps2 = {scenario.world.gravity_mps2, 0.0};
+  options.reference.field_ut = {scenario.world.field_ut, 0.0};
+  for (const Triad triad : kTriads) {
+    options.triads[triad].enabled = scenario.sensors[triad].has_value();
+    options.triads[triad].excess = ExcessNoise::kNone;
+  }
+  options.triads[kGyro].g_sensitivity = scenario.sensors[kGyro]->g_sensitivity.has_value();
+  return options;
+}
+
+// The poses by the rows of the true rests, with the moves between them.
+PoseSet Collect(const Scenario& scenario) {
+  const std::unique_ptr<Simulation> simulation = Simulate(scenario);
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kRanges;
+  selection.moves = true;
+  for (const TrueRest& rest : simulation->rests()) {
+    const auto first = static_cast<std::int64_t>(std::ceil(rest.start_s * kRateHz - 1e-6));
+    const auto last = static_cast<std::int64_t>(std::ceil(rest.end_s * kRateHz - 1e-6)) - 1;
+    selection.ranges.push_back({first, last, {}, {}});
+  }
+  Result<PoseSet> poses = CollectPoses(*simulation, selection);
+  EXPECT_TRUE(poses) << poses.error().message;
+  return *std::move(poses);
+}
+
+class GyroscopeOf : public ::testing::TestWithParam<std::pair<bool, bool>> {
+ protected:
+  Scenario scenario() const { return GyroscopeScenario(GetParam().first, GetParam().second); }
+};
+
+// Readings of mean rates: integrating them is exact for turns about a fixed axis, but for the
+// pull of the force, which is taken at the same times as the readings stand for.
+TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
+  const Scenario quiet = scenario();
+  CalibrateOptions options = OptionsFor(quiet);
+  for (TriadOptions& triad : options.triads) {
+    triad.noise_sigma_raw = Eigen::Vector3d::Constant(1e-4);
+  }
+  const auto summary = Calibrate(Collect(quiet), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const Calibration truth = TruthOf(quiet, 0);
+  const TriadCalibration& found = *summary->calibration.sensors[kGyro];
+  const TriadCalibration& expected = *truth.sensors[kGyro];
+  // The trapezoid's error of a minimum-jerk turn falls with the sixth power of 1 / 120, its number
+  // of steps; the readings are rounded to 1e-16 of 3e4 counts.
+  EXPECT_LT((found.model.sensitivity - expected.model.sensitivity).norm(), 1e-7 * 4700.0);
+  EXPECT_LT((found.model.bias - expected.model.bias).norm(), 1e-6);
+  ASSERT_EQ(found.g_sensitivity.has_value(), expected.g_sensitivity.has_value());
+  if (found.g_sensitivity) {
+    EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
+  }
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+}
+
+// χ² of all errors with their printed covariance, summed over runs: inside its 99.9 % interval.
+TEST_P(GyroscopeOf, HasTheErrorsThatItStates) {
+  Scenario noisy = scenario();
+  noisy.sensors[kAccel]->noise.density.setConstant(0.003);
+  noisy.sensors[kGyro]->noise.density.setConstant(2e-4);
+  if (noisy.sensors[kMag]) noisy.sensors[kMag]->noise.density.setConstant(0.04);
+  double chi2 = 0.0;
+  double dof = 0.0;
+  for (int run = 0; run < 40; ++run) {
+    noisy.seed = static_cast<std::uint64_t>(100 + run);
+    CalibrateOptions options = OptionsFor(noisy);
+    options.robust.enabled = false;
+    const auto summary = Calibrate(Collect(noisy), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    Calibration truth = TruthOf(noisy, 0);
+    truth.gauge = Gauge::kAccelX;
+    const auto comparison = Compare(truth, summary->calibration);
+    ASSERT_TRUE(comparison) << comparison.error().message;
+    chi2 += comparison->chi2;
+    dof += comparison->dof;
+  }
+  RecordProperty("nees_per_dof", std::to_string(chi2 / dof));
+  EXPECT_GT(ChiSquareCdf(chi2, dof), 0.0005) << chi2 / dof;
+  EXPECT_LT(ChiSquareCdf(chi2, dof), 0.9995) << chi2 / dof;
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSet,
+                         GyroscopeOf,
+                         ::testing::Values(std::pair(false, false),
+                                           std::pair(true, false),
+                                           std::pair(false, true),
+                                           std::pair(true, true)));
+
+TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
+  Scenario scenario = GyroscopeScenario(false, false);
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  // Half a turn in 1.2 s with minimum jerk reaches 1.875 pi / 1.2 = 4.9 rad/s.
+  scenario.sensors[kGyro]->range_raw = Eigen::Vector2d(32768.0 - 17000.0, 32768.0 + 17000.0);
+  PoseSet poses = Collect(scenario);
+  int faulty = 0;
+  for (const RecordedMove& move : poses.moves) faulty += move.fault.empty() ? 0 : 1;
+  ASSERT_GT(faulty, 0);
+  ASSERT_LT(faulty, 12);
+  const auto summary = Calibrate(poses, OptionsFor(scenario));
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const auto comparison = Compare(TruthOf(scenario, 0), summary->calibration);
+  ASSERT_TRUE(comparison);
+  EXPECT_GT(comparison->p_value, 1e-3);
+}
+
+TEST(Gyroscope, IsNotCalibratedWithoutTheAccelerometer) {
+  CalibrateOptions options;
+  options.triads[kGyro].enabled = true;
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, HasSubstr("accelerometer"));
+}
+
+TEST(Gyroscope, IsRefusedWhereNothingTurns) {
+  Scenario scenario = GyroscopeScenario(false, false);
+  PoseSet poses = Collect(scenario);
+  poses.moves.clear();
+  const auto summary = Calibrate(poses, OptionsFor(scenario));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("turns"));
+}
+
+TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
+  const Scenario scenario = GyroscopeScenario(true, false);
+  const PoseSet poses = Collect(scenario);
+  SharedLayout layout;
+  layout.bias[kGyro] = 0;
+  layout.sensitivity[kGyro] = 3;
+  layout.g_sensitivity = 12;
+  layout.reference = 21;
+  layout.size = 25;
+  Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
+  const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
+  shared.segment<3>(0) = gyroscope.nominal.bias;
+  shared.segment<9>(3) = gyroscope.nominal.sensitivity.reshaped();
+  shared.segment<9>(12) = gyroscope.g_sensitivity->reshaped();
+  IncrementEdge edge;
+  const RecordedMove& recorded = poses.moves.front();
+  for (std::size_t i = 0; i < recorded.time_ns.size(); ++i) {
+    edge.move.time_s.push_back(1e-9 * static_cast<double>(recorded.time_ns[i]));
+    edge.move.reading_raw.push_back(recorded.gyroscope_raw[i]);
+    edge.move.force_mps2.push_back(recorded.accelerometer_raw[i]);
+  }
+  edge.Integrate(layout, shared.data());
+  edge.variance *= 1e-4;
+  // Away from where it was integrated, and with a residual.
+  shared.segment<3>(0) += Eigen::Vector3d(20.0, -30.0, 10.0);
+  shared[4] += 50.0;
+  const Eigen::Quaterniond first = RotationExp(Eigen::Vector3d(0.3, -0.2, 0.5));
+  const Eigen::Quaterniond second =
+      first * edge.increment.rotation * RotationExp(Eigen::Vector3d(0.05, 0.1, -0.08));
+  const IncrementCost cost(layout, edge);
+  const ceres::EigenQuaternionManifold quaternion;
+  std::vector<const ceres::Manifold*> manifolds = {
+      nullptr, nullptr, nullptr, &quaternion, &quaternion};
+  std::vector<const double*> parameters = {
+      &shared[0], &shared[3], &shared[12], first.coeffs().data(), second.coeffs().data()};
+  ceres::NumericDiffOptions numeric;
+  ceres::GradientChecker checker(&cost, &manifolds, numeric);
+  ceres::GradientChecker::ProbeResults results;
+  EXPECT_TRUE(checker.Probe(parameters.data(), 1e-6, &results)) << results.error_log;
+}
+
+}  // namespace
+}  // namespace truetriad
