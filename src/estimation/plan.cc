@@ -237,11 +237,10 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   Observability observability =
       AnalyseObservability(graph, system, options.calibrate.observable_sigma);
   plan.determined = observability.determined && system.rank() == system.size();
-  plan.rehearsed = plan.determined && problem->CanBeCalibrated(plan.program.poses);
-  if (plan.determined && !plan.rehearsed) {
-    plan.messages.push_back(
-        "a rehearsal failed: the calibration does not find its start from exact readings of these "
-        "poses (do the sensors see too few directions?); allow more poses or other rotations");
+  if (plan.determined) {
+    const Status rehearsal = problem->Rehearse(plan.program.poses);
+    plan.rehearsed = static_cast<bool>(rehearsal);
+    if (!rehearsal) plan.messages.push_back("a rehearsal failed: " + rehearsal.error().message);
   }
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem->Present(system.covariance()).covariance;

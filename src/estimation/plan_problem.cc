@@ -72,8 +72,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   problem.attitude_sigma_rad_ = options.attitude_sigma_rad;
   problem.measured_ = measured;
   problem.has_heading_ = options.calibrate.attitudes.kind == AttitudeKind::kGiven ||
-                         (options.calibrate.triads[Triad::kAccelerometer].enabled &&
-                          options.calibrate.triads[Triad::kMagnetometer].enabled);
+                         options.calibrate.triads[Triad::kMagnetometer].enabled;
   for (const Triad triad : kPlannedTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
@@ -173,7 +172,7 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       messages_.push_back("field strength unknown: planned for " +
                           Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
     }
-    if (has_heading_ && !reference.dip_rad.known() && !options.nominal_dip_rad) {
+    if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
       messages_.push_back("dip unknown: planned for " +
                           Format("%.3g deg (plan.nominal.dip_deg)",
                                  nominal_.reference[kDip] * 180.0 / std::numbers::pi));
@@ -275,15 +274,21 @@ PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const 
   return set;
 }
 
-bool PlanProblem::CanBeCalibrated(const std::vector<ProgramPose>& poses) const {
+Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   CalibrateOptions options = calibrate_;
   for (TriadOptions& sensor : options.triads) sensor.excess = ExcessNoise::kNone;
   options.robust.enabled = false;
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  const auto summary = Calibrate(ExactReadings(poses), options);
-  return summary && summary->calibration.IsUsable();
+  const PoseSet readings = ExactReadings(poses);
+  TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
+  const auto summary = Calibrate(readings, options);
+  TRUETRIAD_RETURN_IF_ERROR(summary);
+  if (summary->calibration.IsUsable()) return {};
+  return NotEnoughError(
+      "the calibration does not find its start from exact readings of these poses (do the sensors "
+      "see too few directions?); allow more poses or other rotations");
 }
 
 // Nodes with their weights and attitudes, in order; a pose that saw no wanted triad has none.

@@ -60,8 +60,9 @@ class PlanProblem {
   // The measured poses, and what the program's rests would read without noise.
   PoseSet ExactReadings(const std::vector<ProgramPose>& poses) const;
 
-  // A rehearsal: the estimator finds its way from these poses' exact readings.
-  bool CanBeCalibrated(const std::vector<ProgramPose>& poses) const;
+  // Calibrates from these poses' exact readings. Error: fewer poses than the model needs, or the
+  // estimator does not find its way.
+  Status Rehearse(const std::vector<ProgramPose>& poses) const;
 
   const CalibrateOptions& options() const { return calibrate_; }
   bool has_heading() const { return has_heading_; }
@@ -86,7 +87,9 @@ class PlanProblem {
   std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
   Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
   double rest_s_ = 0.0;
-  bool has_heading_ = true;  // false: only one direction of the attitude is seen
+  // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
+  // direction too, but that is the field's, which is not vertical.
+  bool has_heading_ = true;
   PoseSet measured_;
   PoseGraph graph_;  // measured poses; layout and priors of the whole
   Eigen::VectorXd scale_;

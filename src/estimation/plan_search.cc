@@ -250,7 +250,7 @@ std::vector<ProgramPose> PlanSearch::Find() const {
   }
   SortByScore(&programs);
   for (const Program& program : programs) {
-    if (problem_.CanBeCalibrated(program.poses)) return program.poses;
+    if (problem_.Rehearse(program.poses)) return program.poses;
   }
   return programs.front().poses;
 }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -172,6 +173,94 @@ TEST(MakePlan, SaysWhenTheCalibrationWouldNotFindItsStart) {
   EXPECT_TRUE(plan.determined);
   EXPECT_FALSE(plan.rehearsed);
   EXPECT_FALSE(plan.IsMet());
+  ASSERT_FALSE(plan.messages.empty());
+  EXPECT_NE(plan.messages.back().find("too few directions"), std::string::npos)
+      << plan.messages.back();
+}
+
+// Eight poses with two vectors each say enough for all parameters, but each sensor's own start needs
+// nine readings.
+TEST(MakePlan, SaysHowManyPosesTheCalibrationNeedsAtLeast) {
+  PlanOptions options = JointPlan(8);
+  options.criterion = PlanCriterion::kDeterminant;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.determined);
+  EXPECT_FALSE(plan.rehearsed);
+  ASSERT_FALSE(plan.messages.empty());
+  const std::string& message = plan.messages.back();
+  EXPECT_NE(message.find("8 poses, but model `full` needs at least 9"), std::string::npos)
+      << message;
+}
+
+// The attitude that somebody takes who reads "y up, x 45 deg above level, x 90 deg west of north"
+// as AttitudeInWords says it; where the words name no heading, it is as it happens to be.
+Eigen::Quaterniond AttitudeFromWords(const std::string& words, Random* random) {
+  const std::string axes = "xyz";
+  const double degree = std::numbers::pi / 180.0;
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();  // in the body
+  double azimuth = random->Uniform(-std::numbers::pi, std::numbers::pi);
+  Eigen::Index first = 0;
+  std::istringstream parts(words);
+  std::string part;
+  std::getline(parts, part, ',');
+  const bool minus = part.front() == '-';
+  const auto upward = static_cast<Eigen::Index>(axes.find(part[minus ? 1 : 0]));
+  while (std::getline(parts, part, ',')) {
+    std::istringstream text(part);
+    std::string axis, angle;
+    text >> axis >> angle;
+    const auto index = static_cast<Eigen::Index>(axes.find(axis));
+    if (part.find("level") != std::string::npos) {
+      const double sine = std::sin(std::stod(angle) * degree);
+      up[index] = part.find("above") != std::string::npos ? sine : -sine;
+      continue;
+    }
+    first = index;
+    const double side = part.find("west") != std::string::npos ? 1.0 : -1.0;
+    if (part.find("deg") != std::string::npos) {
+      const double size = std::stod(angle) * degree;
+      azimuth =
+          side * (part.find("of north") != std::string::npos ? size : std::numbers::pi - size);
+    } else if (part.find("to the north") != std::string::npos) {
+      azimuth = 0.0;
+    } else if (part.find("to the south") != std::string::npos) {
+      azimuth = std::numbers::pi;
+    } else {
+      azimuth = side * 0.5 * std::numbers::pi;
+    }
+  }
+  up[upward] = (minus ? -1.0 : 1.0) * std::sqrt(1.0 - up.squaredNorm());
+  const auto upright = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d pointer = upright * Eigen::Vector3d::Unit(first);
+  const double turn = azimuth - std::atan2(pointer.y(), pointer.x());
+  return Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) * upright;
+}
+
+TEST(MakePlan, KeepsItsWordWhenAMagnetometersPosesAreTakenAsTheyAreWorded) {
+  PlanOptions options = JointPlan(12);
+  options.calibrate.triads[Triad::kAccelerometer].enabled = false;
+  const Plan plan = MustPlan({}, options);
+  ASSERT_TRUE(plan.IsMet());
+  Random random(17);
+  std::vector<Eigen::Quaterniond> taken;
+  for (const ProgramPose& pose : plan.program.poses) {
+    taken.push_back(AttitudeFromWords(pose.label, &random));
+    // Words are whole degrees: each of three angles is off by half of one at most.
+    EXPECT_LT(taken.back().angularDistance(pose.world_from_body),
+              std::sqrt(3.0) * 0.5 * std::numbers::pi / 180.0)
+        << pose.label;
+  }
+  const auto summary = Calibrate(ExactReadings(IdealUnit(), taken), options.calibrate);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const NamedCovariance& stated = summary->calibration.covariance;
+  ASSERT_EQ(plan.covariance.parameters, stated.parameters);
+  for (Eigen::Index i = 0; i < stated.matrix.rows(); ++i) {
+    // Twice the share that 1 degree may turn the readings by.
+    EXPECT_NEAR(std::sqrt(stated.matrix(i, i)),
+                std::sqrt(plan.covariance.matrix(i, i)),
+                0.035 * std::sqrt(plan.covariance.matrix(i, i)))
+        << stated.parameters[static_cast<std::size_t>(i)];
+  }
 }
 
 TEST(MakePlan, CompletesARecordingThatIsEnoughForACalibration) {
