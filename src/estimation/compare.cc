@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 
 #include <Eigen/Eigenvalues>
@@ -109,6 +110,55 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   return {};
 }
 
+// Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone,
+// and temperature terms that stand in none. Sensors that only one has are no news.
+std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
+  std::set<std::string> groups;
+  const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
+    const std::vector<std::string>& names = other.covariance.parameters;
+    for (const std::string& name : one.covariance.parameters) {
+      const auto entry = ParameterName::Parse(name);
+      if (!entry || !other.sensors[entry->triad]) continue;
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      groups.insert(name.substr(0, name.rfind('.')) + " (only in " + which + ")");
+    }
+  };
+  add(a, b, "a");
+  add(b, a, "b");
+  for (const auto& [one, which] : {std::pair(&a, "a"), std::pair(&b, "b")}) {
+    const std::vector<std::string>& names = one->covariance.parameters;
+    for (const Triad triad : kTriads) {
+      if (!one->sensors[triad] || !one->sensors[triad]->thermal) continue;
+      const std::string prefix = std::string(TriadName(triad)) + ".thermal";
+      const bool listed = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+        return name.starts_with(prefix);
+      });
+      if (!listed) groups.insert(prefix + " (without σ in " + which + ")");
+    }
+  }
+  return {groups.begin(), groups.end()};
+}
+
+// Where the strength of the field was a convention, the other's is as good: the magnetometer of
+// `solution` restated for the field `wanted_ut`.
+void RestateField(double stated_ut, double wanted_ut, PresentedSolution* solution) {
+  const double factor = stated_ut / wanted_ut;
+  solution->models[Triad::kMagnetometer]->sensitivity *= factor;
+  auto& thermal = solution->thermal[Triad::kMagnetometer];
+  if (thermal) {
+    for (Eigen::Matrix3d& term : thermal->sensitivity) term *= factor;
+  }
+  NamedCovariance& covariance = solution->covariance;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(covariance.parameters[i]);
+    if (!name || name->triad != Triad::kMagnetometer || name->kind != ParameterKind::kSensitivity) {
+      continue;
+    }
+    covariance.matrix.row(static_cast<Eigen::Index>(i)) *= factor;
+    covariance.matrix.col(static_cast<Eigen::Index>(i)) *= factor;
+  }
+}
+
 }  // namespace
 
 Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
@@ -125,6 +175,13 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
   }
 
   Comparison comparison;
+  comparison.not_compared = HeldByOneAlone(a, b);
+  const bool nominal = a.reference.field_nominal || b.reference.field_nominal;
+  if (nominal && in_a.models[Triad::kMagnetometer] && in_b.models[Triad::kMagnetometer] &&
+      a.reference.field_ut && b.reference.field_ut) {
+    comparison.field_scale_taken_out = *a.reference.field_ut != *b.reference.field_ut;
+    RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
+  }
   std::vector<std::pair<Eigen::Index, Eigen::Index>> common;
   std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
   for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {

@@ -25,6 +25,9 @@ constexpr double kExplainedShare = 0.1;
 constexpr double kOneSidedGapDeg = 90.0;
 // A magnetometer's gain this far from its unit is worth a word; normalised fields are used, too.
 constexpr double kOddGain = 5.0;
+// Within one pose; and the share of the recorded range without a rest that is worth a word.
+constexpr double kMostChangeDegc = 3.0;
+constexpr double kMostMissedShare = 0.1;
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
 
@@ -197,6 +200,50 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
   return std::nullopt;
 }
 
+// What makes temperature terms less than they seem.
+void SayThermalRemarks(const SettledRun& run, Messages* messages) {
+  Eigen::Vector2d range(std::numeric_limits<double>::infinity(),
+                        -std::numeric_limits<double>::infinity());
+  int changing = 0;
+  double largest = 0.0;
+  int worst = 0;
+  for (const StaticPose& pose : run.poses.poses) {
+    if (!pose.temperature_degc) continue;
+    range[0] = std::min(range[0], *pose.temperature_degc);
+    range[1] = std::max(range[1], *pose.temperature_degc);
+    const double change = std::abs(pose.temperature_rate_degcps) * pose.duration_s();
+    if (change > kMostChangeDegc) ++changing;
+    if (change > largest) {
+      largest = change;
+      worst = pose.number;
+    }
+  }
+  if (changing > 0) {
+    messages->push_back(
+        Format("the temperature moved by more than %.0f degC within ", kMostChangeDegc) +
+        std::to_string(changing) + " pose(s), most in pose " + std::to_string(worst) +
+        Format(" (%.1f degC): their means belong to no one temperature; state the rests "
+               "(`poses: { file: … }`) or wait longer before each pose",
+               largest));
+  }
+  const double reference = run.options.reference.temperature_degc;
+  if (reference < range[0] || reference > range[1]) {
+    messages->push_back(
+        Format("the reference temperature, %.1f degC, lies outside of the poses' ", reference) +
+        Format("%.1f to ", range[0]) +
+        Format("%.1f degC: bias and sensitivity there, and what limits judge, are extrapolated",
+               range[1]));
+  }
+  const Eigen::Vector2d& recorded = run.poses.temperature_range_degc.value_or(range);
+  const double missed = std::max(range[0] - recorded[0], recorded[1] - range[1]);
+  if (missed > kMostMissedShare * (recorded[1] - recorded[0])) {
+    messages->push_back(
+        Format("the recording reaches %.1f to ", recorded[0]) +
+        Format("%.1f degC, its rests only ", recorded[1]) + Format("%.1f to ", range[0]) +
+        Format("%.1f degC: were rests at the ends missed? (`truetriad inspect`)", range[1]));
+  }
+}
+
 // What the reader of a usable result should know besides its numbers.
 void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages* messages) {
   const CalibrateOptions& options = run.options;
@@ -220,6 +267,7 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
         Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
                coverage.largest_gap_deg));
   }
+  if (options.HasThermal()) SayThermalRemarks(run, messages);
   if (run.poses.temperature_range_degc && !options.HasThermal()) {
     const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
     std::string range_text = Format("recorded at %.1f", range[0]);

@@ -109,7 +109,9 @@ std::string ComparisonText(const Comparison& comparison) {
   if (comparison.dof <= 0) {
     text = "NOT COMPARED: the two calibrations share no parameter with a σ\n";
   } else if (comparison.p_value >= kSignificance) {
-    text = "AGREE: the differences are within their uncertainty\n";
+    text = comparison.not_compared.empty()
+               ? "AGREE: the differences are within their uncertainty\n"
+               : "AGREE in what both hold: the differences are within their uncertainty\n";
   } else {
     text = "DIFFER: the differences are larger than their uncertainty\n";
   }
@@ -119,6 +121,20 @@ std::string ComparisonText(const Comparison& comparison) {
             " degrees of freedom, p = " + Significant(comparison.p_value, 2) + " (agreement from " +
             Significant(kSignificance, 1) + " up); largest difference " +
             Significant(comparison.largest_in_sigmas, 3) + " σ.",
+        0);
+  }
+  if (!comparison.not_compared.empty()) {
+    std::string names;
+    for (const std::string& name : comparison.not_compared) {
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    text += Wrapped("NOT COMPARED: " + names + ".", 0);
+  }
+  if (comparison.field_scale_taken_out) {
+    text += Wrapped(
+        "The strength of the field was a convention in one of them: the magnetometer's common "
+        "scale "
+        "was taken out.",
         0);
   }
   Table table{{"parameter", "a", "b", "difference b - a", "in σ"}, "lrrrr", {}};
