@@ -69,13 +69,33 @@ Eigen::Vector2d TemperatureRange(const Scenario& scenario, int index) {
   return range;
 }
 
-void NameParameters(Triad triad, std::vector<std::string>* names) {
+/// The entries of one triad in the names and the order of a calibration's covariance.
+void NameParameters(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
   constexpr std::string_view kAxes = "xyz";
+  const auto vector = [&](const std::string& name) {
+    for (const char axis : kAxes) names->push_back(name + "." + axis);
+  };
+  const auto matrix = [&](const std::string& name) {
+    for (const char row : kAxes) {
+      for (const char col : kAxes) names->push_back(name + "." + row + col);
+    }
+  };
   const std::string name(TriadName(triad));
-  for (const char axis : kAxes) names->push_back(name + ".bias." + axis);
-  for (const char row : kAxes) {
-    for (const char col : kAxes) names->push_back(name + ".sensitivity." + row + col);
+  vector(name + ".bias");
+  matrix(name + ".sensitivity");
+  if (const auto& thermal = sensor.thermal) {
+    const std::string term = name + ".thermal";
+    for (std::size_t power = 1; power <= thermal->bias.size(); ++power) {
+      vector(term + ".bias." + std::to_string(power));
+    }
+    if (thermal->rate_linear) vector(term + ".rate.linear");
+    if (thermal->rate_quadratic) vector(term + ".rate.quadratic");
+    if (thermal->rate_cross) vector(term + ".rate.cross");
+    for (std::size_t power = 1; power <= thermal->sensitivity.size(); ++power) {
+      matrix(term + ".sensitivity." + std::to_string(power));
+    }
   }
+  if (sensor.g_sensitivity) matrix(name + ".g_sensitivity");
 }
 
 bool IsLowerTriangular(const Eigen::Matrix3d& matrix) {
@@ -132,7 +152,7 @@ Calibration TruthOf(const Scenario& scenario, int index) {
       sensor.thermal->range_degc = TemperatureRange(scenario, index);
       truth.reference.temperature_degc = sensor.thermal->reference_degc;
     }
-    NameParameters(triad, &truth.covariance.parameters);
+    NameParameters(triad, sensor, &truth.covariance.parameters);
   }
   if (unit.triads[Triad::kMagnetometer]) {
     truth.reference.field_ut = scenario.world.field_ut;

@@ -77,6 +77,38 @@ TEST(Simulation, WithoutNoiseCalibratesToTheTruth) {
   }
 }
 
+TEST(Simulation, TruthListsEveryTermOfAUnitInTheOrderOfACalibration) {
+  Scenario scenario = RoughScenario();
+  for (auto& sensor : scenario.sensors) sensor.reset();
+  SimulatedTriad& gyroscope = scenario.sensors[kGyro].emplace();
+  gyroscope.unit = *ParseTriadUnit(kGyro, "rad/s");
+  gyroscope.g_sensitivity = Eigen::Matrix3d::Zero();
+  ThermalTerms& thermal = gyroscope.thermal.emplace();
+  thermal.bias = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  thermal.sensitivity = {Eigen::Matrix3d::Zero()};
+  thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = Eigen::Vector3d::Zero();
+  const NamedCovariance covariance = TruthOf(scenario, 0).covariance;
+  std::vector<std::string> groups;
+  for (const std::string& name : covariance.parameters) {
+    const std::string group = name.substr(0, name.rfind('.'));
+    if (groups.empty() || groups.back() != group) groups.push_back(group);
+  }
+  EXPECT_EQ(groups,
+            (std::vector<std::string>{"gyroscope.bias",
+                                      "gyroscope.sensitivity",
+                                      "gyroscope.thermal.bias.1",
+                                      "gyroscope.thermal.bias.2",
+                                      "gyroscope.thermal.rate.linear",
+                                      "gyroscope.thermal.rate.quadratic",
+                                      "gyroscope.thermal.rate.cross",
+                                      "gyroscope.thermal.sensitivity.1",
+                                      "gyroscope.g_sensitivity"}));
+  ASSERT_EQ(covariance.parameters.size(), 45U);
+  EXPECT_EQ(covariance.parameters[37], "gyroscope.g_sensitivity.xy");
+  EXPECT_TRUE(covariance.matrix.isZero(0.0));
+  EXPECT_EQ(covariance.matrix.rows(), 45);
+}
+
 TEST(Simulation, IsTheSameForTheSameSeedAndAnotherForAnotherUnit) {
   const Scenario scenario = RoughScenario();
   const Samples once = SamplesOf(scenario, kGyro, 1);

@@ -35,7 +35,8 @@ struct SimulatedUnit {
 SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 
 /// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
-/// from its recording: converged, every sigma zero. Gauge `accel-x` if the leading triad's matrix
+/// from its recording: converged, every sigma zero; the covariance lists all that is true of it,
+/// temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's matrix
 /// has that form, else `fixture`: the body frame is that of the scenario's attitudes. The reference
 /// temperature is the thermal terms', else the scenario's start.
 Calibration TruthOf(const Scenario& scenario, int index);
