@@ -331,6 +331,24 @@ TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   EXPECT_LT(itself->chi2, 1e-12);
 }
 
+// With a strength by convention the gains are those for another field, and nothing else differs.
+TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
+  Random random(11);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  CalibrateOptions options = JointOptions(unit);
+  const auto known = Calibrate(poses, options);
+  options.reference.field_ut = {};
+  const auto convention = Calibrate(poses, options);
+  ASSERT_TRUE(known && convention);
+  const auto comparison = Compare(convention->calibration, known->calibration);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  EXPECT_TRUE(comparison->field_scale_taken_out);
+  EXPECT_LT(comparison->largest_in_sigmas, 1e-6);
+  EXPECT_TRUE(comparison->not_compared.empty());
+}
+
 TEST(Evaluate, PredictsTheErrorOnPosesThatWereNotSeen) {
   Random random(10);
   const SyntheticUnit unit = RandomUnit({}, &random);

@@ -178,8 +178,8 @@ TEST(MakePlan, SaysWhenTheCalibrationWouldNotFindItsStart) {
       << plan.messages.back();
 }
 
-// Eight poses with two vectors each say enough for all parameters, but each sensor's own start needs
-// nine readings.
+// Eight poses with two vectors each say enough for all parameters, but each sensor's own start
+// needs nine readings.
 TEST(MakePlan, SaysHowManyPosesTheCalibrationNeedsAtLeast) {
   PlanOptions options = JointPlan(8);
   options.criterion = PlanCriterion::kDeterminant;

@@ -214,6 +214,44 @@ TEST(CalibrateSoak, ComparesItsTermsToo) {
   EXPECT_THAT(comparison->entries.back().parameter, HasSubstr("dip"));
 }
 
+TEST(CalibrateSoak, SaysWhatAStaticCalibrationDoesNotHold) {
+  Random random(12);
+  const Soak soak = MakeSoak(CubicAndLinear(), 12, false, &random);
+  const PoseSet poses = PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random);
+  const auto with = Calibrate(poses, soak.options);
+  ASSERT_TRUE(with && with->calibration.IsUsable());
+  Calibration without = with->calibration;
+  NamedCovariance& covariance = without.covariance;
+  Eigen::Index kept = 0;
+  while (covariance.parameters[static_cast<std::size_t>(kept)].find(".thermal.") ==
+         std::string::npos) {
+    ++kept;
+  }
+  covariance.parameters.resize(static_cast<std::size_t>(kept));
+  covariance.matrix = covariance.matrix.topLeftCorner(kept, kept).eval();
+  without.sensors[Triad::kAccelerometer]->thermal.reset();
+  const auto comparison = Compare(with->calibration, without);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  EXPECT_THAT(comparison->not_compared,
+              ::testing::Contains("accelerometer.thermal.bias.1 (only in a)"));
+}
+
+TEST(CalibrateSoak, RemarksOnTemperaturesThatSpoilItsTerms) {
+  Random random(13);
+  Soak soak = MakeSoak(CubicAndLinear(), 12, false, &random);
+  PoseSet poses = PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random);
+  poses.poses[4].start_ns = 0;
+  poses.poses[4].end_ns = 800'000'000'000;
+  poses.poses[4].temperature_rate_degcps = 0.05;
+  soak.options.reference.temperature_degc = -200.0;
+  const auto summary = Calibrate(poses, soak.options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_THAT(summary->calibration.messages,
+              AllOf(::testing::Contains(HasSubstr("within 1 pose(s), most in pose 5 (40.0 degC)")),
+                    ::testing::Contains(HasSubstr("lies outside of the poses'"))));
+}
+
 // Chebyshev polynomials of a scaled variable, and what they are in tau, are the same function.
 TEST(ThermalBlock, TermsInTauAreTheScaledOnes) {
   Random random(9);
