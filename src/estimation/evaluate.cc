@@ -89,12 +89,16 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
   int angles = 0;
   for (const StaticPose& pose : poses.poses) {
     PerTriad<std::optional<Eigen::Vector3d>> corrected;
+    bool is_clamped = false;
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
       if (!calibration.sensors[triad] || !pose.triads[triad]) continue;
       const TriadCalibration& sensor = *calibration.sensors[triad];
       const Eigen::Vector3d reading = pose.triads[triad]->mean_raw;
       const Result<ModelAtPose> at = ModelFor(sensor, pose, poses.source);
       TRUETRIAD_RETURN_IF_ERROR(at);
+      is_clamped = is_clamped ||
+                   (sensor.thermal && (*pose.temperature_degc < sensor.thermal->range_degc[0] ||
+                                       *pose.temperature_degc > sensor.thermal->range_degc[1]));
       const Eigen::Vector3d truth = at->model.TruthFromRaw(reading);
       corrected[triad] = truth;
       const double strength = triad == Triad::kAccelerometer
@@ -124,6 +128,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
       predicted[triad] += variance;
       ++counts[triad];
     }
+    if (is_clamped) ++summary.clamped_poses;
     if (corrected[Triad::kAccelerometer] && corrected[Triad::kMagnetometer]) {
       const double cosine = corrected[Triad::kAccelerometer]->normalized().dot(
           corrected[Triad::kMagnetometer]->normalized());

@@ -28,6 +28,8 @@ constexpr double kOddGain = 5.0;
 // Within one pose; and the share of the recorded range without a rest that is worth a word.
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
+// Over a recording without temperature terms that does not fit.
+constexpr double kMuchTemperatureDegc = 10.0;
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
 
@@ -189,6 +191,17 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
   }
   // Before convergence: along a direction that is not determined the optimiser only creeps.
   if (!determined || system.rank() < system.size()) {
+    if (const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
+        range && !run.options.HasThermal() && (*range)[1] - (*range)[0] > kMuchTemperatureDegc &&
+        2 * quality.rejected_poses.size() > run.graph.nodes.size()) {
+      return Refusal{
+          Outcome::kNotConverged,
+          Format("most poses disagree with one model, and the temperature went from %.0f ",
+                 (*range)[0]) +
+              Format("to %.0f degC: estimate temperature terms (`thermal:`), or record "
+                     "at one temperature",
+                     (*range)[1])};
+    }
     return Refusal{Outcome::kNotObservable,
                    "the poses do not determine every wanted parameter; see the weak directions"};
   }

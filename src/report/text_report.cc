@@ -93,6 +93,12 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                       " tested on " + std::to_string(evaluation.poses) + " poses.",
                   0) +
           '\n' + TextOf(table);
+  if (evaluation.clamped_poses > 0) {
+    text +=
+        '\n' + Wrapped(std::to_string(evaluation.clamped_poses) +
+                       " poses lie outside of the calibrated temperatures; they were judged with "
+                       "the terms at the end of that range.");
+  }
   if (evaluation.angle_std_deg) {
     text += '\n' + Wrapped("Angle between field and gravity: spread " +
                            Significant(*evaluation.angle_std_deg, 3) +

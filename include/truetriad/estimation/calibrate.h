@@ -211,6 +211,7 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
 /// Prediction error of an existing calibration on poses that it has not seen.
 struct EvaluationSummary {
   int poses = 0;
+  int clamped_poses = 0;  ///< Outside of the calibrated temperatures: judged at their end.
   PerTriad<std::optional<double>> norm_rms;         ///< RMS of |C(y-b)| - reference, true unit.
   PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
   PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
