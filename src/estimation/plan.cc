@@ -231,6 +231,8 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
     plan.wanted.push_back(item);
   }
   plan.purposes = PurposesOf(*problem, rows, after);
+  plan.rest_s = problem->RestSeconds();
+  plan.noise = problem->Noise(plan.program.poses);
 
   const PoseGraph graph = problem->GraphWith(plan.program.poses);
   const ReducedSystem system(graph);

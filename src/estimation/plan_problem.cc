@@ -18,6 +18,7 @@
 #include "estimation/graph_builder.h"
 #include "estimation/parameter_name.h"
 #include "estimation/reduced_system.h"
+#include "truetriad/math/distributions.h"
 #include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
@@ -378,6 +379,28 @@ Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
     sigmas[q] = std::sqrt(variance);
   }
   return sigmas;
+}
+
+std::vector<PlannedNoise> PlanProblem::Noise(const std::vector<ProgramPose>& poses) const {
+  std::vector<PlannedNoise> all;
+  const std::vector<PoseNode> nodes = PlannedNodes(poses);
+  // All planned poses have the same.
+  for (const Observation& observation : nodes.front().observations) {
+    PlannedNoise& planned = all.emplace_back();
+    planned.triad = observation.triad;
+    planned.unit = measured_.Find(observation.triad)->unit.name;
+    planned.noise.sigma = observation.rest_covariance.diagonal().cwiseSqrt();
+    planned.noise.source = source_[observation.triad];
+    planned.noise.excess_sigma = std::sqrt(excess_[observation.triad]);
+  }
+  return all;
+}
+
+double PlanProblem::RestSeconds() const {
+  if (rest_s_ > 0.0 || measured_.poses.empty()) return rest_s_;
+  std::vector<double> durations_s;
+  for (const StaticPose& pose : measured_.poses) durations_s.push_back(pose.duration_s());
+  return Median(durations_s);
 }
 
 PoseGraph PlanProblem::GraphWith(const std::vector<ProgramPose>& poses) const {

@@ -51,6 +51,11 @@ class PlanProblem {
   // σ of every quantity; infinite where it is not determined.
   Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information) const;
 
+  // What is taken for the noise of a planned pose's mean, and for how long it is to rest (0: not
+  // known).
+  std::vector<PlannedNoise> Noise(const std::vector<ProgramPose>& poses) const;
+  double RestSeconds() const;
+
   // The graph of the measured poses and the program, as the estimator would have it.
   PoseGraph GraphWith(const std::vector<ProgramPose>& poses) const;
 

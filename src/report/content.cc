@@ -25,22 +25,6 @@ constexpr double kStrongCorrelation = 0.9;
 /// More rejected poses than this are counted, not listed.
 constexpr std::size_t kMaxRejectedRows = 50;
 
-std::string_view NoiseSourceWords(NoiseSource source) {
-  switch (source) {
-    case NoiseSource::kStatic:
-      return "as the recording gives it";
-    case NoiseSource::kAllan:
-      return "from an Allan deviation";
-    case NoiseSource::kDatasheet:
-      return "from the data sheet";
-    case NoiseSource::kConfig:
-      return "as stated in the configuration";
-    case NoiseSource::kResidual:
-      return "from the residuals (no χ² verdict is possible)";
-  }
-  return "of unknown origin";
-}
-
 std::string NoiseSentence(const TriadNoise& noise, Triad triad) {
   std::string text =
       "Rest noise is the σ of a pose mean, " + std::string(NoiseSourceWords(noise.source));
@@ -310,6 +294,22 @@ std::string FailedLimits(const Quality& quality) {
 }
 
 }  // namespace
+
+std::string_view NoiseSourceWords(NoiseSource source) {
+  switch (source) {
+    case NoiseSource::kStatic:
+      return "as the recording gives it";
+    case NoiseSource::kAllan:
+      return "from an Allan deviation";
+    case NoiseSource::kDatasheet:
+      return "from the data sheet";
+    case NoiseSource::kConfig:
+      return "as stated in the configuration";
+    case NoiseSource::kResidual:
+      return "from the residuals (no χ² verdict is possible)";
+  }
+  return "of unknown origin";
+}
 
 Verdict VerdictOf(const Calibration& calibration) {
   switch (calibration.outcome) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -60,6 +61,9 @@ Table IdentityTable(const Calibration& calibration);
 
 /// Every triad at every pose.
 Table PoseTable(const Quality& quality);
+
+/// "from an Allan deviation".
+std::string_view NoiseSourceWords(NoiseSource source);
 
 /// "Accelerometer".
 std::string TriadTitle(Triad triad);

@@ -84,6 +84,29 @@ Table SigmaTable(const Plan& plan) {
   return table;
 }
 
+std::vector<Block> NoiseBlocks(const Plan& plan) {
+  Table table{{"σ of a pose's mean", "x", "y", "z", "unit", ""}, "lrrrll", {}};
+  for (const PlannedNoise& planned : plan.noise) {
+    const std::string sensor(TriadName(planned.triad));
+    const TriadNoise& noise = planned.noise;
+    table.rows.push_back({sensor,
+                          Significant(noise.sigma.x(), 3),
+                          Significant(noise.sigma.y(), 3),
+                          Significant(noise.sigma.z(), 3),
+                          DisplayUnit(planned.unit),
+                          std::string(NoiseSourceWords(noise.source))});
+    if (!(noise.excess_sigma > 0.0)) continue;
+    const std::string excess = Significant(noise.excess_sigma, 3);
+    table.rows.push_back({sensor + ", beside it from pose to pose",
+                          excess,
+                          excess,
+                          excess,
+                          TruthUnit(planned.triad),
+                          ""});
+  }
+  return {"The σ above are for this noise.", table};
+}
+
 std::string RandomText(const Plan& plan) {
   const RandomComparison& random = *plan.random;
   const std::string count = std::to_string(plan.program.poses.size());
@@ -136,6 +159,14 @@ std::string LabelOf(const ProgramPose& pose) {
   return pose.label.empty() ? AttitudeInWords(pose.world_from_body) : pose.label;
 }
 
+std::string RestText(const Plan& plan) {
+  if (plan.rest_s > 0.0) {
+    return "Let the unit rest for " + Significant(plan.rest_s, 3) + " s in each pose.";
+  }
+  return "Let the unit rest in each pose until its mean has the noise that the plan assumes, see "
+         "below; how long that takes is not stated (plan.rest_s).";
+}
+
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
   // Where something is not determined anyway, no pose can be told to be idle.
@@ -179,6 +210,7 @@ std::vector<PlanSection> SectionsOf(const Plan& plan) {
     sections.push_back(section);
   }
   sections.push_back({"Predicted uncertainty, one sigma", {SigmaTable(plan)}});
+  sections.push_back({"Assumed noise", NoiseBlocks(plan)});
   if (plan.random && std::isfinite(plan.random->gain)) {
     sections.push_back({"Against random poses", {RandomText(plan)}});
   }

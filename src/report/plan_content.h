@@ -20,6 +20,7 @@ struct PlanSection {
 };
 
 /// All but the poses themselves: wanted σ, what cannot be seen, messages, σ of every quantity, the
+/// noise that this is for, the
 /// comparison with random poses; one with nothing to say is left out.
 std::vector<PlanSection> SectionsOf(const Plan& plan);
 
@@ -28,6 +29,9 @@ std::string LabelOf(const ProgramPose& pose);
 
 /// "magnetometer scale x, σ × 1.50": what would suffer most without pose `k`, counted from zero.
 std::string PurposeText(const Plan& plan, std::size_t k);
+
+/// "Let the unit rest for 5 s in each pose.", or what else decides how long.
+std::string RestText(const Plan& plan);
 
 /// Number, attitude, temperature and purpose of every pose.
 Table ProgramTable(const Plan& plan);

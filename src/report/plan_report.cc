@@ -46,7 +46,7 @@ bool HeadingMatters(const Plan& plan) {
 std::string PlanText(const Plan& plan) {
   const Verdict verdict = VerdictOf(plan);
   std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) +
-                     SectionText("Poses, in this order", {ProgramTable(plan)});
+                     SectionText("Poses, in this order", {RestText(plan), ProgramTable(plan)});
   for (const PlanSection& section : SectionsOf(plan)) {
     text += SectionText(section.title, section.blocks);
   }
@@ -60,7 +60,9 @@ std::string PlanHtml(const Plan& plan) {
       std::string(HeadingMatters(plan) ? "the arrow N points to magnetic north"
                                        : "which way it faces (N) does not matter") +
       ". x, y and z are the axes of the unit; a face with −x is the one opposite to x. Put it down "
-      "as drawn, hands off, let it rest, tick the box, go on.</p>\n"
+      "as drawn, hands off, let it rest, tick the box, go on. " +
+      EscapeMarkup(RestText(plan)) +
+      "</p>\n"
       "<ol class=\"poses\">\n";
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
   html += "</ol>\n</section>\n";

@@ -42,12 +42,26 @@ TEST_F(PlanVerb, WritesAProgramWithPicturesAndPredictsItsSigmas) {
               AllOf(HasSubstr("GOOD PLAN"),
                     HasSubstr("accelerometer bias x"),
                     HasSubstr("x up, z 45 deg above level"),
+                    HasSubstr("how long that takes is not stated (plan.rest_s)"),
+                    HasSubstr("Assumed noise"),
+                    HasSubstr("as stated in the configuration"),
                     HasSubstr("random ones")));
   const auto program = ReadPoseProgram(folder_.Path("out/program.yaml"));
   ASSERT_TRUE(program) << program.error().message;
   EXPECT_EQ(program->poses.size(), 12U);
   const std::string page = TemporaryFolder::Read(folder_.Path("out/program.html"));
   EXPECT_THAT(page, AllOf(HasSubstr("pose 12"), HasSubstr("<svg"), HasSubstr("</html>")));
+}
+
+TEST_F(PlanVerb, SaysHowLongToRestOnThePageToo) {
+  const std::string plan = "{ poses: 12, rotations: hand, random: 0, rest_s: 7.5 }";
+  const Finished run =
+      RunTruetriad({"plan", "--config=" + Experiment(plan), "--output=" + folder_.Path("out")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string rest = "rest for 7.5 s in each pose";
+  EXPECT_THAT(run.out, HasSubstr(rest));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("out/program.html")),
+              AllOf(HasSubstr(rest), HasSubstr("Assumed noise"), HasSubstr("0.003")));
 }
 
 TEST_F(PlanVerb, JudgesTheProgramThatItWroteAsItWasPredicted) {

@@ -267,12 +267,18 @@ TEST(MakePlan, CompletesARecordingThatIsEnoughForACalibration) {
   Random random(5);
   SyntheticNoise noise = trials::ModelNoise();
   const SyntheticUnit unit = trials::RandomUnit({}, &random);
-  const PoseSet measured = SimulatePoses(unit, RandomAttitudes(12, &random), noise, &random);
+  PoseSet measured = SimulatePoses(unit, RandomAttitudes(12, &random), noise, &random);
+  for (StaticPose& pose : measured.poses) pose.end_ns = pose.start_ns + 3'000'000'000;
   PlanOptions options = JointPlan(6);
   for (TriadOptions& triad : options.calibrate.triads) triad.noise_sigma_raw.reset();
   const Plan plan = MustPlan(measured, options);
   EXPECT_EQ(plan.measured_poses, 12);
   EXPECT_EQ(plan.program.poses.size(), 6U);
+  EXPECT_EQ(plan.rest_s, 3.0);
+  ASSERT_EQ(plan.noise.size(), 2U);
+  EXPECT_EQ(plan.noise[1].noise.source, NoiseSource::kStatic);
+  // 0.05 uT by the unit's gain, between 0.9 and 1.1.
+  EXPECT_NEAR(plan.noise[1].noise.sigma.x(), 0.05, 0.0051);
   // What was there is stated as the calibration of it states it.
   const auto before = Calibrate(measured, options.calibrate);
   ASSERT_TRUE(before && before->calibration.IsUsable());
@@ -347,7 +353,13 @@ TEST(MakePlan, PredictsNoiseOfARestFromItsAllanDeviation) {
   sensor.allan = AllanNoise{Eigen::Vector3d::Constant(0.006), Eigen::Vector3d::Zero()};
   EXPECT_FALSE(MakePlan({}, options));  // of what length?
   options.rest_s = 4.0;                 // 0.006 / sqrt(4) = 0.003
-  EXPECT_NEAR(SigmaOf(MustPlan({}, options), "accelerometer.bias.x"),
+  const Plan plan = MustPlan({}, options);
+  EXPECT_EQ(plan.rest_s, 4.0);
+  ASSERT_EQ(plan.noise.size(), 1U);
+  EXPECT_EQ(plan.noise[0].triad, Triad::kAccelerometer);
+  EXPECT_EQ(plan.noise[0].noise.source, NoiseSource::kAllan);
+  EXPECT_NEAR(plan.noise[0].noise.sigma.z(), 0.003, 1e-9);
+  EXPECT_NEAR(SigmaOf(plan, "accelerometer.bias.x"),
               SigmaOf(MustPlan({}, AccelerometerPlan(12)), "accelerometer.bias.x"),
               1e-9);
 }

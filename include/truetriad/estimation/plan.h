@@ -42,7 +42,7 @@ struct PlanOptions {
   /// What the unit is like, nearly: raw = sensitivity * truth + bias. Unset: no bias, the unit's
   /// own scale. Readings in counts have none and need it.
   PerTriad<std::optional<TriadModel<double>>> nominal;
-  PerTriad<Unit> units;                         ///< Of the readings to come.
+  PerTriad<Unit> units;  ///< Of the readings to come.
   /// Where the reference does not say; unset: 50 uT, and 60 degrees of the stated hemisphere.
   std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
@@ -96,6 +96,13 @@ struct PosePurpose {
   double sigma_ratio = 1.0;  ///< σ without this pose over σ with it; infinite: undetermined.
 };
 
+/// The noise of one triad that a plan is made for.
+struct PlannedNoise {
+  Triad triad = Triad::kAccelerometer;
+  std::string unit;  ///< Of the readings.
+  TriadNoise noise;  ///< Of a pose's mean.
+};
+
 /// The program against as many poses taken at random.
 struct RandomComparison {
   int draws = 0;
@@ -112,8 +119,12 @@ struct Plan {
   std::vector<PlannedSigma> sigmas;
   std::vector<WantedSigma> wanted;
   std::vector<PosePurpose> purposes;  ///< One a pose.
-  bool determined = false;            ///< Every parameter is.
-  bool rehearsed = false;             ///< The calibration runs from exact readings of these poses.
+  /// How long the unit is to rest in a pose so that its mean has the noise below, s: as stated,
+  /// else the median of the measured poses; 0: not known.
+  double rest_s = 0.0;
+  std::vector<PlannedNoise> noise;  ///< One a triad.
+  bool determined = false;          ///< Every parameter is.
+  bool rehearsed = false;           ///< The calibration runs from exact readings of these poses.
   std::vector<WeakDirection> weak_directions;
   std::optional<RandomComparison> random;
   NamedCovariance covariance;  ///< As calibration.yaml will list it, raw units.
