@@ -246,7 +246,8 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   }
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem->Present(system.covariance()).covariance;
-  if (options.random_draws > 0) {
+  // Against a σ that is infinite everything is better.
+  if (options.random_draws > 0 && after.allFinite()) {
     plan.random = CompareWithRandom(*problem, options, plan, after);
   }
   return plan;

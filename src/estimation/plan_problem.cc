@@ -249,9 +249,14 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
 
 PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const {
   PoseSet set = measured_;
+  AppendReadings(poses, &set);
+  return set;
+}
+
+void PlanProblem::AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const {
   for (const ProgramPose& planned : poses) {
     StaticPose pose;
-    pose.number = set.poses.empty() ? 1 : set.poses.back().number + 1;
+    pose.number = set->poses.empty() ? 1 : set->poses.back().number + 1;
     pose.end_ns = static_cast<std::int64_t>(std::llround(rest_s_ * 1e9));
     pose.temperature_degc = planned.temperature_degc;
     const Eigen::Quaterniond world_from_body = planned.world_from_body.normalized();
@@ -270,9 +275,24 @@ PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const 
     } else if (calibrate_.attitudes.kind == AttitudeKind::kSixFace) {
       pose.face_up = FaceUp(world_from_body);
     }
-    set.poses.push_back(pose);
+    set->poses.push_back(pose);
   }
-  return set;
+}
+
+// As the nominal unit would have been held.
+std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
+  std::vector<ProgramPose> poses;
+  for (const PoseNode& node : graph_.nodes) {
+    ProgramPose& pose = poses.emplace_back();
+    pose.world_from_body = node.rotation();
+    if (node.kind == PoseKind::kDirection) {
+      const Eigen::Vector3d world =
+          WorldVector(node.observations.front().triad, nominal_.reference);
+      pose.world_from_body = Eigen::Quaterniond::FromTwoVectors(node.direction(), world);
+    }
+    pose.temperature_degc = node.temperature_degc;
+  }
+  return poses;
 }
 
 Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
@@ -282,7 +302,13 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  const PoseSet readings = ExactReadings(poses);
+  // What was measured is the real unit's, which may be far from the nominal one: both together are
+  // no unit. Rehearsed are its attitudes.
+  PoseSet readings = measured_;
+  readings.poses.clear();
+  readings.moves.clear();
+  AppendReadings(MeasuredAttitudes(), &readings);
+  AppendReadings(poses, &readings);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
   const auto summary = Calibrate(readings, options);
   TRUETRIAD_RETURN_IF_ERROR(summary);

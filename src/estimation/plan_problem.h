@@ -76,6 +76,9 @@ class PlanProblem {
  private:
   PlanProblem() = default;
 
+  void AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const;
+  std::vector<ProgramPose> MeasuredAttitudes() const;
+
   Status ChooseNominal(const PoseSet& measured, const PlanOptions& options);
   Status ChooseNoise(const PoseSet& measured,
                      const PlanOptions& options,

@@ -235,12 +235,7 @@ std::optional<int> PlanSearch::FewestFor(const std::string& group) const {
   return count ? std::optional<int>(static_cast<int>(*count)) : std::nullopt;
 }
 
-std::vector<ProgramPose> PlanSearch::Find() const {
-  auto count = static_cast<std::size_t>(options_.poses);
-  if (count == 0) {
-    const std::optional<std::size_t> fewest = Fewest(options_.wanted);
-    count = fewest.value_or(static_cast<std::size_t>(options_.max_poses));
-  }
+std::vector<PlanSearch::Program> PlanSearch::BestPrograms(std::size_t count) const {
   std::vector<Program> programs = Programs(count, options_.wanted, kStarts);
   for (Program& program : programs) {
     if (!options_.grid.continuous) break;
@@ -249,6 +244,23 @@ std::vector<ProgramPose> PlanSearch::Find() const {
     if (refined.score < program.score) program = refined;
   }
   SortByScore(&programs);
+  return programs;
+}
+
+std::vector<ProgramPose> PlanSearch::Find() const {
+  auto count = static_cast<std::size_t>(options_.poses);
+  if (count == 0) {
+    const std::optional<std::size_t> fewest = Fewest(options_.wanted);
+    count = fewest.value_or(static_cast<std::size_t>(options_.max_poses));
+  }
+  std::vector<Program> programs = BestPrograms(count);
+  // All starts together, refined, may do with fewer than one of them showed.
+  while (options_.poses == 0 && count > LeastCount() && programs.front().score <= kReached) {
+    std::vector<Program> fewer = BestPrograms(count - 1);
+    if (fewer.front().score > kReached) break;
+    programs = std::move(fewer);
+    --count;
+  }
   for (const Program& program : programs) {
     if (problem_.Rehearse(program.poses)) return program.poses;
   }

@@ -40,6 +40,8 @@ class PlanSearch {
   std::size_t LeastCount() const;
   // Programs of `count` poses of the grid, from as many starts, best first.
   std::vector<Program> Programs(std::size_t count, const Wanted& wanted, int starts) const;
+  // From all starts and refined, best first.
+  std::vector<Program> BestPrograms(std::size_t count) const;
   Program ProgramFrom(Design design, const Wanted& wanted) const;
   // The fewest poses whose score is at most 1; unset: more than max_poses.
   std::optional<std::size_t> Fewest(const Wanted& wanted) const;
