@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -18,6 +17,7 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/interruption.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/scenario.h"
@@ -31,11 +31,6 @@ namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The signal that asked the program to end, or 0.
-volatile std::sig_atomic_t ended_by = 0;
-
-extern "C" void NoteEnd(int signal) { ended_by = signal; }
 
 /// A folder inside the output folder that is gone at the end, whatever happens: files appear in
 /// their places only once all of them are whole.
@@ -156,11 +151,10 @@ class Fleet {
     std::unique_lock lock(mutex_);
     while (running_ > 0) {
       ended_.wait_for(lock, std::chrono::milliseconds(100));
-      if (ended_by != 0) {
+      if (IsInterrupted()) {
         std::error_code ignored;
         fs::remove_all(folder_, ignored);
-        std::signal(ended_by, SIG_DFL);
-        std::raise(ended_by);
+        EndAsInterrupted();
       }
       if (!progress) continue;
       double done = finished_;
@@ -283,10 +277,7 @@ Result<int> Run(const std::vector<std::string>&) {
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
-    for (const int signal : {SIGINT, SIGTERM}) {
-      // A program that was started to ignore a signal (nohup) goes on ignoring it.
-      if (std::signal(signal, NoteEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
-    }
+    NoteInterruptions();
     ProgressLine progress("simulating " + scenario->serial);
     TRUETRIAD_RETURN_IF_ERROR(
         Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));
