@@ -73,6 +73,13 @@ std::string PoseProgramToYaml(const PoseProgram& program) {
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
   Result<YamlReader> root = YamlReader::FromFile(path);
   TRUETRIAD_RETURN_IF_ERROR(root);
+  if (!root->Child("program") && root->Child("poses")) {
+    // Each of its entries would be wrong in several ways.
+    return BadInputError(path + ":" + std::to_string(root->line()) +
+                         ": is no pose program, but perhaps the rows of poses, such as the "
+                         "poses.yaml of `simulate`; a program begins with `program: 1` and has "
+                         "attitudes, as `plan` writes it");
+  }
   PoseProgram program;
   int version = 0;
   if (YamlReader child = root->RequireChild("program"); child.Read(&version) && version != 1) {

@@ -325,6 +325,26 @@ TEST_F(ScenarioConfig, NamesTheLineOfWhatOnlyTheWholeScenarioShows) {
                     HasSubstr("scenario.yaml:9: disturbance 2 stops a accelerometer")));
 }
 
+TEST_F(ScenarioConfig, RefusesMoreRoundsThanItWouldGo) {
+  EXPECT_THAT(
+      ErrorOf(kHead + kSensors +
+              "motion:\n  - poses:\n      attitudes: cube\n"
+              "      rounds: 5000\n"),
+      AllOf(HasSubstr("scenario.yaml:6: motion[0].poses.rounds: 5000 rounds of 24 poses are too"),
+            HasSubstr("at most 100000 poses")));
+}
+
+TEST_F(ScenarioConfig, TakesNoRowsOfPosesForAProgram) {
+  std::string rows = "poses:\n";
+  for (int i = 0; i < 20; ++i) rows += "  - { first: 0, last: 9, id: \"1\" }\n";
+  folder_.Write("poses.yaml", rows);
+  const std::string error =
+      ErrorOf(kHead + kSensors + "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n");
+  EXPECT_THAT(error, HasSubstr("poses.yaml:1: is no pose program"));
+  // One line for the file; another of the motion, which is then empty.
+  EXPECT_LE(std::count(error.begin(), error.end(), '\n'), 1) << error;
+}
+
 TEST_F(ScenarioConfig, RefusesRestsTooShortForTwoSamples) {
   EXPECT_THAT(
       ErrorOf(kHead + "sensors: { accelerometer: { sampling: { rate_hz: 1 } } }\n"
