@@ -200,6 +200,37 @@ TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   EXPECT_THAT(run.out, HasSubstr("60 poses by given row ranges"));
 }
 
+TEST_F(SimulateVerb, TruthOfASoakIsComparedInEveryTermOfItsCalibration) {
+  // The thermometer follows at once: a late one would have the calibration about other
+  // temperatures.
+  ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml",
+                     "soak",
+                     {"--set=temperature.element_lag_s=0,temperature.thermometer_lag_s=0"})
+                .exit_code,
+            0);
+  const std::string experiment = folder_.Write(
+      "soak.yaml",
+      "experiment: 1\nreference: { temperature_degc: 25 }\nposes: { file: soak/poses.yaml }\n"
+      "sensors: { accelerometer: { thermal: { bias_order: 2, matrix_order: 1 } } }\n");
+  const Finished calibrated = RunTruetriad({"calibrate",
+                                            "--config=" + experiment,
+                                            "--input=" + folder_.Path("soak/recording.yaml"),
+                                            "--output=" + folder_.Path("found")});
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  // 12 at the reference, 6 of bias and 9 of gain over temperature.
+  EXPECT_EQ(found->covariance.parameters.size(), 27U);
+  const Finished compared = RunTruetriad({"compare",
+                                          "--a=" + folder_.Path("soak/truth.yaml"),
+                                          "--b=" + folder_.Path("found/calibration.yaml")});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_THAT(compared.out, HasSubstr("AGREE")) << compared.out;
+  for (const std::string& name : found->covariance.parameters) {
+    EXPECT_THAT(compared.out, HasSubstr(name));
+  }
+}
+
 TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
   // The folder of the third unit is taken by a file.
   std::filesystem::create_directories(folder_.Path("fleet"));
