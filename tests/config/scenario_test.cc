@@ -365,7 +365,7 @@ TEST_F(ScenarioConfig, TakesNoRowsOfPosesForAProgram) {
   folder_.Write("poses.yaml", rows);
   const std::string error =
       ErrorOf(kHead + kSensors + "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n");
-  EXPECT_THAT(error, HasSubstr("poses.yaml:1: is no pose program"));
+  EXPECT_THAT(error, HasSubstr("poses.yaml:1: program: is missing, so that this is no pose"));
   // One line for the file; another of the motion, which is then empty.
   EXPECT_LE(std::count(error.begin(), error.end(), '\n'), 1) << error;
 }
