@@ -242,6 +242,22 @@ TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("fleet")), {}), 1);
 }
 
+TEST_F(SimulateVerb, ReplacesNeitherItsScenarioNorItsPoseProgram) {
+  const std::string program = "program: 1\nposes: [{ attitude: [1, 0, 0, 0] }]\n";
+  const std::string text =
+      "scenario: 1\nsensors: { accelerometer: {} }\n"
+      "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n";
+  folder_.Write("poses.yaml", program);
+  const Finished beside = Simulate(folder_.Write("scenario.yaml", text), ".");
+  EXPECT_EQ(beside.exit_code, 1);
+  EXPECT_THAT(beside.err, HasSubstr("is a pose program, which the rows of the rests would"));
+  EXPECT_EQ(Read("poses.yaml"), program);
+  const Finished over = Simulate(folder_.Write("truth.yaml", text), ".");
+  EXPECT_EQ(over.exit_code, 1);
+  EXPECT_THAT(over.err, HasSubstr("would replace the scenario by its truth.yaml"));
+  EXPECT_EQ(Read("truth.yaml"), text);
+}
+
 TEST_F(SimulateVerb, RefusesThreadsThatAreNone) {
   const Finished run = Simulate(kScenarios + "fleet.yaml", "fleet", {"--threads=-1"});
   EXPECT_EQ(run.exit_code, 1);

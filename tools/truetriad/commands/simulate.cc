@@ -22,6 +22,7 @@
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
@@ -245,6 +246,27 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   return {};
 }
 
+/// The files of one unit stand in the output folder itself, perhaps beside what it is made from.
+Status CheckKeepsInputs(const Scenario& scenario) {
+  if (scenario.count > 1) return {};
+  const fs::path folder = FLAGS_output;
+  for (const char* name : {"recording.yaml", "truth.yaml", "poses.yaml"}) {
+    std::error_code missing;
+    if (fs::equivalent(folder / name, FLAGS_config, missing)) {
+      return UsageError("--output=" + FLAGS_output + " would replace the scenario by its " + name +
+                        "; name another folder");
+    }
+  }
+  const std::string poses = (folder / "poses.yaml").string();
+  std::error_code missing;
+  if (fs::exists(poses, missing) && ReadPoseProgram(poses)) {
+    return UsageError(poses +
+                      ": is a pose program, which the rows of the rests would replace; name "
+                      "another folder, or call it program.yaml");
+  }
+  return {};
+}
+
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   if (scenario.count == 1) {
@@ -270,6 +292,7 @@ Result<int> Run(const std::vector<std::string>&) {
   }
   const Result<Scenario> scenario = ReadScenario(FLAGS_config, Overrides());
   TRUETRIAD_RETURN_IF_ERROR(scenario);
+  TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(*scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(staging);
