@@ -190,6 +190,27 @@ TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
   EXPECT_TRUE(!std::filesystem::exists(output) || std::filesystem::is_empty(output));
 }
 
+TEST_F(SimulateVerb, GivesASoakThatCalibratesToItsTruth) {
+  // settle_s in lags of the thermometer: ten, as shipped, and two.
+  for (const auto& [settle, verdict] : {std::pair("600", "AGREE"), std::pair("120", "DIFFER")}) {
+    ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml",
+                       "soak",
+                       {std::string("--set=temperature.settle_s=") + settle})
+                  .exit_code,
+              0);
+    const Finished calibrate = RunTruetriad({"calibrate",
+                                             "--config=" + kExperiments + "thermal-soak.yaml",
+                                             "--input=" + folder_.Path("soak/recording.yaml"),
+                                             "--set=poses.file=" + folder_.Path("soak/poses.yaml"),
+                                             "--output=" + folder_.Path("found")});
+    EXPECT_EQ(calibrate.exit_code, 0) << calibrate.out << calibrate.err;
+    const Finished compare = RunTruetriad({"compare",
+                                           "--a=" + folder_.Path("soak/truth.yaml"),
+                                           "--b=" + folder_.Path("found/calibration.yaml")});
+    EXPECT_THAT(compare.out, StartsWith(verdict)) << settle;
+  }
+}
+
 TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
   const Finished run = RunTruetriad({"inspect",
