@@ -30,6 +30,8 @@ constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
 constexpr double kMostFilled = 0.01;
 constexpr double kMostAtLimit = 0.005;
+/// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
+constexpr double kMostDisturbed = 0.005;
 /// A fit of the four noises that starts later says little about white noise; so late it can be
 /// neither filter nor rounding.
 constexpr std::int64_t kLatestFit = 100;
@@ -137,13 +139,13 @@ class StreamAnalysis {
                             const std::vector<AllanFactor>& factors,
                             const AllanCovariance& covariance,
                             int axis,
-                            std::vector<std::string>* warnings) const;
+                            std::vector<std::string>* warnings);
   Status FitDensity(const Eigen::VectorXd& variances,
                     const std::vector<AllanFactor>& factors,
                     const AllanCovariance& covariance,
                     const AllanFit& fit,
                     AllanAxis* result) const;
-  void WarnOfMotion(const AllanTriad& result, std::vector<std::string>* warnings) const;
+  std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
   std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
@@ -156,6 +158,7 @@ class StreamAnalysis {
   std::vector<AllanCurve> curves_;
   std::vector<RestWatch> rests_;  // One an axis once the rate is known.
   std::array<LimitWatch, 3> limits_;
+  std::array<bool, 3> described_{};  // By the four noises.
 };
 
 void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t start_ns) {
@@ -237,15 +240,25 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
 
   const std::vector<AllanFactor> factors = curves_[0].factors();
   const AllanCovariance covariance(factors);
+  std::vector<std::string> doubts;  // About coefficients.
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     Result<AllanAxis> analysed =
-        Analyse(curves_[i].variances(), factors, covariance, axis, &result.warnings);
+        Analyse(curves_[i].variances(), factors, covariance, axis, &doubts);
     TRUETRIAD_RETURN_IF_ERROR(analysed);
     result.axes[i] = *std::move(analysed);
     WarnOfAxis(axis, result.axes[i], &result.warnings);
   }
-  WarnOfMotion(result, &result.warnings);
+  result.disturbance = Disturbance(result, &result.warnings);
+  if (result.at_rest()) {
+    result.warnings.insert(result.warnings.end(), doubts.begin(), doubts.end());
+  } else {
+    for (AllanAxis& axis : result.axes) {
+      AllanAxis curve;
+      curve.points = std::move(axis.points);
+      axis = std::move(curve);
+    }
+  }
   return result;
 }
 
@@ -278,6 +291,14 @@ std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points
   return instability;
 }
 
+/// As motion makes it, and noise at rest rarely does.
+bool RisesFar(const AllanAxis& axis) {
+  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
+    return point.degrees_of_freedom >= kFewestFreedoms &&
+           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
+  });
+}
+
 bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
   return factors[static_cast<std::size_t>(fit.first)].m > kLatestFit;
 }
@@ -286,7 +307,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
                                           const std::vector<AllanFactor>& factors,
                                           const AllanCovariance& covariance,
                                           int axis,
-                                          std::vector<std::string>* warnings) const {
+                                          std::vector<std::string>* warnings) {
   AllanAxis result;
   const AllanFit fit = FitNoises(factors, variances, covariance);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
@@ -308,6 +329,12 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
   if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
   if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
   result.instability = Instability(result.points, !flicker && !walk);
+  described_[static_cast<std::size_t>(axis)] = fit.follows;
+  if (RisesFar(result)) {
+    warnings->push_back(Name(axis) +
+                        ": the deviation rises far above that of single samples, as noise at rest "
+                        "rarely does");
+  }
   if (!fit.follows) {
     warnings->push_back(Name(axis) +
                         ": no sum of the four noises describes the curve; the coefficients are "
@@ -372,39 +399,41 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
   return {};
 }
 
-void StreamAnalysis::WarnOfMotion(const AllanTriad& result,
-                                  std::vector<std::string>* warnings) const {
-  std::string disturbed_axes, rising_axes;
+std::string StreamAnalysis::Disturbance(const AllanTriad& result,
+                                        std::vector<std::string>* warnings) const {
+  std::string jumping_axes, swaying_axes;
   RestWatch::Verdict worst;
+  bool shows = false;  // In the curve.
+  const auto add = [](std::size_t axis, std::string* axes) {
+    *axes += (axes->empty() ? "" : ", ") + std::string(1, kAxisName[axis]);
+  };
   for (std::size_t i = 0; i < 3; ++i) {
-    const AllanAxis& axis = result.axes[i];
-    if (axis.points.empty()) continue;
+    if (result.axes[i].points.empty()) continue;
     const RestWatch::Verdict rest = rests_[i].Judge();
     if (rest.disturbed > 0) {
-      disturbed_axes += (disturbed_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
+      add(i, &jumping_axes);
+      shows =
+          shows || RisesFar(result.axes[i]) ||
+          static_cast<double>(rest.disturbed) > kMostDisturbed * static_cast<double>(rest.windows);
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
-    for (const AllanPoint& point : axis.points) {
-      if (point.degrees_of_freedom < kFewestFreedoms ||
-          point.deviation.value < kMostRise * axis.points.front().deviation.value) {
-        continue;
-      }
-      rising_axes += (rising_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
-      break;
-    }
+    // A unit that is never still has windows that are all alike; a random walk rises as well, but
+    // is described.
+    if (RisesFar(result.axes[i]) && !described_[i]) add(i, &swaying_axes);
   }
-  if (!disturbed_axes.empty()) {
-    warnings->push_back(
-        Name() + ": THE UNIT MOVED or was knocked, or its readings jumped (axes " + disturbed_axes +
-        "): " + std::to_string(worst.disturbed) + " of " + std::to_string(worst.windows) +
-        " windows are unlike the others, the worst at " +
-        Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
-        " s; an Allan deviation is that of a unit at rest: cut these parts out, or record again");
+  if (!jumping_axes.empty()) {
+    const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
+                             jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
+                             std::to_string(worst.windows) +
+                             " windows are unlike the others, the worst at " +
+                             Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
+                             " s; cut these parts out, or record again";
+    if (shows) return what;
+    warnings->push_back(Name() + ": " + what);
   }
-  if (!rising_axes.empty()) {
-    warnings->push_back(Name() + ": the deviation rises far above that of single samples (axes " +
-                        rising_axes + "), as motion makes it and noise at rest rarely does");
-  }
+  if (swaying_axes.empty()) return "";
+  return "the deviation rises far above that of single samples, and not as noise does (axes " +
+         swaying_axes + "): the unit moved, or something drifts; record again at rest";
 }
 
 void StreamAnalysis::WarnOfAxis(int axis,
