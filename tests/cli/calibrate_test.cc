@@ -226,6 +226,8 @@ TEST_F(CalibrateVerb, RunsEveryShippedExperiment) {
   for (const auto& entry :
        std::filesystem::directory_iterator(TRUETRIAD_SOURCE_DIR "/configs/experiments")) {
     if (entry.path().extension() != ".yaml") continue;
+    // Its recording is to be simulated first, which simulate_test.cc does.
+    if (entry.path().stem() == "thermal-soak") continue;
     ++experiments;
     const Finished run = RunTruetriad({"calibrate",
                                        "--config=" + entry.path().string(),
