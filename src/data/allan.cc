@@ -32,8 +32,8 @@ constexpr double kMostFilled = 0.01;
 constexpr double kMostAtLimit = 0.005;
 /// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
 constexpr double kMostDisturbed = 0.005;
-/// A fit of the four noises that starts later says little about white noise; so late it can be
-/// neither filter nor rounding.
+/// A fit that starts later says little about white noise; so late it can be neither filter nor
+/// rounding.
 constexpr std::int64_t kLatestFit = 100;
 
 std::string Number(double value, int digits = 4) {
@@ -300,7 +300,7 @@ bool RisesFar(const AllanAxis& axis) {
 }
 
 bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
-  return factors[static_cast<std::size_t>(fit.first)].m > kLatestFit;
+  return factors[static_cast<std::size_t>(fit.range.begin)].m > kLatestFit;
 }
 
 Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
@@ -312,24 +312,35 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
   const AllanFit fit = FitNoises(factors, variances, covariance);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
+  // A filter's share is not that of the factors before the fit.
+  const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const auto m = static_cast<double>(factors[i].m);
-    const double expected = fit.strengths.dot(UnitAllanVariance(m));
+    const double expected = strengths.dot(UnitAllanVariance(m));
     AllanPoint point;
     point.tau_s = m * spacing_s;
     point.terms = factors[i].terms;
-    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, fit.strengths);
+    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, strengths);
     point.deviation = Root(ChiSquareInterval(variances[row], point.degrees_of_freedom), 1.0);
     result.points.push_back(point);
   }
 
-  const auto& [quantisation, white, flicker, walk] = fit.shown;
+  const auto& [quantisation, white, flicker, walk, ramp] = fit.shown;
   TRUETRIAD_RETURN_IF_ERROR(FitDensity(variances, factors, covariance, fit, &result));
   if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
   if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
   result.instability = Instability(result.points, !flicker && !walk);
   described_[static_cast<std::size_t>(axis)] = fit.follows;
+  if (fit.follows && ramp) {
+    const double drift = std::sqrt(ramp->value) / spacing_s;
+    warnings->push_back(Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " +
+                        info_.unit.name + " a second (a rate ramp, slope +1), " +
+                        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
+                        " " + info_.unit.name +
+                        " over the log; the coefficients are those without it, " +
+                        "but B is not below its effect");
+  }
   if (RisesFar(result)) {
     warnings->push_back(Name(axis) +
                         ": the deviation rises far above that of single samples, as noise at rest "
@@ -342,7 +353,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
   } else if (LateFit(factors, fit)) {
     warnings->push_back(
         Name(axis) + ": the curve follows the four noises only from tau = " +
-        Number(result.points[static_cast<std::size_t>(fit.first)].tau_s) +
+        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
         " s on; a hump before is vibration or another cycle; look at the plot before using N");
   }
   return result;
@@ -373,23 +384,30 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
                         Number(result->points.front().tau_s) + " s to " +
                         Number(result->points.back().tau_s) + " s");
     }
-    strength = FitWhite(factors, variances, covariance, fit.strengths, begin, end);
+    strength = FitWhite(factors, variances, covariance, {begin, end});
     result->white_range_s = options_.white_range_s;
-  } else if (!strength || LateFit(factors, fit)) {
-    const FactorRange part = WhitePart(factors, variances);
-    if (part.begin < part.end) {
-      strength = FitWhite(factors, variances, covariance, fit.strengths, part.begin, part.end);
-      result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
-                               result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
-    }
   } else {
-    for (std::size_t i = static_cast<std::size_t>(fit.first); i < factors.size(); ++i) {
-      const NoiseStrengths parts =
-          fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(factors[i].m)));
-      if (parts[static_cast<int>(NoiseTerm::kWhite)] < 0.5 * parts.sum()) continue;
-      const double tau_s = result->points[i].tau_s;
-      result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
-                               tau_s};
+    AllanFit used = fit;
+    if (!fit.by_chance || LateFit(factors, fit)) {
+      used = FitWidestWhite(factors, variances, covariance).value_or(fit);
+    }
+    strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
+    if (!strength || !used.follows || LateFit(factors, used)) {
+      const FactorRange part = WhitePart(factors, variances);
+      if (part.begin < part.end) {
+        strength = FitWhite(factors, variances, covariance, part);
+        result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
+                                 result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
+      }
+    } else {
+      for (auto i = static_cast<std::size_t>(used.range.begin);
+           i < static_cast<std::size_t>(used.range.end);
+           ++i) {
+        if (!IsMostlyWhite(used, factors[i].m)) continue;
+        const double tau_s = result->points[i].tau_s;
+        result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
+                                 tau_s};
+      }
     }
   }
   if (strength) {

@@ -135,7 +135,7 @@ TEST(AllanTheory, GivesTheDegreesOfFreedomOfTheTextbook) {
     const std::int64_t phases = 10001;
     const std::vector<AllanFactor> factors = {
         {.m = m, .stride = 1, .terms = phases - 2 * m, .stretches = 1}};
-    const NoiseStrengths white(0.0, 1.0, 0.0, 0.0);
+    const NoiseStrengths white(0.0, 1.0, 0.0, 0.0, 0.0);
     const double expected = UnitAllanVariance(static_cast<double>(m)).dot(white);
     const double freedoms = 2.0 * expected * expected / AllanCovariance(factors).Variance(0, white);
     const double N = static_cast<double>(phases), M = static_cast<double>(m);
@@ -169,8 +169,9 @@ TEST(AllanTheory, PredictsTheScatterOfEstimatesAndTheirCorrelation) {
     }
     estimates.row(run) = curve.variances().transpose();
   }
-  const NoiseStrengths noises(0.0, 1.0, 0.0, 0.05 * 0.05);
-  const Eigen::MatrixXd predicted = AllanCovariance(factors).Matrix(0, noises);
+  const NoiseStrengths noises(0.0, 1.0, 0.0, 0.05 * 0.05, 0.0);
+  const Eigen::MatrixXd predicted =
+      AllanCovariance(factors).Matrix(0, static_cast<Eigen::Index>(factors.size()), noises);
   const Eigen::MatrixXd centred = estimates.rowwise() - estimates.colwise().mean();
   const Eigen::MatrixXd seen = centred.transpose() * centred / (kRuns - 1.0);
   for (Eigen::Index i = 0; i < predicted.rows(); ++i) {
