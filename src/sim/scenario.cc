@@ -45,6 +45,7 @@ class Problems {
   }
   void Finite(bool finite, const std::string& name) { Require(finite, name + " must be finite"); }
 
+  void Add(const Problems& others) { Require(others.empty(), others.text_); }
   bool empty() const { return text_.empty(); }
   Status status() const { return text_.empty() ? Status() : BadInputError(text_); }
 
@@ -418,12 +419,15 @@ Status Scenario::Validate() const {
           sensors.begin(), sensors.end(), [](const auto& sensor) { return sensor.has_value(); }),
       "no sensor is simulated; at least one of accelerometer, gyroscope and "
       "magnetometer is needed");
+  Problems of_world;
+  CheckWorld(world, &of_world);
+  problems.Add(of_world);
   for (const Triad triad : kTriads) {
     if (!sensors[triad]) continue;
     CheckTriad(triad, *sensors[triad], &problems);
-    CheckSeesWorld(triad, *sensors[triad], world, &problems);
+    // Whatever does not fit a world that is wrong need not be wrong itself.
+    if (of_world.empty()) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
-  CheckWorld(world, &problems);
   double slowest_hz = std::numeric_limits<double>::infinity();
   for (const auto& sensor : sensors) {
     if (sensor) slowest_hz = std::min(slowest_hz, sensor->sampling.rate_hz);
