@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -44,11 +45,13 @@ Status CheckOutput(const RecordingInfo& recording) {
   if (!std::filesystem::exists(output, none)) return {};
   std::vector<std::string> inputs = {FLAGS_input, FLAGS_calibration};
   for (const StreamInfo& stream : recording.streams) inputs.push_back(stream.file);
-  for (const std::string& input : inputs) {
-    if (std::filesystem::equivalent(output, input, none)) {
-      return UsageError("--output=" + FLAGS_output + " is an input of this call (" + input +
-                        "); name another file");
-    }
+  const auto replaced =
+      std::find_if(inputs.begin(), inputs.end(), [&output, &none](const std::string& input) {
+        return std::filesystem::equivalent(output, input, none);
+      });
+  if (replaced != inputs.end()) {
+    return UsageError("--output=" + FLAGS_output + " is an input of this call (" + *replaced +
+                      "); name another file");
   }
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
     return UsageError("--output=" + FLAGS_output + " exists and is not a regular file");
