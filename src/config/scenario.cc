@@ -41,11 +41,18 @@ void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
   }
 }
 
-void ReadWorld(YamlReader reader, SimulatedWorld* world) {
+void ReadWorld(YamlReader reader, Draft* draft) {
   if (!reader) return;
-  ReadNumber(reader.Child("gravity_mps2"), kPositive, &world->gravity_mps2);
+  SimulatedWorld* const world = &draft->scenario.world;
+  if (YamlReader gravity = reader.Child("gravity_mps2")) {
+    draft->places["gravity "] = PlaceOf(gravity);
+    ReadNumber(gravity, kPositive, &world->gravity_mps2);
+  }
   if (YamlReader field = reader.Child("field")) {
-    ReadNumber(field.Child("strength_ut"), kPositive, &world->field_ut);
+    if (YamlReader strength = field.Child("strength_ut")) {
+      draft->places["field strength "] = PlaceOf(strength);
+      ReadNumber(strength, kPositive, &world->field_ut);
+    }
     double dip_deg = 0.0;
     if (ReadNumber(field.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &dip_deg)) {
       world->dip_rad = dip_deg * kRadPerDeg;
@@ -101,7 +108,7 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
       count.Fail("1 to 9999 units are expected");
     }
   }
-  ReadWorld(root.Child("world"), &scenario.world);
+  ReadWorld(root.Child("world"), draft);
   if (YamlReader sensors = root.Child("sensors")) {
     for (const Triad triad : kTriads) {
       const YamlReader sensor = sensors.Child(TriadName(triad));
@@ -113,6 +120,7 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
   NotePlaces(root.Child("motion"), "motion step", draft);
   ReadMotion(root.Child("motion"), file, &scenario.motion);
   ReadNumber(root.Child("first_rest_s"), kPositive, &scenario.first_rest_s);
+  if (YamlReader motion = root.Child("motion")) draft->places["the motion "] = PlaceOf(motion);
   ReadTemperature(root.Child("temperature"), &scenario.temperature);
   NotePlaces(root.Child("disturbances"), "disturbance", draft);
   ReadDisturbances(root.Child("disturbances"), &scenario.disturbances);

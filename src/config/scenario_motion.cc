@@ -74,7 +74,7 @@ std::vector<ProgramPose> ReadAttitudeSet(YamlReader reader, const std::string& f
     program.Fail(read.error().message);
     return {};
   }
-  reader.Fail("one of six_face, cube, { spread: N }, { file: poses.yaml } is expected");
+  reader.Fail("one of six_face, cube, { spread: N }, { file: program.yaml } is expected");
   return {};
 }
 
@@ -82,9 +82,15 @@ PosesStep ReadPoses(YamlReader reader, const std::string& file) {
   PosesStep step;
   step.poses = ReadAttitudeSet(reader.RequireChild("attitudes"), file);
   int rounds = 1;
-  if (ReadCount(reader.Child("rounds"), kMaxPoses, &rounds)) {
+  if (YamlReader child = reader.Child("rounds"); ReadCount(child, kMaxPoses, &rounds)) {
     const std::vector<ProgramPose> once = step.poses;
-    for (int i = 1; i < rounds && step.poses.size() < kMaxPoses; ++i) {
+    if (once.size() * static_cast<std::size_t>(rounds) > kMaxPoses) {
+      child.Fail(std::to_string(rounds) + " rounds of " + std::to_string(once.size()) +
+                 " poses are too many; at most " + std::to_string(kMaxPoses) +
+                 " poses are expected in all");
+      rounds = 1;
+    }
+    for (int i = 1; i < rounds; ++i) {
       step.poses.insert(step.poses.end(), once.begin(), once.end());
     }
   }

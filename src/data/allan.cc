@@ -30,8 +30,10 @@ constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
 constexpr double kMostFilled = 0.01;
 constexpr double kMostAtLimit = 0.005;
-/// A fit of the four noises that starts later says little about white noise; so late it can be
-/// neither filter nor rounding.
+/// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
+constexpr double kMostDisturbed = 0.005;
+/// A fit that starts later says little about white noise; so late it can be neither filter nor
+/// rounding.
 constexpr std::int64_t kLatestFit = 100;
 
 std::string Number(double value, int digits = 4) {
@@ -137,13 +139,13 @@ class StreamAnalysis {
                             const std::vector<AllanFactor>& factors,
                             const AllanCovariance& covariance,
                             int axis,
-                            std::vector<std::string>* warnings) const;
+                            std::vector<std::string>* warnings);
   Status FitDensity(const Eigen::VectorXd& variances,
                     const std::vector<AllanFactor>& factors,
                     const AllanCovariance& covariance,
                     const AllanFit& fit,
                     AllanAxis* result) const;
-  void WarnOfMotion(const AllanTriad& result, std::vector<std::string>* warnings) const;
+  std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
   std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
@@ -156,6 +158,7 @@ class StreamAnalysis {
   std::vector<AllanCurve> curves_;
   std::vector<RestWatch> rests_;  // One an axis once the rate is known.
   std::array<LimitWatch, 3> limits_;
+  std::array<bool, 3> described_{};  // By the four noises.
 };
 
 void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t start_ns) {
@@ -237,15 +240,25 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
 
   const std::vector<AllanFactor> factors = curves_[0].factors();
   const AllanCovariance covariance(factors);
+  std::vector<std::string> doubts;  // About coefficients.
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     Result<AllanAxis> analysed =
-        Analyse(curves_[i].variances(), factors, covariance, axis, &result.warnings);
+        Analyse(curves_[i].variances(), factors, covariance, axis, &doubts);
     TRUETRIAD_RETURN_IF_ERROR(analysed);
     result.axes[i] = *std::move(analysed);
     WarnOfAxis(axis, result.axes[i], &result.warnings);
   }
-  WarnOfMotion(result, &result.warnings);
+  result.disturbance = Disturbance(result, &result.warnings);
+  if (result.at_rest()) {
+    result.warnings.insert(result.warnings.end(), doubts.begin(), doubts.end());
+  } else {
+    for (AllanAxis& axis : result.axes) {
+      AllanAxis curve;
+      curve.points = std::move(axis.points);
+      axis = std::move(curve);
+    }
+  }
   return result;
 }
 
@@ -278,36 +291,61 @@ std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points
   return instability;
 }
 
+/// As motion makes it, and noise at rest rarely does.
+bool RisesFar(const AllanAxis& axis) {
+  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
+    return point.degrees_of_freedom >= kFewestFreedoms &&
+           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
+  });
+}
+
 bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
-  return factors[static_cast<std::size_t>(fit.first)].m > kLatestFit;
+  return factors[static_cast<std::size_t>(fit.range.begin)].m > kLatestFit;
 }
 
 Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
                                           const std::vector<AllanFactor>& factors,
                                           const AllanCovariance& covariance,
                                           int axis,
-                                          std::vector<std::string>* warnings) const {
+                                          std::vector<std::string>* warnings) {
   AllanAxis result;
   const AllanFit fit = FitNoises(factors, variances, covariance);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
+  // A filter's share is not that of the factors before the fit.
+  const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (std::size_t i = 0; i < factors.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const auto m = static_cast<double>(factors[i].m);
-    const double expected = fit.strengths.dot(UnitAllanVariance(m));
+    const double expected = strengths.dot(UnitAllanVariance(m));
     AllanPoint point;
     point.tau_s = m * spacing_s;
     point.terms = factors[i].terms;
-    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, fit.strengths);
+    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, strengths);
     point.deviation = Root(ChiSquareInterval(variances[row], point.degrees_of_freedom), 1.0);
     result.points.push_back(point);
   }
 
-  const auto& [quantisation, white, flicker, walk] = fit.shown;
+  const auto& [quantisation, white, flicker, walk, ramp] = fit.shown;
   TRUETRIAD_RETURN_IF_ERROR(FitDensity(variances, factors, covariance, fit, &result));
   if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
   if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
   result.instability = Instability(result.points, !flicker && !walk);
+  described_[static_cast<std::size_t>(axis)] = fit.follows;
+  if (fit.follows && ramp) {
+    const double drift = std::sqrt(ramp->value) / spacing_s;
+    warnings->push_back(Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " +
+                        info_.unit.name + " a second (a rate ramp, slope +1), " +
+                        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
+                        " " + info_.unit.name +
+                        " over the log; the coefficients are those without it, " +
+                        "but B is not below its effect");
+  }
+  if (RisesFar(result)) {
+    warnings->push_back(Name(axis) +
+                        ": the deviation rises far above that of single samples, as noise at rest "
+                        "rarely does");
+  }
   if (!fit.follows) {
     warnings->push_back(Name(axis) +
                         ": no sum of the four noises describes the curve; the coefficients are "
@@ -315,7 +353,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
   } else if (LateFit(factors, fit)) {
     warnings->push_back(
         Name(axis) + ": the curve follows the four noises only from tau = " +
-        Number(result.points[static_cast<std::size_t>(fit.first)].tau_s) +
+        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
         " s on; a hump before is vibration or another cycle; look at the plot before using N");
   }
   return result;
@@ -346,23 +384,30 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
                         Number(result->points.front().tau_s) + " s to " +
                         Number(result->points.back().tau_s) + " s");
     }
-    strength = FitWhite(factors, variances, covariance, fit.strengths, begin, end);
+    strength = FitWhite(factors, variances, covariance, {begin, end});
     result->white_range_s = options_.white_range_s;
-  } else if (!strength || LateFit(factors, fit)) {
-    const FactorRange part = WhitePart(factors, variances);
-    if (part.begin < part.end) {
-      strength = FitWhite(factors, variances, covariance, fit.strengths, part.begin, part.end);
-      result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
-                               result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
-    }
   } else {
-    for (std::size_t i = static_cast<std::size_t>(fit.first); i < factors.size(); ++i) {
-      const NoiseStrengths parts =
-          fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(factors[i].m)));
-      if (parts[static_cast<int>(NoiseTerm::kWhite)] < 0.5 * parts.sum()) continue;
-      const double tau_s = result->points[i].tau_s;
-      result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
-                               tau_s};
+    AllanFit used = fit;
+    if (!fit.by_chance || LateFit(factors, fit)) {
+      used = FitWidestWhite(factors, variances, covariance).value_or(fit);
+    }
+    strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
+    if (!strength || !used.follows || LateFit(factors, used)) {
+      const FactorRange part = WhitePart(factors, variances);
+      if (part.begin < part.end) {
+        strength = FitWhite(factors, variances, covariance, part);
+        result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
+                                 result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
+      }
+    } else {
+      for (auto i = static_cast<std::size_t>(used.range.begin);
+           i < static_cast<std::size_t>(used.range.end);
+           ++i) {
+        if (!IsMostlyWhite(used, factors[i].m)) continue;
+        const double tau_s = result->points[i].tau_s;
+        result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
+                                 tau_s};
+      }
     }
   }
   if (strength) {
@@ -372,39 +417,41 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
   return {};
 }
 
-void StreamAnalysis::WarnOfMotion(const AllanTriad& result,
-                                  std::vector<std::string>* warnings) const {
-  std::string disturbed_axes, rising_axes;
+std::string StreamAnalysis::Disturbance(const AllanTriad& result,
+                                        std::vector<std::string>* warnings) const {
+  std::string jumping_axes, swaying_axes;
   RestWatch::Verdict worst;
+  bool shows = false;  // In the curve.
+  const auto add = [](std::size_t axis, std::string* axes) {
+    *axes += (axes->empty() ? "" : ", ") + std::string(1, kAxisName[axis]);
+  };
   for (std::size_t i = 0; i < 3; ++i) {
-    const AllanAxis& axis = result.axes[i];
-    if (axis.points.empty()) continue;
+    if (result.axes[i].points.empty()) continue;
     const RestWatch::Verdict rest = rests_[i].Judge();
     if (rest.disturbed > 0) {
-      disturbed_axes += (disturbed_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
+      add(i, &jumping_axes);
+      shows =
+          shows || RisesFar(result.axes[i]) ||
+          static_cast<double>(rest.disturbed) > kMostDisturbed * static_cast<double>(rest.windows);
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
-    for (const AllanPoint& point : axis.points) {
-      if (point.degrees_of_freedom < kFewestFreedoms ||
-          point.deviation.value < kMostRise * axis.points.front().deviation.value) {
-        continue;
-      }
-      rising_axes += (rising_axes.empty() ? "" : ", ") + std::string(1, kAxisName[i]);
-      break;
-    }
+    // A unit that is never still has windows that are all alike; a random walk rises as well, but
+    // is described.
+    if (RisesFar(result.axes[i]) && !described_[i]) add(i, &swaying_axes);
   }
-  if (!disturbed_axes.empty()) {
-    warnings->push_back(
-        Name() + ": THE UNIT MOVED or was knocked, or its readings jumped (axes " + disturbed_axes +
-        "): " + std::to_string(worst.disturbed) + " of " + std::to_string(worst.windows) +
-        " windows are unlike the others, the worst at " +
-        Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
-        " s; an Allan deviation is that of a unit at rest: cut these parts out, or record again");
+  if (!jumping_axes.empty()) {
+    const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
+                             jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
+                             std::to_string(worst.windows) +
+                             " windows are unlike the others, the worst at " +
+                             Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
+                             " s; cut these parts out, or record again";
+    if (shows) return what;
+    warnings->push_back(Name() + ": " + what);
   }
-  if (!rising_axes.empty()) {
-    warnings->push_back(Name() + ": the deviation rises far above that of single samples (axes " +
-                        rising_axes + "), as motion makes it and noise at rest rarely does");
-  }
+  if (swaying_axes.empty()) return "";
+  return "the deviation rises far above that of single samples, and not as noise does (axes " +
+         swaying_axes + "): the unit moved, or something drifts; record again at rest";
 }
 
 void StreamAnalysis::WarnOfAxis(int axis,

@@ -21,16 +21,30 @@ constexpr double kShownSigmas = 4.0;
 /// variance: 6 % of it is 3 % of the deviation, finer than any use of a noise density.
 constexpr double kMostSigmas = 4.0;
 constexpr double kTolerance = 0.06;
-/// Fewest points of a fit with up to four strengths.
+/// Fewest points of a fit with up to five strengths.
 constexpr Eigen::Index kFewestPoints = 8;
 constexpr int kRounds = 12;
+/// Of the tau over which white noise is looked for, last over first.
+constexpr double kLeastWidth = 10.0;
 constexpr Eigen::Index kLatestQuantisation = 2;
+/// Neither filter nor rounding reaches further.
+constexpr std::int64_t kLatestFilter = 100;
+/// Share of the white noise that a filter may take at the first factor. A first-order filter of
+/// time constant T takes 1.5 T / tau - 2 exp(-tau / T) T / tau: 0.3 is five time constants, where
+/// the second part is 0.3 %. A mean of L samples takes L / 2m from m = L on.
+constexpr double kMostFiltered = 0.3;
+/// Of the variance of an estimate, that of white noise being one.
+constexpr double kLeastSpread = 0.1;
 /// A strength whose interval would span more than a decade is not worth stating: this is where
 /// chi-square intervals begin to.
 constexpr double kFewestFreedoms = 2.0;
 
+constexpr auto kQ = static_cast<int>(NoiseTerm::kQuantisation);
+constexpr auto kN = static_cast<int>(NoiseTerm::kWhite);
+
 using Used = std::array<bool, kNoiseTerms>;
 using Basis = Eigen::Matrix<double, Eigen::Dynamic, kNoiseTerms>;
+using Normal = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
 
 /// Linear estimate of the strengths, strengths = estimator * variances.
 struct LinearFit {
@@ -38,46 +52,20 @@ struct LinearFit {
   Eigen::Matrix<double, kNoiseTerms, Eigen::Dynamic> estimator;
 };
 
-/// Weighted least squares with the noises in `used`.
-LinearFit Solve(const Basis& basis,
-                const Eigen::VectorXd& variances,
-                const Eigen::VectorXd& weights,
-                const Used& used) {
-  std::vector<int> columns;
-  for (int j = 0; j < kNoiseTerms; ++j) {
-    if (used[static_cast<std::size_t>(j)]) columns.push_back(j);
-  }
-  LinearFit fit;
-  fit.estimator = decltype(fit.estimator)::Zero(kNoiseTerms, basis.rows());
-  if (columns.empty()) return fit;
-  const Eigen::VectorXd root = weights.cwiseSqrt();
-  Eigen::MatrixXd rows = root.asDiagonal() * basis(Eigen::all, columns);
-  // Columns of one size: the noises differ by many powers of ten.
-  const Eigen::RowVectorXd scale = rows.colwise().norm();
-  rows.array().rowwise() /= scale.array();
-  const Eigen::MatrixXd solution = rows.householderQr().solve(Eigen::MatrixXd(root.asDiagonal()));
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    const auto row = static_cast<Eigen::Index>(c);
-    fit.estimator.row(columns[c]) = solution.row(row) / scale[row];
-  }
-  fit.strengths = fit.estimator * variances;
-  return fit;
-}
-
 /// The points of a fit.
 class Problem {
  public:
   Problem(const std::vector<AllanFactor>& factors,
           const Eigen::VectorXd& variances,
           const AllanCovariance& covariance,
-          Eigen::Index first)
+          const FactorRange& range)
       : covariance_(covariance),
-        first_(first),
-        variances_(variances.tail(variances.size() - first)) {
+        range_(range),
+        variances_(variances.segment(range.begin, range.end - range.begin)) {
     basis_.resize(variances_.size(), kNoiseTerms);
     relative_.resize(variances_.size());
     for (Eigen::Index i = 0; i < basis_.rows(); ++i) {
-      const AllanFactor& factor = factors[static_cast<std::size_t>(first + i)];
+      const AllanFactor& factor = factors[static_cast<std::size_t>(range.begin + i)];
       basis_.row(i) = UnitAllanVariance(static_cast<double>(factor.m)).transpose();
       // White noise has about this variance of an estimate, relative to its square.
       relative_[i] = 1.5 * static_cast<double>(factor.m) /
@@ -85,43 +73,32 @@ class Problem {
     }
   }
 
-  /// Non-negative strengths of the noises in `allowed`, reweighted until they settle. With four
-  /// noises all subsets can be tried: the best is the one of the smallest misfit.
+  /// Strengths of the terms in `allowed`, reweighted until they settle. With five terms all subsets
+  /// can be tried: the best is the one of the smallest misfit.
   LinearFit Fit(const Used& allowed) const {
     Eigen::VectorXd weights = (relative_.array() * variances_.array().square()).inverse();
-    LinearFit best;
+    NoiseStrengths strengths = NoiseStrengths::Zero();
+    Normal inverse;
     for (int round = 0; round < kRounds; ++round) {
-      const NoiseStrengths before = best.strengths;
-      double least = std::numeric_limits<double>::infinity();
-      for (unsigned subset = 0; subset < (1U << kNoiseTerms); ++subset) {
-        Used used{};
-        bool is_allowed = true;
-        for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-          used[j] = (subset >> j & 1U) != 0;
-          is_allowed = is_allowed && (!used[j] || allowed[j]);
-        }
-        if (!is_allowed) continue;
-        LinearFit fit = Solve(basis_, variances_, weights, used);
-        if (fit.strengths.minCoeff() < 0.0) continue;
-        const double cost = weights.dot((variances_ - basis_ * fit.strengths).cwiseAbs2().eval());
-        if (cost < least) least = cost, best = std::move(fit);
-      }
-      if (best.strengths.isZero(0.0)) return best;
-      if ((best.strengths - before).cwiseAbs().maxCoeff() <=
-              1e-9 * best.strengths.cwiseAbs().maxCoeff() &&
-          best.strengths.isApprox(before, 1e-6)) {
-        break;
-      }
-      weights = Deviations(best.strengths).cwiseAbs2().cwiseInverse();
+      const NoiseStrengths before = strengths;
+      strengths = BestSubset(allowed, weights, &inverse);
+      if (strengths.isZero(0.0) || round + 1 == kRounds || strengths.isApprox(before, 1e-6)) break;
+      weights = Deviations(strengths).cwiseAbs2().cwiseInverse();
     }
-    return best;
+    LinearFit fit;
+    fit.strengths = strengths;
+    fit.estimator = inverse * basis_.transpose() * weights.asDiagonal();
+    return fit;
   }
 
   /// Standard deviations of the estimates under these noises.
   Eigen::VectorXd Deviations(const NoiseStrengths& strengths) const {
     Eigen::VectorXd deviations(variances_.size());
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
-      deviations[i] = std::sqrt(covariance_.Variance(first_ + i, strengths));
+      // A filter's share is rough within its memory: no estimate is better than that of full terms.
+      const double expected = basis_.row(i) * strengths;
+      deviations[i] = std::sqrt(std::max(covariance_.Variance(range_.begin + i, strengths),
+                                         kLeastSpread * relative_[i] * expected * expected));
     }
     return deviations;
   }
@@ -129,22 +106,24 @@ class Problem {
   /// The noises that the data show, of those allowed: the least needed is dropped until all are
   /// needed. White noise goes last, if at all: it is what other noises are mistaken for.
   LinearFit FitShown() const {
-    Used allowed = {first_ <= kLatestQuantisation, true, true, true};
+    Used allowed;
+    allowed.fill(true);
     LinearFit fit = Fit(allowed);
     for (;;) {
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        allowed[j] = fit.strengths[static_cast<int>(j)] > 0.0;
+        allowed[j] = fit.strengths[static_cast<int>(j)] != 0.0;
       }
       std::optional<std::size_t> weakest;
       double least = kShownSigmas;
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        if (!allowed[j]) continue;
+        // What is left out before the fit has its share in the first points, shown or not.
+        if (!allowed[j] || (j == kQ && range_.begin > 0)) continue;
         Used without = allowed;
         without[j] = false;
         const LinearFit null = Fit(without);
         if (null.strengths.isZero(0.0)) continue;  // The only noise: it is there.
         const double sigma = Sigma(fit, static_cast<int>(j), null.strengths);
-        const double sigmas = std::max(fit.strengths[static_cast<int>(j)] / sigma,
+        const double sigmas = std::max(std::abs(fit.strengths[static_cast<int>(j)]) / sigma,
                                        Distances(null.strengths).maxCoeff());
         if (sigmas < least) least = sigmas, weakest = j;
       }
@@ -157,7 +136,8 @@ class Problem {
   /// Standard deviation of strength j if the noises are `strengths`.
   double Sigma(const LinearFit& fit, int j, const NoiseStrengths& strengths) const {
     const Eigen::VectorXd row = fit.estimator.row(j).transpose();
-    return std::sqrt(std::max(0.0, row.dot(covariance_.Matrix(first_, strengths) * row)));
+    return std::sqrt(
+        std::max(0.0, row.dot(covariance_.Matrix(range_.begin, range_.end, strengths) * row)));
   }
 
   /// How far each point is from these noises, in sigmas of a normal distribution.
@@ -169,6 +149,16 @@ class Problem {
     return (roots - (1.0 - spread)).abs() / spread.sqrt();
   }
 
+  /// Whether the first point is within the memory of a filter.
+  bool IsInFilter(const NoiseStrengths& strengths) const {
+    return -strengths[kQ] * basis_(0, kQ) > kMostFiltered * strengths[kN] * basis_(0, kN);
+  }
+
+  /// Whether the points are no further from the fit than chance explains.
+  bool IsByChance(const LinearFit& fit) const {
+    return Distances(fit.strengths).maxCoeff() <= kMostSigmas && Misfit(fit) == 1.0;
+  }
+
   /// Furthest point from the fit, in units of what is tolerated.
   double Worst(const NoiseStrengths& strengths) const {
     const Eigen::ArrayXd expected = basis_ * strengths;
@@ -178,8 +168,8 @@ class Problem {
 
   /// Root of the weighted scatter about the fit over its expectation, at least one.
   double Misfit(const LinearFit& fit) const {
-    const Eigen::MatrixXd covariance = covariance_.Matrix(first_, fit.strengths);
-    const Eigen::VectorXd weights = covariance.diagonal().cwiseInverse();
+    const Eigen::MatrixXd covariance = covariance_.Matrix(range_.begin, range_.end, fit.strengths);
+    const Eigen::VectorXd weights = Deviations(fit.strengths).cwiseAbs2().cwiseInverse();
     const Eigen::MatrixXd residual_maker =
         Eigen::MatrixXd::Identity(basis_.rows(), basis_.rows()) - basis_ * fit.estimator;
     const Eigen::MatrixXd expected = residual_maker * covariance * residual_maker.transpose();
@@ -193,8 +183,54 @@ class Problem {
   }
 
  private:
+  /// The non-negative strengths of least misfit, and the inverse of their normal equations.
+  NoiseStrengths BestSubset(const Used& allowed,
+                            const Eigen::VectorXd& weights,
+                            Normal* inverse) const {
+    // Columns of one size: the terms differ by many powers of ten.
+    const Normal normal = basis_.transpose() * weights.asDiagonal() * basis_;
+    const NoiseStrengths scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+    const Normal scaled = scale.asDiagonal() * normal * scale.asDiagonal();
+    const NoiseStrengths right =
+        scale.cwiseProduct(basis_.transpose() * weights.cwiseProduct(variances_));
+    NoiseStrengths best = NoiseStrengths::Zero();
+    Normal best_inverse = Normal::Zero();
+    double most = 0.0;
+    for (unsigned subset = 1; subset < (1U << kNoiseTerms); ++subset) {
+      // Unused terms: rows of the identity with nothing on the right.
+      Normal matrix = scaled;
+      NoiseStrengths used;
+      bool is_allowed = true;
+      for (int j = 0; j < kNoiseTerms; ++j) {
+        const bool is_used = (subset >> j & 1U) != 0;
+        is_allowed = is_allowed && (!is_used || allowed[static_cast<std::size_t>(j)]);
+        used[j] = is_used ? 1.0 : 0.0;
+      }
+      if (!is_allowed) continue;
+      matrix = used.asDiagonal() * matrix * used.asDiagonal();
+      matrix.diagonal() += NoiseStrengths::Ones() - used;
+      const Eigen::LLT<Normal> factored(matrix);
+      const NoiseStrengths solution = factored.solve(used.cwiseProduct(right));
+      // The misfit falls by this much against no terms at all.
+      const double gain = solution.dot(right);
+      if (!(gain > most) || factored.info() != Eigen::Success || !IsValid(solution)) continue;
+      if (solution[kQ] < 0.0 && !((basis_ * scale.cwiseProduct(solution)).minCoeff() > 0.0))
+        continue;
+      most = gain;
+      best = scale.cwiseProduct(solution);
+      best_inverse = scale.asDiagonal() * Normal(factored.solve(Normal(used.asDiagonal()))) *
+                     scale.asDiagonal();
+    }
+    *inverse = best_inverse;
+    return best;
+  }
+
+  bool IsValid(const NoiseStrengths& strengths) const {
+    return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0;
+  }
+
   const AllanCovariance& covariance_;
-  Eigen::Index first_;
+  FactorRange range_;
   Eigen::VectorXd variances_;
   Eigen::VectorXd relative_;
   Basis basis_;
@@ -207,6 +243,49 @@ double FreedomsOf(double strength, double sigma) {
 Interval IntervalOf(double strength, double sigma) {
   return ChiSquareInterval(strength, FreedomsOf(strength, sigma));
 }
+
+/// The fit of one range.
+struct Candidate {
+  Candidate(const std::vector<AllanFactor>& factors,
+            const Eigen::VectorXd& variances,
+            const AllanCovariance& covariance,
+            const FactorRange& of_range)
+      : range(of_range),
+        problem(factors, variances, covariance, of_range),
+        fit(problem.FitShown()),
+        worst(problem.Worst(fit.strengths)),
+        in_filter(problem.IsInFilter(fit.strengths)),
+        by_chance(!in_filter && problem.IsByChance(fit)) {}
+
+  bool IsTolerable() const { return worst <= 1.0 && !in_filter; }
+
+  AllanFit Finish() const {
+    AllanFit result;
+    result.strengths = fit.strengths;
+    result.range = range;
+    result.misfit = problem.Misfit(fit);
+    result.follows = worst <= 1.0;
+    result.by_chance = by_chance;
+    for (int j = 0; j < kNoiseTerms; ++j) {
+      if (!(fit.strengths[j] > 0.0) || (j == kN && in_filter)) continue;
+      const double sigma = result.misfit * problem.Sigma(fit, j, fit.strengths);
+      if (FreedomsOf(fit.strengths[j], sigma) < kFewestFreedoms) continue;
+      const bool is_seen =
+          j != kQ || range.begin == 0 ||
+          (range.begin <= kLatestQuantisation && fit.strengths[j] > kShownSigmas * sigma);
+      if (!is_seen) continue;
+      result.shown[static_cast<std::size_t>(j)] = IntervalOf(fit.strengths[j], sigma);
+    }
+    return result;
+  }
+
+  FactorRange range;
+  Problem problem;
+  LinearFit fit;
+  double worst;    ///< Furthest point, in units of what is tolerated.
+  bool in_filter;  ///< So that white noise is not to be told.
+  bool by_chance;
+};
 
 }  // namespace
 
@@ -252,61 +331,85 @@ FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::Vect
 AllanFit FitNoises(const std::vector<AllanFactor>& factors,
                    const Eigen::VectorXd& variances,
                    const AllanCovariance& covariance) {
-  AllanFit best;
-  if (variances.size() == 0 || !(variances.minCoeff() > 0.0)) return best;
-  LinearFit best_fit;
-  double best_worst = std::numeric_limits<double>::infinity();
-  for (Eigen::Index first = 0;; ++first) {
-    const Problem problem(factors, variances, covariance, first);
-    LinearFit fit = problem.FitShown();
-    const double worst = problem.Worst(fit.strengths);
-    if (worst < best_worst) {
-      best_worst = worst;
-      best.first = first;
-      best_fit = std::move(fit);
+  if (variances.size() == 0 || !(variances.minCoeff() > 0.0)) return {};
+  // The first start from which on chance explains all points, else the first tolerated one, else
+  // the best.
+  std::optional<Candidate> best;
+  for (FactorRange range{0, variances.size()};; ++range.begin) {
+    const bool is_late = factors[static_cast<std::size_t>(range.begin)].m > kLatestFilter;
+    if (best && best->IsTolerable() && is_late) break;
+    Candidate candidate(factors, variances, covariance, range);
+    const bool is_settled = candidate.by_chance || (is_late && candidate.IsTolerable());
+    if (is_settled || !best ||
+        (!best->IsTolerable() && (candidate.IsTolerable() || candidate.worst < best->worst))) {
+      best.emplace(std::move(candidate));
     }
-    if (best_worst <= 1.0 || variances.size() - first <= kFewestPoints) break;
+    if (is_settled) break;
+    if (variances.size() - range.begin <= kFewestPoints) break;
   }
-  best.follows = best_worst <= 1.0;
-  best.strengths = best_fit.strengths;
-  const Problem problem(factors, variances, covariance, best.first);
-  best.misfit = problem.Misfit(best_fit);
-  for (int j = 0; j < kNoiseTerms; ++j) {
-    if (!(best.strengths[j] > 0.0)) continue;
-    const double sigma = best.misfit * problem.Sigma(best_fit, j, best_fit.strengths);
-    if (FreedomsOf(best.strengths[j], sigma) < kFewestFreedoms) continue;
-    best.shown[static_cast<std::size_t>(j)] = IntervalOf(best.strengths[j], sigma);
+  return best->Finish();
+}
+
+std::optional<AllanFit> FitWidestWhite(const std::vector<AllanFactor>& factors,
+                                       const Eigen::VectorXd& variances,
+                                       const AllanCovariance& covariance) {
+  const auto m = [&](Eigen::Index i) { return factors[static_cast<std::size_t>(i)].m; };
+  if (variances.size() == 0 || !(variances.minCoeff() > 0.0)) return std::nullopt;
+  std::optional<AllanFit> widest;
+  double width = kLeastWidth;
+  for (FactorRange range; range.begin < variances.size(); ++range.begin) {
+    // A wider one need not be looked for where a narrower one is not described.
+    for (range.end = std::max(range.end, range.begin + kFewestPoints);
+         range.end <= variances.size();
+         ++range.end) {
+      const double reached =
+          static_cast<double>(m(range.end - 1)) / static_cast<double>(m(range.begin));
+      if (reached < width) continue;
+      const Candidate candidate(factors, variances, covariance, range);
+      if (!candidate.by_chance) break;
+      AllanFit fit = candidate.Finish();
+      bool has_white = false;
+      for (Eigen::Index i = range.begin; i < range.end; ++i) {
+        has_white = has_white || IsMostlyWhite(fit, m(i));
+      }
+      if (!has_white || !fit.shown[static_cast<std::size_t>(kN)]) continue;
+      width = reached * (1.0 + 1e-9);
+      widest = std::move(fit);
+    }
   }
-  return best;
+  return widest;
+}
+
+bool IsMostlyWhite(const AllanFit& fit, std::int64_t m) {
+  const NoiseStrengths parts =
+      fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(m)));
+  return parts[kN] > 0.0 && parts[kN] >= 0.5 * parts.cwiseAbs().sum();
 }
 
 Interval FitWhite(const std::vector<AllanFactor>& factors,
                   const Eigen::VectorXd& variances,
                   const AllanCovariance& covariance,
-                  const NoiseStrengths& strengths,
-                  Eigen::Index begin,
-                  Eigen::Index end) {
-  const Eigen::Index count = end - begin;
-  Eigen::VectorXd estimates(count), weights(count);
+                  const FactorRange& range) {
+  const Eigen::Index count = range.end - range.begin;
+  Eigen::VectorXd m(count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const auto m = static_cast<double>(factors[static_cast<std::size_t>(begin + i)].m);
-    estimates[i] = variances[begin + i] * m;
-    weights[i] = 1.0 / (covariance.Variance(begin + i, strengths) * m * m);
+    m[i] = static_cast<double>(factors[static_cast<std::size_t>(range.begin + i)].m);
   }
+  // All of one white noise: the weights do not depend on its strength.
+  NoiseStrengths white = NoiseStrengths::Zero();
+  white[kN] = 1.0;
+  const Eigen::MatrixXd unit =
+      m.asDiagonal() * covariance.Matrix(range.begin, range.end, white) * m.asDiagonal();
+  const Eigen::VectorXd estimates = m.cwiseProduct(variances.segment(range.begin, count));
+  Eigen::VectorXd weights = unit.diagonal().cwiseInverse();
   weights /= weights.sum();
   const double strength = weights.dot(estimates);
-  Eigen::VectorXd gains(count);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    gains[i] = weights[i] * static_cast<double>(factors[static_cast<std::size_t>(begin + i)].m);
-  }
-  const Eigen::MatrixXd matrix = covariance.Matrix(begin, strengths).topLeftCorner(count, count);
-  double variance = gains.dot(matrix * gains);
+  double variance = strength * strength * weights.dot(unit * weights);
   if (count > 1) {
     // A range that is not of slope -1/2 throughout says by its scatter how wrong the strength may
     // be. Chance alone reaches four times the expected scatter in one case of a hundred.
     const double scatter = weights.dot((estimates.array() - strength).square().matrix());
-    const double expected =
-        (matrix.diagonal().array() * gains.array().square() / weights.array()).sum() - variance;
+    const double expected = strength * strength * weights.dot(unit.diagonal()) - variance;
     if (scatter > 4.0 * expected && expected > 0.0) variance *= scatter / expected;
   }
   return IntervalOf(strength, std::sqrt(variance));

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -11,41 +13,54 @@
 
 namespace truetriad {
 
-/// The four noises fitted to one curve, samples one unit of time apart.
+/// Factors [begin, end).
+struct FactorRange {
+  Eigen::Index begin = 0, end = 0;
+};
+
+/// The four noises and a ramp fitted to one curve, samples one unit of time apart.
 struct AllanFit {
-  /// Strengths of the noises that the data show; zero for the others.
+  /// Strengths of the terms that the data show; zero for the others. That of quantisation is
+  /// negative when a filter takes noise from the short factors.
   NoiseStrengths strengths = NoiseStrengths::Zero();
   /// 95 % interval of each strength that is shown.
   std::array<std::optional<Interval>, kNoiseTerms> shown;
-  Eigen::Index first = 0;  ///< Factors before it do not follow the four noises and are left out.
-  double misfit = 1.0;  ///< Scatter about the fit over that expected; the intervals allow for it.
-  bool follows = true;  ///< The curve follows the four noises from `first` on.
+  FactorRange range;      ///< Factors outside do not follow the terms and are left out.
+  double misfit = 1.0;    ///< Scatter about the fit over that expected; the intervals allow for it.
+  bool follows = true;    ///< The curve follows the terms within `range`.
+  bool by_chance = true;  ///< And is no further from them than chance explains.
 };
 
 /// Fits sigma^2(m) = sum_j strengths_j h_j(m), strengths >= 0, with weights by the degrees of
-/// freedom and intervals from the covariance of the estimates. A noise is kept only when the curve
+/// freedom and intervals from the covariance of the estimates. A term is kept only when the curve
 /// cannot be explained without it.
 ///
-/// A sensor's filter takes noise from the shortest factors, which no sum of the four noises
-/// describes: the fit starts at the first factor from which on it describes all others.
-/// Quantisation is noise of the shortest factors and is looked for only when the fit holds them.
+/// A filter of any kind takes c/m^2 from white noise at factors beyond its memory: the strength of
+/// quantisation may be negative, so that the white noise is that below the filter's corner. Within
+/// its memory no sum describes the curve: the fit starts at the first factor from which on it
+/// describes all others. Quantisation is looked for only when the fit holds the shortest factors.
 AllanFit FitNoises(const std::vector<AllanFactor>& factors,
                    const Eigen::VectorXd& variances,
                    const AllanCovariance& covariance);
 
-/// White noise alone over the factors [begin, end), its covariance from the noises of `fit`.
+/// The same over the widest range of a decade or more, no further from the curve than chance
+/// explains and somewhere more white than all else: what is known of white noise when the curve
+/// ends otherwise than in noise, as a slow cycle makes it. nullopt: there is none.
+std::optional<AllanFit> FitWidestWhite(const std::vector<AllanFactor>& factors,
+                                       const Eigen::VectorXd& variances,
+                                       const AllanCovariance& covariance);
+
+/// Whether white noise is most of what `fit` says of factor `m`.
+bool IsMostlyWhite(const AllanFit& fit, std::int64_t m);
+
+/// White noise alone over the factors of `range`.
 Interval FitWhite(const std::vector<AllanFactor>& factors,
                   const Eigen::VectorXd& variances,
                   const AllanCovariance& covariance,
-                  const NoiseStrengths& strengths,
-                  Eigen::Index begin,
-                  Eigen::Index end);
+                  const FactorRange& range);
 
-/// Factors [begin, end) over which the curve has the slope -1/2 to within 0.1, half a decade at a
-/// time: the longest such part; begin == end when there is none.
-struct FactorRange {
-  Eigen::Index begin = 0, end = 0;
-};
+/// Factors over which the curve has the slope -1/2 to within 0.1, half a decade at a time: the
+/// longest such part; begin == end when there is none.
 FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances);
 
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.

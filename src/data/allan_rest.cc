@@ -12,6 +12,12 @@ namespace {
 // of Gaussian noise seven times their median once in 10^6. Both limits are twice that.
 constexpr double kVarianceRatio = 6.0;
 constexpr double kStepRatio = 14.0;
+// Where the mean wanders by more than the noise within a window, as a random walk does, the
+// variance of a window is nearly that of one Gaussian number: it reaches forty times its median
+// once in 10^10.
+constexpr double kWanderingVarianceRatio = 80.0;
+// Median over standard deviation of the size of a Gaussian number.
+constexpr double kMedianSize = 0.6745;
 
 }  // namespace
 
@@ -80,10 +86,13 @@ RestWatch::Verdict RestWatch::Judge() const {
   const double step = steps_.Median();
   // Steps of a smooth mean are compared with what the noise alone would make of them.
   const double expected_step =
-      std::max(step, 0.6745 * std::sqrt(2.0 * variance / static_cast<double>(window_)));
+      std::max(step, kMedianSize * std::sqrt(2.0 * variance / static_cast<double>(window_)));
+  const double step_sigma = step / kMedianSize;
+  const double variance_ratio =
+      step_sigma * step_sigma > variance ? kWanderingVarianceRatio : kVarianceRatio;
   Verdict verdict;
   verdict.windows = variances_.count();
-  const std::int64_t loud = variances_.CountAbove(kVarianceRatio * variance);
+  const std::int64_t loud = variances_.CountAbove(variance_ratio * variance);
   const std::int64_t stepped = steps_.CountAbove(kStepRatio * expected_step);
   verdict.disturbed = std::max(loud, stepped);
   verdict.worst_ns = stepped > 0 ? largest_step_.at_ns : largest_variance_.at_ns;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::array<double, 3> kSecondDifference = {1.0, -2.0, 1.0};
 constexpr auto kQ = static_cast<int>(NoiseTerm::kQuantisation);
+constexpr auto kR = static_cast<int>(NoiseTerm::kRamp);
 /// Factors further apart than this share so little of the spectrum that their estimates are
 /// independent: for white noise the correlation is below 0.03.
 constexpr std::int64_t kWidestRatio = 24;
@@ -57,6 +58,29 @@ std::map<std::int64_t, double> Quantisation(std::int64_t m, std::int64_t n) {
   return at_lag;
 }
 
+/// Integral of the product of two triangles of area one and half-widths m <= n that begin together.
+double TriangleOverlap(double m, double n) {
+  constexpr int kSteps = 32;
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double u = 2.0 * m * (i + 0.5) / kSteps;
+    sum += (m - std::abs(u - m)) / (m * m) * (n - std::abs(u - n)) / (n * n);
+  }
+  return sum * 2.0 * m / kSteps;
+}
+
+/// Covariance of the mean second differences of factors m <= n in a stretch, over m^2 n^2, times
+/// the second differences of both: that of the reading's change from one end to the other, each end
+/// averaged over a triangle. Flicker to leading order; quantisation has next to none.
+NoiseStrengths ChangeOverStretch(double m, double n, double span) {
+  NoiseStrengths covariance = NoiseStrengths::Zero();
+  covariance[static_cast<int>(NoiseTerm::kWhite)] = 2.0 * TriangleOverlap(m, n);
+  covariance[static_cast<int>(NoiseTerm::kFlicker)] =
+      (1.0 + std::log(1.0 + span / n)) / std::numbers::pi;
+  covariance[static_cast<int>(NoiseTerm::kWalk)] = span;
+  return covariance;
+}
+
 Eigen::Matrix<double, kNoiseTerms, kNoiseTerms> CovarianceForm(const AllanFactor& fine,
                                                                const AllanFactor& coarse) {
   const auto stretches = static_cast<double>(coarse.stretches);
@@ -87,8 +111,16 @@ Eigen::Matrix<double, kNoiseTerms, kNoiseTerms> CovarianceForm(const AllanFactor
     form.col(kQ) += pairs_at(lag) * value * covariance;
     form(kQ, kQ) += pairs_at(lag) * value * value;
   }
-  return form *
-         (2.0 * stretches / (static_cast<double>(fine.terms) * static_cast<double>(coarse.terms)));
+  form *= 2.0 * stretches / (static_cast<double>(fine.terms) * static_cast<double>(coarse.terms));
+
+  const auto m = static_cast<double>(fine.m), n = static_cast<double>(coarse.m);
+  const double starts = static_cast<double>(fine.terms * fine.stride) *
+                        static_cast<double>(coarse.terms * coarse.stride);
+  const NoiseStrengths with_ramp =
+      0.5 * stretches * m * m * n * n / starts * ChangeOverStretch(m, n, coarse_span);
+  form.row(kR) += with_ramp.transpose();
+  form.col(kR) += with_ramp;
+  return form;
 }
 
 }  // namespace
@@ -97,11 +129,11 @@ NoiseStrengths UnitAllanVariance(double m) {
   return {3.0 / (m * m),
           1.0 / m,
           2.0 * std::numbers::ln2 / std::numbers::pi,
-          m / 3.0 + 1.0 / (6.0 * m)};
+          m / 3.0 + 1.0 / (6.0 * m),
+          m * m / 2.0};
 }
 
-AllanCovariance::AllanCovariance(const std::vector<AllanFactor>& factors)
-    : size_(static_cast<Eigen::Index>(factors.size())) {
+AllanCovariance::AllanCovariance(const std::vector<AllanFactor>& factors) {
   for (std::size_t i = 0; i < factors.size(); ++i) {
     diagonal_.push_back(CovarianceForm(factors[i], factors[i]));
     for (std::size_t j = i + 1; j < factors.size(); ++j) {
@@ -117,16 +149,18 @@ double AllanCovariance::Variance(Eigen::Index i, const NoiseStrengths& strengths
   return strengths.dot(diagonal_[static_cast<std::size_t>(i)] * strengths);
 }
 
-Eigen::MatrixXd AllanCovariance::Matrix(Eigen::Index first, const NoiseStrengths& strengths) const {
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size_ - first, size_ - first);
-  for (Eigen::Index i = first; i < size_; ++i) {
-    matrix(i - first, i - first) = Variance(i, strengths);
+Eigen::MatrixXd AllanCovariance::Matrix(Eigen::Index begin,
+                                        Eigen::Index end,
+                                        const NoiseStrengths& strengths) const {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(end - begin, end - begin);
+  for (Eigen::Index i = begin; i < end; ++i) {
+    matrix(i - begin, i - begin) = Variance(i, strengths);
   }
   for (const Pair& pair : pairs_) {
-    if (pair.i < first) continue;
+    if (pair.i < begin || pair.j >= end) continue;
     const double covariance = strengths.dot(pair.form * strengths);
-    matrix(pair.i - first, pair.j - first) = covariance;
-    matrix(pair.j - first, pair.i - first) = covariance;
+    matrix(pair.i - begin, pair.j - begin) = covariance;
+    matrix(pair.j - begin, pair.i - begin) = covariance;
   }
   return matrix;
 }

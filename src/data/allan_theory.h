@@ -9,16 +9,16 @@
 
 namespace truetriad {
 
-/// The power-law noises of a rate. IEEE Std 952-1997, annex C.
-enum class NoiseTerm { kQuantisation = 0, kWhite = 1, kFlicker = 2, kWalk = 3 };
+/// The power-law noises of a rate, and its steady drift. IEEE Std 952-1997, annex C.
+enum class NoiseTerm { kQuantisation = 0, kWhite = 1, kFlicker = 2, kWalk = 3, kRamp = 4 };
 
-inline constexpr int kNoiseTerms = 4;
-/// Strength of each noise, indexed by NoiseTerm, as variances: Q^2, N^2, B^2, K^2 for samples one
-/// unit of time apart.
+inline constexpr int kNoiseTerms = 5;
+/// Strength of each term, indexed by NoiseTerm, as variances: Q^2, N^2, B^2, K^2, R^2 for samples
+/// one unit of time apart.
 using NoiseStrengths = Eigen::Matrix<double, kNoiseTerms, 1>;
 
-/// Allan variance at averaging factor `m` of each noise of strength one, samples one unit of time
-/// apart: 3/m^2, 1/m, 2 ln 2/pi and m/3 + 1/(6 m). The last is that of a walk that is sampled, as
+/// Allan variance at averaging factor `m` of each term of strength one, samples one unit of time
+/// apart: 3/m^2, 1/m, 2 ln 2/pi, m/3 + 1/(6 m) and m^2/2. The walk is one that is sampled, as
 /// sensors and simulators do; the textbook's m/3 is that of a walk averaged over each sample.
 NoiseStrengths UnitAllanVariance(double m);
 
@@ -31,7 +31,7 @@ struct AllanFactor {
 };
 
 /// The covariance of the estimated Allan variances of one log, at all factors, for any mixture of
-/// the four noises.
+/// the four noises and a ramp.
 ///
 /// The second differences d of the summed readings x are Gaussian and stationary, and
 ///
@@ -42,15 +42,19 @@ struct AllanFactor {
 /// two means of squares is twice the mean of the squared covariances over all pairs of terms.
 /// C. Greenhall and W. Riley, "Uncertainty of stability variances based on finite differences",
 /// PTTI 2003; the same theory as NIST SP 1065's degrees of freedom, without their approximations,
-/// for mixtures, and also between factors. The stretches are taken as equally long.
+/// for mixtures, and also between factors. The stretches are taken as equally long. A ramp R t adds
+/// R m^2 to each d_m, which is not random, but times the mean of the noise in d_m is; that mean is
+/// known from the two ends of a stretch.
 class AllanCovariance {
  public:
   explicit AllanCovariance(const std::vector<AllanFactor>& factors);
 
   /// Variance of the estimate at factor i.
   double Variance(Eigen::Index i, const NoiseStrengths& strengths) const;
-  /// Covariance of all estimates from factor `first` on.
-  Eigen::MatrixXd Matrix(Eigen::Index first, const NoiseStrengths& strengths) const;
+  /// Covariance of the estimates at factors [begin, end).
+  Eigen::MatrixXd Matrix(Eigen::Index begin,
+                         Eigen::Index end,
+                         const NoiseStrengths& strengths) const;
 
  private:
   /// The covariance is quadratic in the strengths: strengths^T * form * strengths.
@@ -60,7 +64,6 @@ class AllanCovariance {
     Form form = Form::Zero();
   };
 
-  Eigen::Index size_;
   std::vector<Form> diagonal_;
   std::vector<Pair> pairs_;  ///< i < j; pairs far apart are left out as uncorrelated.
 };

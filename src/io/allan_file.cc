@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::string_view kFormat = "truetriad/allan/1";
 constexpr std::string_view kAxes = "xyz";
+constexpr std::string_view kAtRest = "at_rest", kNotAtRest = "not_at_rest";
 
 // ---------------------------------------------------------------------------------------- writing
 
@@ -70,6 +71,8 @@ void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, do
 void WriteTriad(YamlText& out, const AllanTriad& triad) {
   out << "  " << TriadName(triad.triad) << ":\n    unit: " << Quoted{triad.unit.name} << "\n";
   if (triad.si_per_count) out << "    si_per_count: " << *triad.si_per_count << "\n";
+  out << "    status: " << (triad.at_rest() ? kAtRest : kNotAtRest) << "\n";
+  if (!triad.at_rest()) out << "    disturbance: " << Quoted{triad.disturbance} << "\n";
   out << "    rate_hz: " << triad.rate_hz << "\n    samples: " << triad.samples
       << "\n    duration_s: " << triad.duration_s
       << "\n    filled_samples: " << triad.filled_samples << "\n    breaks: " << triad.breaks
@@ -186,6 +189,15 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
   }
   double si_per_count = 0.0;
   if (reader.Optional("si_per_count", &si_per_count)) triad->si_per_count = si_per_count;
+  std::string status(kAtRest);
+  reader.Optional("status", &status);
+  if (status == kNotAtRest) {
+    if (reader.Require("disturbance", &triad->disturbance) && triad->disturbance.empty()) {
+      reader.Child("disturbance").Fail("is empty; say what disturbed the unit");
+    }
+  } else if (status != kAtRest) {
+    reader.Child("status").Fail("is `" + status + "`; `at_rest` or `not_at_rest` is expected");
+  }
   if (reader.Require("rate_hz", &triad->rate_hz) && !(triad->rate_hz > 0.0)) {
     reader.Child("rate_hz").Fail("must be above zero");
   }
@@ -204,6 +216,14 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
     }
     axes.RejectUnknown();
   }
+  for (const AllanAxis& axis : triad->axes) {
+    if (triad->at_rest() || !(axis.white_density || axis.white_sigma_sample || axis.instability ||
+                              axis.random_walk || axis.quantisation)) {
+      continue;
+    }
+    reader.Child("axes").Fail(
+        "has coefficients of a sensor that was not at rest; none are expected");
+  }
   reader.RejectUnknown();
 }
 
@@ -212,7 +232,8 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
 std::string AllanToYaml(const AllanResult& result) {
   YamlText out;
   out << "# Allan deviation with 95 % intervals; coefficients as in IEEE Std 952-1997, annex C. A\n"
-         "# coefficient that the data do not show is left out. `..._sample`: the same noise in "
+         "# coefficient that the data do not show is left out, and all of a sensor that is\n"
+         "# not_at_rest. `..._sample`: the same noise in "
          "one\n"
          "# sample. Points: tau [s], deviation, low, high, degrees of freedom, terms averaged.\n"
       << "format: " << kFormat << "\nsource: " << Quoted{result.source}

@@ -285,7 +285,8 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,
-                                              const ProgressCallback& progress) {
+                                              const ProgressCallback& progress,
+                                              const std::function<bool()>& stop) {
   CorrectedLogSummary summary;
   Result<std::vector<Channel>> channels = MakeChannels(source.info(), calibration, &summary);
   TRUETRIAD_RETURN_IF_ERROR(channels);
@@ -295,6 +296,7 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
   std::string text = rows.Header();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
+    if (stop && stop()) return BadInputError(path + ": not written: stopped before the end");
     const Result<bool> more = source.Next(&blocks);
     TRUETRIAD_RETURN_IF_ERROR(more);
     at_end = !*more;

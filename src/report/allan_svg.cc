@@ -276,7 +276,7 @@ std::string AllanSvg(const AllanResult& result) {
       for (const AllanCoefficient& coefficient : coefficients) {
         panel.DrawSlope(coefficient, Reach(coefficient, axis));
       }
-      panel.DrawFrame(name);
+      panel.DrawFrame(triad.at_rest() ? name : name + ": NOT AT REST");
       panel.DrawLegend(coefficients);
       svg.Text(left + kPanelWidth / 2.0, top + kPanelHeight + 33.0, "tau [s]", "middle");
     }

@@ -113,6 +113,7 @@ std::string TriadText(const AllanTriad& triad) {
   if (scale.shown_per_raw != 1.0) {
     title += "; 1 count = " + Significant(scale.shown_per_raw, 6) + " " + scale.unit;
   }
+  if (!triad.at_rest()) return Wrapped(title + ": not at rest, no coefficients", 0);
 
   table.AddCoefficient('N', "noise density", scale.unit + "/√Hz");
   table.Add("one sample", scale.shown_per_raw, scale.unit, [](const AllanAxis& axis) {
@@ -154,7 +155,7 @@ std::string Notes(const AllanResult& result) {
   for (const char symbol : {'N', 'B', 'K', 'Q'}) {
     for (const AllanTriad& triad : result.triads) {
       for (const AllanAxis& axis : triad.axes) {
-        bool seen = axis.points.empty();
+        bool seen = axis.points.empty() || !triad.at_rest();
         for (const AllanCoefficient& coefficient : Coefficients(axis, ShownScale(triad))) {
           seen = seen || coefficient.symbol == symbol;
           bound = bound || coefficient.upper_bound;
@@ -189,6 +190,18 @@ std::string AllanText(const AllanResult& result) {
   std::string text = "Allan deviation of " + result.source +
                      (result.serial.empty() ? "" : ", unit " + result.serial) + "\n";
   text = Wrapped(text, 0);
+  std::string verdict;
+  for (const AllanTriad& triad : result.triads) {
+    if (triad.at_rest()) continue;
+    verdict += Wrapped(
+        "NOT AT REST: " + std::string(TriadName(triad.triad)) + ": " + triad.disturbance, 0);
+  }
+  if (!verdict.empty()) {
+    text = verdict +
+           "No coefficients are stated of what was not at rest: they would be those of the "
+           "motion.\n\n" +
+           text;
+  }
   std::string warnings;
   for (const AllanTriad& triad : result.triads) {
     text += "\n" + TriadText(triad);

@@ -8,7 +8,9 @@
 #include <numbers>
 #include <string_view>
 
+#include "sim/surroundings.h"
 #include "sim/timeline.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
@@ -43,6 +45,7 @@ class Problems {
   }
   void Finite(bool finite, const std::string& name) { Require(finite, name + " must be finite"); }
 
+  void Add(const Problems& others) { Require(others.empty(), others.text_); }
   bool empty() const { return text_.empty(); }
   Status status() const { return text_.empty() ? Status() : BadInputError(text_); }
 
@@ -79,7 +82,10 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
   problems->Require(sampling.dropout >= 0.0 && sampling.dropout < 1.0,
                     name + " dropout is " + Number(sampling.dropout) +
                         "; it must be a probability, at least 0 and below 1");
-  problems->Finite(std::isfinite(sampling.clock_offset_s), name + " clock offset");
+  constexpr double kFurthestS = 1e6;  // Twelve days: a clock that was never set starts at zero.
+  problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestS,
+                    name + " clock offset is " + Number(sampling.clock_offset_s) +
+                        " s; at most 1e6 s either way are expected");
 }
 
 void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
@@ -120,6 +126,9 @@ void CheckSeesWorld(Triad triad,
   const double low = (sensor.nominal.bias - reach).minCoeff();
   const double high = (sensor.nominal.bias + reach).maxCoeff();
   problems->Require(
+      std::isfinite(low) && std::isfinite(high),
+      name + ": its readings at rest are beyond all numbers; lower its bias or gains");
+  problems->Require(
       !sensor.range_raw || ((*sensor.range_raw)[0] <= low && high <= (*sensor.range_raw)[1]),
       name + " range is " + RangeText(sensor.range_raw.value_or(Eigen::Vector2d::Zero())) +
           " in readings; at rest they reach from " + Number(low) + " to " + Number(high) +
@@ -130,9 +139,33 @@ void CheckSeesWorld(Triad triad,
                         Number(reach.minCoeff()) + " from the bias, so that nothing would be seen");
 }
 
+/// Mistakes in the unit are powers of ten away from what there is on a planet.
+void CheckWorld(const SimulatedWorld& world, Problems* problems) {
+  problems->Require(world.gravity_mps2 >= 1.5 && world.gravity_mps2 <= 30.0,
+                    "gravity is " + Number(world.gravity_mps2) +
+                        " m/s^2; 1.5 to 30 are expected: 1 g, 980.665 Gal and 980665 mGal are "
+                        "9.80665 m/s^2");
+  problems->Require(world.field_ut == 0.0 || (world.field_ut >= 1.0 && world.field_ut <= 1000.0),
+                    "field strength is " + Number(world.field_ut) +
+                        " uT; 1 to 1000 are expected: 48000 nT, 480 mG and 0.48 G are 48 uT");
+  problems->Require(std::abs(world.dip_rad) <= 0.5 * std::numbers::pi,
+                    "the dip is beyond 90 degrees");
+  problems->Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
+                                         std::isfinite(world.earth_rate->declination_rad)),
+                   "latitude and declination");
+}
+
+/// Rate at which a gyroscope states the mean since its last sample; unset without one that does.
+std::optional<double> MeanRateHz(const Scenario& scenario) {
+  const auto& gyroscope = scenario.sensors[Triad::kGyroscope];
+  if (!gyroscope || gyroscope->gyroscope_output != GyroscopeOutput::kMeanRate) return std::nullopt;
+  return gyroscope->sampling.rate_hz;
+}
+
 struct CheckStep {
-  std::string name;   ///< "motion step 2".
-  double slowest_hz;  ///< Rate of the slowest sensor.
+  std::string name;                    ///< "motion step 2".
+  double slowest_hz;                   ///< Rate of the slowest sensor.
+  std::optional<double> mean_rate_hz;  ///< MeanRateHz.
   Problems* problems;
 
   void operator()(const PosesStep& step) const {
@@ -162,6 +195,8 @@ struct CheckStep {
     problems->Require(step.turns != 0.0 && std::isfinite(step.turns), name + " turns by nothing");
     problems->Positive(step.duration_s, name + " duration");
     problems->NotNegative(step.rest_s, name + " rest");
+    constexpr double kPeakOfMinimumJerk = 1.875;  // Over the mean.
+    CheckFastest(kPeakOfMinimumJerk * 2.0 * std::numbers::pi * step.turns / step.duration_s);
   }
   void operator()(const RateStep& step) const {
     CheckAxis(step.axis_in_body);
@@ -170,6 +205,7 @@ struct CheckStep {
       problems->Require(
           rate_radps != 0.0 && std::isfinite(rate_radps),
           name + " has a rate of " + Number(rate_radps) + "; a turntable at rest is a pose");
+      CheckFastest(rate_radps);
     }
     problems->Positive(step.hold_s, name + " hold");
     problems->Positive(step.ramp_s, name + " ramp");
@@ -178,11 +214,27 @@ struct CheckStep {
   void operator()(const TumbleStep& step) const {
     problems->Positive(step.duration_s, name + " duration");
     problems->Positive(step.rms_rate_radps, name + " RMS rate");
+    // Three rates of a third of the mean square each, all at their peaks and about one axis.
+    CheckFastest(std::sqrt(6.0) * step.rms_rate_radps);
   }
 
  private:
   void CheckAxis(const Eigen::Vector3d& axis) const {
     problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis without length");
+  }
+
+  /// Attitudes alone do not tell a turn by an angle from one the other way round to the same end.
+  void CheckFastest(double rate_radps) const {
+    if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
+    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+    const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
+    problems->Require(turn_rad < std::numbers::pi,
+                      name + " turns at up to " + Number(std::abs(rate_radps) * kDegPerRad) +
+                          " deg/s, which is " + Number(turn_rad * kDegPerRad) +
+                          " deg in one sampling interval of the gyroscope at " +
+                          Number(*mean_rate_hz) +
+                          " Hz; a mean rate needs less than half a turn: sample faster, turn "
+                          "slower, or write `output: instantaneous`");
   }
 };
 
@@ -214,17 +266,24 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
       !has_profile || temperature.soak_degc.empty(),
       "a temperature profile and soak temperatures exclude each other; to drop that of a base, "
       "write `profile: []` or `soak_degc: []`");
-  const auto asks_for_temperature = [](const MotionStep& step) {
-    const auto* const poses = std::get_if<PosesStep>(&step);
-    return poses != nullptr &&
-           std::any_of(poses->poses.begin(), poses->poses.end(), [](auto& pose) {
-             return pose.temperature_degc.has_value();
-           });
-  };
-  problems->Require(
-      !has_profile ||
-          std::none_of(scenario.motion.begin(), scenario.motion.end(), asks_for_temperature),
-      "poses that ask for a temperature and a temperature profile exclude each other");
+  for (std::size_t k = 0; k < scenario.motion.size(); ++k) {
+    const auto* const poses = std::get_if<PosesStep>(&scenario.motion[k]);
+    const bool asks_for_temperature =
+        poses != nullptr && std::any_of(poses->poses.begin(), poses->poses.end(), [](auto& pose) {
+          return pose.temperature_degc.has_value();
+        });
+    if (!asks_for_temperature) continue;
+    const std::string name = "motion step " + std::to_string(k + 1);
+    problems->Require(!has_profile,
+                      name +
+                          " has poses with temperatures of their own; that and a temperature "
+                          "profile exclude each other");
+    problems->Require(temperature.soak_degc.empty(),
+                      name +
+                          " has poses with temperatures of their own, and `soak_degc` would go "
+                          "through all of them at each soak; remove `soak_degc`, or write "
+                          "`soak_degc: []` to drop that of a base");
+  }
   for (const double degc : temperature.soak_degc) {
     problems->Finite(std::isfinite(degc), "a soak temperature");
   }
@@ -268,16 +327,55 @@ struct CheckDisturbance {
   }
 };
 
-std::optional<int> RestOf(const Disturbance& disturbance) {
+DisturbanceTime TimeOf(const Disturbance& disturbance) {
   return std::visit(
-      [](const auto& what) -> std::optional<int> {
+      [](const auto& what) -> DisturbanceTime {
         if constexpr (requires { what.when; }) {
-          return what.when.rest;
+          return what.when;
         } else {
-          return what.rest;
+          return {what.rest, 0.0};
         }
       },
       disturbance);
+}
+
+/// A guard against a slip of the keyboard, before there is memory for each of them.
+void CheckRests(const Scenario& scenario, Problems* problems) {
+  struct Count {
+    std::size_t operator()(const PosesStep& step) const { return step.poses.size(); }
+    std::size_t operator()(const TurnStep& /*step*/) const { return 1; }
+    std::size_t operator()(const RateStep& step) const { return step.rates_radps.size(); }
+    std::size_t operator()(const TumbleStep& /*step*/) const { return 0; }
+  };
+  constexpr std::size_t kMostRests = 300000;
+  const std::size_t soaks = std::max<std::size_t>(scenario.temperature.soak_degc.size(), 1);
+  std::size_t rests = 0;
+  for (const MotionStep& step : scenario.motion) rests += std::visit(Count(), step);
+  problems->Require(rests * soaks <= kMostRests,
+                    "the motion has " + std::to_string(rests) + " rests, " + std::to_string(soaks) +
+                        " times over; at most " + std::to_string(kMostRests) + " are simulated");
+}
+
+/// A gain that is zero at some temperature measures nothing there.
+void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Problems* problems) {
+  constexpr int kSteps = 64;  // Polynomials of the third order turn twice.
+  for (const Triad triad : kTriads) {
+    if (!scenario.sensors[triad] || !scenario.sensors[triad]->thermal) continue;
+    const SimulatedTriad& sensor = *scenario.sensors[triad];
+    const Eigen::Array3d nominal = sensor.nominal.sensitivity.diagonal();
+    for (int i = 0; i <= kSteps; ++i) {
+      const double degc = range_degc[0] + (range_degc[1] - range_degc[0]) * i / kSteps;
+      const TriadModel<double> model = ModelAtTemperature(sensor.nominal, *sensor.thermal, degc);
+      const Eigen::Array3d share = model.sensitivity.diagonal().array() / nominal;
+      if ((share > 0.0).all()) continue;
+      problems->Require(false,
+                        std::string(TriadName(triad)) + ": a gain is " + Number(share.minCoeff()) +
+                            " of its nominal size at " + Number(degc) +
+                            " degC, which is reached (" + RangeText(range_degc) +
+                            "); a gain keeps its sign: lower its temperature terms");
+      break;
+    }
+  }
 }
 
 /// What only the whole motion shows; needs values that are right one by one.
@@ -289,12 +387,19 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
                         " s; at most 1e8 s are simulated");
   const int rests = static_cast<int>(timeline.rests.size());
   for (std::size_t k = 0; k < scenario.disturbances.size(); ++k) {
-    const std::optional<int> rest = RestOf(scenario.disturbances[k]);
-    problems->Require(!rest || (*rest >= 1 && *rest <= rests),
-                      "disturbance " + std::to_string(k + 1) + " happens in rest " +
-                          std::to_string(rest.value_or(0)) + "; there are rests 1 to " +
-                          std::to_string(rests));
+    const std::string name = "disturbance " + std::to_string(k + 1);
+    const DisturbanceTime when = TimeOf(scenario.disturbances[k]);
+    const bool has_rest = !when.rest || (*when.rest >= 1 && *when.rest <= rests);
+    problems->Require(has_rest,
+                      name + " happens in rest " + std::to_string(when.rest.value_or(0)) +
+                          "; there are rests 1 to " + std::to_string(rests));
+    if (!has_rest) continue;
+    const double begin_s = SpanOf(when, 0.0, timeline.rests).begin_s;
+    problems->Require(begin_s < timeline.motion.duration_s(),
+                      name + " begins at " + Number(begin_s) + " s; the recording ends at " +
+                          Number(timeline.motion.duration_s()) + " s");
   }
+  CheckGains(scenario, ElementRange(scenario, timeline), problems);
 }
 
 }  // namespace
@@ -314,25 +419,24 @@ Status Scenario::Validate() const {
           sensors.begin(), sensors.end(), [](const auto& sensor) { return sensor.has_value(); }),
       "no sensor is simulated; at least one of accelerometer, gyroscope and "
       "magnetometer is needed");
+  Problems of_world;
+  CheckWorld(world, &of_world);
+  problems.Add(of_world);
   for (const Triad triad : kTriads) {
     if (!sensors[triad]) continue;
     CheckTriad(triad, *sensors[triad], &problems);
-    CheckSeesWorld(triad, *sensors[triad], world, &problems);
+    // Whatever does not fit a world that is wrong need not be wrong itself.
+    if (of_world.empty()) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
-  problems.Positive(world.gravity_mps2, "gravity");
-  problems.NotNegative(world.field_ut, "field strength");
-  problems.Require(std::abs(world.dip_rad) <= 0.5 * std::numbers::pi,
-                   "the dip is beyond 90 degrees");
-  problems.Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
-                                        std::isfinite(world.earth_rate->declination_rad)),
-                  "latitude and declination");
   double slowest_hz = std::numeric_limits<double>::infinity();
   for (const auto& sensor : sensors) {
     if (sensor) slowest_hz = std::min(slowest_hz, sensor->sampling.rate_hz);
   }
   problems.Require(!motion.empty(), "the motion has no steps");
   for (std::size_t k = 0; k < motion.size(); ++k) {
-    std::visit(CheckStep{"motion step " + std::to_string(k + 1), slowest_hz, &problems}, motion[k]);
+    std::visit(
+        CheckStep{"motion step " + std::to_string(k + 1), slowest_hz, MeanRateHz(*this), &problems},
+        motion[k]);
   }
   problems.NotNegative(first_rest_s, "the first rest");
   CheckTemperature(*this, &problems);
@@ -340,6 +444,7 @@ Status Scenario::Validate() const {
     std::visit(CheckDisturbance{*this, "disturbance " + std::to_string(k + 1), &problems},
                disturbances[k]);
   }
+  CheckRests(*this, &problems);
   if (problems.empty()) CheckTimeline(*this, &problems);
   return problems.status();
 }

@@ -64,6 +64,24 @@ RecordingFormat FormatOf(const Scenario& scenario) {
   return format;
 }
 
+/// Values that are finite one by one can still be too much together.
+Status CheckFinite(const SampleBlock& block) {
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    const double degc = block.temperature_degc.empty() ? 0.0 : block.temperature_degc[i];
+    if (std::isfinite(block.x[i]) && std::isfinite(block.y[i]) && std::isfinite(block.z[i]) &&
+        std::isfinite(degc)) {
+      continue;
+    }
+    return BadInputError("the " + std::string(TriadName(block.triad)) + " reads " +
+                         std::to_string(block.x[i]) + ", " + std::to_string(block.y[i]) + ", " +
+                         std::to_string(block.z[i]) + " at " + std::to_string(degc) + " degC, " +
+                         std::to_string(static_cast<double>(block.time_ns[i]) * 1e-9) +
+                         " s after the start; lower its gains, bias, noise, temperature terms or "
+                         "the disturbances");
+  }
+  return {};
+}
+
 class OneUnit : public Simulation {
  public:
   OneUnit(const Scenario& scenario, int index)
@@ -100,6 +118,7 @@ class OneUnit : public Simulation {
     SampleClock* const next = Slowest();
     if (next == nullptr) return false;
     next->Generate(blocks);
+    for (const SampleBlock& block : *blocks) TRUETRIAD_RETURN_IF_ERROR(CheckFinite(block));
     return true;
   }
 

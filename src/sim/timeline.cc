@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/timeline.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -199,6 +200,26 @@ class TimelineBuilder {
 
 Timeline MakeTimeline(const Scenario& scenario, int unit) {
   return TimelineBuilder(scenario, unit).Build();
+}
+
+Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline) {
+  // Between the chamber's turning points, which are looked at too, a 256th part of the recording is
+  // fine enough.
+  constexpr int kSteps = 256;
+  const double duration_s = timeline.motion.duration_s();
+  std::vector<double> times_s;
+  for (int i = 0; i <= kSteps; ++i) times_s.push_back(duration_s * i / kSteps);
+  for (const Chamber::Stretch& stretch : timeline.chamber.stretches()) {
+    if (stretch.begin_s < duration_s) times_s.push_back(stretch.begin_s);
+  }
+  std::sort(times_s.begin(), times_s.end());
+  LaggedTemperature element(timeline.chamber, scenario.temperature.element_lag_s);
+  Eigen::Vector2d range = Eigen::Vector2d::Constant(scenario.temperature.start_degc);
+  for (const double time_s : times_s) {
+    const double degc = element.At(time_s).degc;
+    range = {std::min(range[0], degc), std::max(range[1], degc)};
+  }
+  return range;
 }
 
 }  // namespace truetriad

@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "sim/chamber.h"
 #include "sim/motion.h"
 #include "truetriad/sim/scenario.h"
@@ -19,5 +21,8 @@ struct Timeline {
 
 /// Of unit `unit` of a valid scenario.
 Timeline MakeTimeline(const Scenario& scenario, int unit);
+
+/// Lowest and highest temperature of the sensing elements.
+Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline);
 
 }  // namespace truetriad

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <cstdio>
 
 #include "sim/seeds.h"
@@ -46,27 +45,6 @@ TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
     }
   }
   return triad;
-}
-
-/// Lowest and highest temperature of the elements. Between the chamber's turning points, where they
-/// are looked at too, a 256th part of the recording is fine enough.
-Eigen::Vector2d TemperatureRange(const Scenario& scenario, int index) {
-  const Timeline timeline = MakeTimeline(scenario, index);
-  const double duration_s = timeline.motion.duration_s();
-  constexpr int kSteps = 256;
-  std::vector<double> times_s;
-  for (int i = 0; i <= kSteps; ++i) times_s.push_back(duration_s * i / kSteps);
-  for (const Chamber::Stretch& stretch : timeline.chamber.stretches()) {
-    if (stretch.begin_s < duration_s) times_s.push_back(stretch.begin_s);
-  }
-  std::sort(times_s.begin(), times_s.end());
-  LaggedTemperature element(timeline.chamber, scenario.temperature.element_lag_s);
-  Eigen::Vector2d range = Eigen::Vector2d::Constant(scenario.temperature.start_degc);
-  for (const double time_s : times_s) {
-    const double degc = element.At(time_s).degc;
-    range = {std::min(range[0], degc), std::max(range[1], degc)};
-  }
-  return range;
 }
 
 /// The entries of one triad in the names and the order of a calibration's covariance.
@@ -149,7 +127,7 @@ Calibration TruthOf(const Scenario& scenario, int index) {
     sensor.si_per_count = simulated.si_per_count;
     sensor.noise.source = NoiseSource::kConfig;
     if (sensor.thermal) {
-      sensor.thermal->range_degc = TemperatureRange(scenario, index);
+      sensor.thermal->range_degc = ElementRange(scenario, MakeTimeline(scenario, index));
       truth.reference.temperature_degc = sensor.thermal->reference_degc;
     }
     NameParameters(triad, sensor, &truth.covariance.parameters);

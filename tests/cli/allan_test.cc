@@ -16,6 +16,8 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::StartsWith;
 
 /// A gyroscope at rest for `rows` samples at 100 Hz: N = 0.02 deg/s/√Hz.
 std::string RestingLog(int rows, bool with_time = true) {
@@ -56,6 +58,24 @@ TEST(Allan, WritesTheSameNumbersAsTextYamlAndPlotAndTheSameBytesAgain) {
   ASSERT_EQ(again.exit_code, 0);
   EXPECT_EQ(TemporaryFolder::Read(folder.Path("again/allan.yaml")), yaml);
   EXPECT_EQ(TemporaryFolder::Read(folder.Path("again/allan.svg")), plot);
+}
+
+TEST(Allan, ExitsWithThreeAndStatesNoCoefficientsWhenTheUnitMoved) {
+  const TemporaryFolder folder;
+  std::string text = RestingLog(20000);
+  // Knocked at 100 s.
+  const std::size_t line = text.find("\n100.000000,") + 1;
+  text.replace(line, text.find('\n', line) - line, "100.000000,50,50,50");
+  const std::string log = folder.Write("log.csv", text);
+  const Finished run = RunTruetriad({"allan", "--input=" + log, "--output=" + folder.Path("out")});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.out, StartsWith("NOT AT REST: gyroscope: the unit moved or was knocked"));
+  EXPECT_THAT(run.out, Not(HasSubstr("noise density")));
+  const std::string yaml = TemporaryFolder::Read(folder.Path("out/allan.yaml"));
+  EXPECT_THAT(yaml, HasSubstr("status: not_at_rest"));
+  EXPECT_THAT(yaml, Not(HasSubstr("noise_density:")));
+  EXPECT_THAT(TemporaryFolder::Read(folder.Path("out/allan.svg")),
+              HasSubstr("gyroscope x: NOT AT REST"));
 }
 
 TEST(Allan, NeedsARateForALogWithoutTime) {

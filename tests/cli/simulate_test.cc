@@ -190,6 +190,27 @@ TEST_F(SimulateVerb, LeavesNothingBehindWhenItIsInterrupted) {
   EXPECT_TRUE(!std::filesystem::exists(output) || std::filesystem::is_empty(output));
 }
 
+TEST_F(SimulateVerb, GivesASoakThatCalibratesToItsTruth) {
+  // settle_s in lags of the thermometer: ten, as shipped, and two.
+  for (const auto& [settle, verdict] : {std::pair("600", "AGREE"), std::pair("120", "DIFFER")}) {
+    ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml",
+                       "soak",
+                       {std::string("--set=temperature.settle_s=") + settle})
+                  .exit_code,
+              0);
+    const Finished calibrate = RunTruetriad({"calibrate",
+                                             "--config=" + kExperiments + "thermal-soak.yaml",
+                                             "--input=" + folder_.Path("soak/recording.yaml"),
+                                             "--set=poses.file=" + folder_.Path("soak/poses.yaml"),
+                                             "--output=" + folder_.Path("found")});
+    EXPECT_EQ(calibrate.exit_code, 0) << calibrate.out << calibrate.err;
+    const Finished compare = RunTruetriad({"compare",
+                                           "--a=" + folder_.Path("soak/truth.yaml"),
+                                           "--b=" + folder_.Path("found/calibration.yaml")});
+    EXPECT_THAT(compare.out, StartsWith(verdict)) << settle;
+  }
+}
+
 TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
   const Finished run = RunTruetriad({"inspect",
@@ -198,6 +219,37 @@ TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   // Twelve attitudes at each of five temperatures.
   EXPECT_THAT(run.out, HasSubstr("60 poses by given row ranges"));
+}
+
+TEST_F(SimulateVerb, TruthOfASoakIsComparedInEveryTermOfItsCalibration) {
+  // The thermometer follows at once: a late one would have the calibration about other
+  // temperatures.
+  ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml",
+                     "soak",
+                     {"--set=temperature.element_lag_s=0,temperature.thermometer_lag_s=0"})
+                .exit_code,
+            0);
+  const std::string experiment = folder_.Write(
+      "soak.yaml",
+      "experiment: 1\nreference: { temperature_degc: 25 }\nposes: { file: soak/poses.yaml }\n"
+      "sensors: { accelerometer: { thermal: { bias_order: 2, matrix_order: 1 } } }\n");
+  const Finished calibrated = RunTruetriad({"calibrate",
+                                            "--config=" + experiment,
+                                            "--input=" + folder_.Path("soak/recording.yaml"),
+                                            "--output=" + folder_.Path("found")});
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.err;
+  const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  // 12 at the reference, 6 of bias and 9 of gain over temperature.
+  EXPECT_EQ(found->covariance.parameters.size(), 27U);
+  const Finished compared = RunTruetriad({"compare",
+                                          "--a=" + folder_.Path("soak/truth.yaml"),
+                                          "--b=" + folder_.Path("found/calibration.yaml")});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_THAT(compared.out, HasSubstr("AGREE")) << compared.out;
+  for (const std::string& name : found->covariance.parameters) {
+    EXPECT_THAT(compared.out, HasSubstr(name));
+  }
 }
 
 TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
@@ -209,6 +261,22 @@ TEST_F(SimulateVerb, LeavesNothingPartialWhenAFileCannotBeWritten) {
   EXPECT_THAT(run.err, HasSubstr("B0003"));
   EXPECT_EQ(Read("fleet/B0003"), "in the way");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("fleet")), {}), 1);
+}
+
+TEST_F(SimulateVerb, ReplacesNeitherItsScenarioNorItsPoseProgram) {
+  const std::string program = "program: 1\nposes: [{ attitude: [1, 0, 0, 0] }]\n";
+  const std::string text =
+      "scenario: 1\nsensors: { accelerometer: {} }\n"
+      "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n";
+  folder_.Write("poses.yaml", program);
+  const Finished beside = Simulate(folder_.Write("scenario.yaml", text), ".");
+  EXPECT_EQ(beside.exit_code, 1);
+  EXPECT_THAT(beside.err, HasSubstr("is a pose program, which the rows of the rests would"));
+  EXPECT_EQ(Read("poses.yaml"), program);
+  const Finished over = Simulate(folder_.Write("truth.yaml", text), ".");
+  EXPECT_EQ(over.exit_code, 1);
+  EXPECT_THAT(over.err, HasSubstr("would replace the scenario by its truth.yaml"));
+  EXPECT_EQ(Read("truth.yaml"), text);
 }
 
 TEST_F(SimulateVerb, RefusesThreadsThatAreNone) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <filesystem>
 #include <sstream>
 #include <string>
 
@@ -84,6 +85,41 @@ TEST_F(TwoCalibrations, ApplyRefusesALogInAnotherUnit) {
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, AllOf(HasSubstr("counts"), HasSubstr("m/s^2")));
   EXPECT_FALSE(std::filesystem::exists(corrected));
+}
+
+TEST_F(TwoCalibrations, ApplyDoesNotReplaceTheLogThatAManifestNames) {
+  const std::string rows = "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n0,0,0,9.8\n";
+  const std::string log = folder_->Write("named.csv", rows);
+  const std::string manifest = folder_->Write(
+      "named.yaml",
+      "recording: 1\napplied: none\nstreams:\n  accelerometer: { file: named.csv, time: { column: "
+      "\"time[s]\", unit: s }, x: \"accel_x[m/s^2]\", y: \"accel_y[m/s^2]\", "
+      "z: \"accel_z[m/s^2]\", unit: m/s^2 }\n");
+  const Finished run = RunTruetriad(
+      {"apply", "--calibration=" + CalibrationFile(1), "--input=" + manifest, "--output=" + log});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("is an input of this call"));
+  EXPECT_EQ(TemporaryFolder::Read(log), rows);
+}
+
+TEST_F(TwoCalibrations, ApplyLeavesNothingBehindWhenItIsInterrupted) {
+  // Five million rows take seconds; the signal comes once the output has been begun.
+  const std::string folder = folder_->Path("interrupted");
+  std::filesystem::create_directories(folder);
+  const std::string log = folder_->Path("long.csv");
+  const Finished run = RunShell(
+      "{ { echo 'time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]'; "
+      "yes 1,0,0,9.8 | head -n 5000000; } >'" +
+      log + "'; '" TRUETRIAD_BINARY "' apply --calibration='" + CalibrationFile(1) + "' --input='" +
+      log + "' --output='" + folder +
+      "/corrected.csv' & apply=$!; "
+      "while kill -0 $apply && [ -z \"$(ls '" +
+      folder +
+      "')\" ]; do sleep 0.02; done; "
+      "kill -TERM $apply; wait $apply; echo $?; }");
+  EXPECT_EQ(run.out, "143\n") << run.err;
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+  std::filesystem::remove(log);
 }
 
 TEST_F(TwoCalibrations, EvaluateFindsTheOtherRecordingAsPredicted) {

@@ -325,6 +325,51 @@ TEST_F(ScenarioConfig, NamesTheLineOfWhatOnlyTheWholeScenarioShows) {
                     HasSubstr("scenario.yaml:9: disturbance 2 stops a accelerometer")));
 }
 
+TEST_F(ScenarioConfig, NamesTheLineOfATurnThatAMeanRateCannotTell) {
+  EXPECT_THAT(ErrorOf(kHead + "sensors: { gyroscope: { sampling: { rate_hz: 10 } } }\nmotion:\n"
+                              "  - turntable: { axis: z, rates_degps: [90] }\n"
+                              "  - turntable: { axis: z, rates_degps: [2000] }\n"),
+              AllOf(HasSubstr("scenario.yaml:5: motion step 2 turns at up to 2000 deg/s"),
+                    HasSubstr("write `output: instantaneous`")));
+}
+
+TEST_F(ScenarioConfig, NamesTheLineOfMistakesInTheUnitsOfTheWorld) {
+  EXPECT_THAT(ErrorOf(kHead + kSensors + kMotion +
+                      "world:\n  gravity_mps2: 980665\n  field: { strength_ut: 48000 }\n"),
+              AllOf(HasSubstr("scenario.yaml:5: gravity is 980665 m/s^2"),
+                    HasSubstr("scenario.yaml:6: field strength is 48000 uT")));
+}
+
+TEST_F(ScenarioConfig, RefusesSoaksOfAProgramThatHasTemperatures) {
+  folder_.Write("program.yaml",
+                "program: 1\nposes: [{ attitude: [1, 0, 0, 0], temperature_degc: 30 }]\n");
+  EXPECT_THAT(ErrorOf(kHead + kSensors +
+                      "motion:\n  - poses: { attitudes: { file: program.yaml } }\n"
+                      "temperature: { soak_degc: [0, 20] }\n"),
+              AllOf(HasSubstr("scenario.yaml:4: motion step 1 has poses with temperatures"),
+                    HasSubstr("remove `soak_degc`")));
+}
+
+TEST_F(ScenarioConfig, RefusesMoreRoundsThanItWouldGo) {
+  EXPECT_THAT(
+      ErrorOf(kHead + kSensors +
+              "motion:\n  - poses:\n      attitudes: cube\n"
+              "      rounds: 5000\n"),
+      AllOf(HasSubstr("scenario.yaml:6: motion[0].poses.rounds: 5000 rounds of 24 poses are too"),
+            HasSubstr("at most 100000 poses")));
+}
+
+TEST_F(ScenarioConfig, TakesNoRowsOfPosesForAProgram) {
+  std::string rows = "poses:\n";
+  for (int i = 0; i < 20; ++i) rows += "  - { first: 0, last: 9, id: \"1\" }\n";
+  folder_.Write("poses.yaml", rows);
+  const std::string error =
+      ErrorOf(kHead + kSensors + "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n");
+  EXPECT_THAT(error, HasSubstr("poses.yaml:1: program: is missing, so that this is no pose"));
+  // One line for the file; another of the motion, which is then empty.
+  EXPECT_LE(std::count(error.begin(), error.end(), '\n'), 1) << error;
+}
+
 TEST_F(ScenarioConfig, RefusesRestsTooShortForTwoSamples) {
   EXPECT_THAT(
       ErrorOf(kHead + "sensors: { accelerometer: { sampling: { rate_hz: 1 } } }\n"

@@ -135,7 +135,7 @@ TEST(AllanTheory, GivesTheDegreesOfFreedomOfTheTextbook) {
     const std::int64_t phases = 10001;
     const std::vector<AllanFactor> factors = {
         {.m = m, .stride = 1, .terms = phases - 2 * m, .stretches = 1}};
-    const NoiseStrengths white(0.0, 1.0, 0.0, 0.0);
+    const NoiseStrengths white(0.0, 1.0, 0.0, 0.0, 0.0);
     const double expected = UnitAllanVariance(static_cast<double>(m)).dot(white);
     const double freedoms = 2.0 * expected * expected / AllanCovariance(factors).Variance(0, white);
     const double N = static_cast<double>(phases), M = static_cast<double>(m);
@@ -169,8 +169,9 @@ TEST(AllanTheory, PredictsTheScatterOfEstimatesAndTheirCorrelation) {
     }
     estimates.row(run) = curve.variances().transpose();
   }
-  const NoiseStrengths noises(0.0, 1.0, 0.0, 0.05 * 0.05);
-  const Eigen::MatrixXd predicted = AllanCovariance(factors).Matrix(0, noises);
+  const NoiseStrengths noises(0.0, 1.0, 0.0, 0.05 * 0.05, 0.0);
+  const Eigen::MatrixXd predicted =
+      AllanCovariance(factors).Matrix(0, static_cast<Eigen::Index>(factors.size()), noises);
   const Eigen::MatrixXd centred = estimates.rowwise() - estimates.colwise().mean();
   const Eigen::MatrixXd seen = centred.transpose() * centred / (kRuns - 1.0);
   for (Eigen::Index i = 0; i < predicted.rows(); ++i) {
@@ -315,22 +316,44 @@ TEST(AnalyseAllan, SaysWhenTheTimeStampsAreIrregular) {
   EXPECT_THAT(Warnings(result), HasSubstr("irregular"));
 }
 
-TEST(AnalyseAllan, WarnsLoudlyWhenTheUnitMoved) {
+TEST(AnalyseAllan, StatesNoCoefficientsOfAUnitThatMoved) {
   MemoryStream turned = WhiteStream(20000, 16);
   for (std::size_t i = 12000; i < 12300; ++i) turned.y[i] += 40.0;
   const auto result = Analyse(turned);
   ASSERT_TRUE(result);
-  EXPECT_THAT(Warnings(result), HasSubstr("THE UNIT MOVED"));
-  EXPECT_THAT(Warnings(result), HasSubstr("(axes y)"));
-  EXPECT_THAT(Warnings(result), HasSubstr("the worst at 12"));
+  EXPECT_FALSE(result->at_rest());
+  const AllanTriad& triad = result->triads[0];
+  EXPECT_THAT(triad.disturbance, HasSubstr("the unit moved"));
+  EXPECT_THAT(triad.disturbance, HasSubstr("(axes y)"));
+  EXPECT_THAT(triad.disturbance, HasSubstr("the worst at 12"));
+  for (const AllanAxis& axis : triad.axes) {
+    EXPECT_FALSE(axis.points.empty());
+    EXPECT_FALSE(axis.white_density || axis.white_range_s || axis.white_sigma_sample ||
+                 axis.instability || axis.random_walk || axis.quantisation);
+  }
+  // Nor doubts about them.
+  EXPECT_THAT(triad.warnings, IsEmpty());
+}
 
+TEST(AnalyseAllan, TellsAUnitThatSwaysFromABiasThatWalks) {
   MemoryStream swaying = WhiteStream(20000, 17);
   for (std::size_t i = 0; i < swaying.x.size(); ++i) {
     swaying.x[i] += 30.0 * std::sin(0.002 * static_cast<double>(i));
   }
   const auto sway = Analyse(swaying);
   ASSERT_TRUE(sway);
-  EXPECT_THAT(Warnings(sway), HasSubstr("rises far above"));
+  EXPECT_THAT(sway->triads[0].disturbance, HasSubstr("rises far above"));
+  EXPECT_FALSE(sway->triads[0].axes[0].white_density);
+
+  MemoryStream walking = WhiteStream(20000, 17);
+  Random random(18);
+  double bias = 0.0;
+  for (double& reading : walking.x) reading = bias += random.Normal();
+  const auto walk = Analyse(walking);
+  ASSERT_TRUE(walk);
+  EXPECT_TRUE(walk->at_rest()) << walk->triads[0].disturbance;
+  EXPECT_TRUE(walk->triads[0].axes[0].random_walk);
+  EXPECT_THAT(Warnings(walk), HasSubstr("rises far above"));
 }
 
 TEST(AnalyseAllan, WarnsOfTemperatureThatDrifts) {

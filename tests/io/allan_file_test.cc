@@ -2,6 +2,7 @@
 #include "truetriad/io/allan_file.h"
 
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -83,6 +84,27 @@ TEST(AllanFile, LeavesOutWhatTheDataDoNotShow) {
   EXPECT_FALSE(y.white_density || y.white_sigma_sample || y.instability || y.random_walk ||
                y.quantisation);
   EXPECT_TRUE(read->triads[0].axes[2].points.empty());
+}
+
+TEST(AllanFile, HoldsNoCoefficientsOfASensorThatWasNotAtRest) {
+  const TemporaryFolder folder;
+  AllanResult disturbed = Sample();
+  disturbed.triads[0].disturbance = "the unit moved: \"12\" s";
+  const std::string text = AllanToYaml(disturbed);
+  EXPECT_THAT(text, HasSubstr("status: not_at_rest\n"));
+  const auto refused = ReadAllanFile(folder.Write("allan.yaml", text));
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("coefficients of a sensor that was not at rest"));
+
+  AllanAxis& x = disturbed.triads[0].axes[0];
+  const std::vector<AllanPoint> points = x.points;
+  x = AllanAxis();
+  x.points = points;
+  const auto read = ReadAllanFile(folder.Write("allan.yaml", AllanToYaml(disturbed)));
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_EQ(read->triads[0].disturbance, disturbed.triads[0].disturbance);
+  EXPECT_FALSE(read->at_rest());
+  EXPECT_EQ(read->triads[0].axes[0].points.size(), 2U);
 }
 
 TEST(AllanFile, RejectsAnotherFormatWithItsLine) {

@@ -16,6 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr double kMinimumOverB = 0.6642824703;  // sqrt(2 ln 2 / pi)
 
@@ -33,7 +34,7 @@ AllanResult Sample() {
   triad.rate_hz = 100.0;
   triad.samples = 1000000;
   triad.duration_s = 10000.0;
-  triad.warnings = {"gyroscope: THE UNIT MOVED"};
+  triad.warnings = {"gyroscope: the temperature went up"};
   for (AllanAxis& axis : triad.axes) {
     for (double tau_s = 0.01; tau_s < 2000.0; tau_s *= 1.3) {
       const double variance = 0.64 / tau_s + 0.01 + 4e-6 * tau_s / 3.0;
@@ -149,7 +150,7 @@ TEST(AllanReport, ConvertsCountsOfKnownScaleAndNamesEveryUnit) {
   EXPECT_TRUE(std::regex_search(text, std::regex("bias instability B +0.01 +0.01 +≤ 0.01 +deg/s")));
   EXPECT_TRUE(std::regex_search(
       text, std::regex("rate random walk K +0.001 +not seen +0.001 +deg/s/s/√Hz")));
-  EXPECT_THAT(text, HasSubstr("THE UNIT MOVED"));
+  EXPECT_THAT(text, HasSubstr("the temperature went up"));
   EXPECT_THAT(text, HasSubstr("K not seen"));
   EXPECT_THAT(text, HasSubstr("B ≤"));
 }
@@ -167,6 +168,26 @@ TEST(AllanReport, KeepsNamesOfTheUserOutOfTheMarkup) {
   EXPECT_THAT(svg, HasSubstr("a&lt;b&gt;.csv"));
   EXPECT_THAT(svg, HasSubstr("U&amp;1"));
   EXPECT_THAT(svg, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
+}
+
+TEST(AllanReport, SaysFirstWhatWasNotAtRestAndMarksItsCurves) {
+  AllanResult result = Sample();
+  AllanTriad& triad = result.triads[0];
+  triad.disturbance = "the unit moved";
+  for (AllanAxis& axis : triad.axes) {
+    AllanAxis curve;
+    curve.points = axis.points;
+    axis = curve;
+  }
+  const std::string text = AllanText(result);
+  EXPECT_THAT(text, StartsWith("NOT AT REST: gyroscope: the unit moved\n"));
+  EXPECT_THAT(text, HasSubstr("1000000 samples; 1 count = 0.05 deg/s: not at rest"));
+  EXPECT_THAT(text, Not(HasSubstr("noise density")));
+  EXPECT_THAT(text, Not(HasSubstr("not seen")));
+  const std::string svg = AllanSvg(result);
+  EXPECT_THAT(svg, HasSubstr("gyroscope x: NOT AT REST"));
+  EXPECT_EQ(Matches(svg, "class=\"(point)\"").size(), 3 * triad.axes[0].points.size());
+  EXPECT_THAT(svg, Not(HasSubstr("class=\"mark")));
 }
 
 TEST(AllanReport, ShowsADeadAxisAsSuch) {

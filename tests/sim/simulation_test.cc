@@ -109,6 +109,21 @@ TEST(Simulation, TruthListsEveryTermOfAUnitInTheOrderOfACalibration) {
   EXPECT_EQ(covariance.matrix.rows(), 45);
 }
 
+TEST(Simulation, FailsWithTheReadingThatIsBeyondAllNumbers) {
+  Scenario scenario = StillScenario(1.0);
+  Knock knock;
+  knock.when.offset_s = 0.5;
+  knock.duration_s = 0.04;  // At its peak with a sample at 100 Hz; gains are up to 1.02.
+  knock.peak_mps2.setConstant(1.79e308);
+  scenario.disturbances = {knock};
+  const auto simulation = Simulate(scenario);
+  std::vector<SampleBlock> blocks;
+  const Result<bool> more = simulation->Next(&blocks);
+  ASSERT_FALSE(more);
+  EXPECT_NE(more.error().message.find("the accelerometer reads "), std::string::npos);
+  EXPECT_NE(more.error().message.find("inf"), std::string::npos) << more.error().message;
+}
+
 TEST(Simulation, IsTheSameForTheSameSeedAndAnotherForAnotherUnit) {
   const Scenario scenario = RoughScenario();
   const Samples once = SamplesOf(scenario, kGyro, 1);

@@ -200,6 +200,11 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   if (found == nullptr) {
     return BadInputError(file + ": holds no " + name + ", whose noise is to come from here");
   }
+  if (!found->at_rest()) {
+    return BadInputError(file + ": the " + name + " was not at rest (" + found->disturbance +
+                         "), so its noise is not known; analyse a log of the unit at rest, or "
+                         "state `noise: { sigma: [x, y, z] }`");
+  }
   const Unit& unit = poses.Find(triad)->unit;
   if (found->unit.is_counts != unit.is_counts) {
     return BadInputError(file + ": the " + name + " is in " + found->unit.name + ", but " +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -67,8 +68,13 @@ struct AllanTriad {
   double duration_s = 0.0;
   std::int64_t filled_samples = 0;  ///< Interpolated over short gaps.
   std::int64_t breaks = 0;          ///< Longer gaps, across which nothing is differenced.
+  /// What shows that the unit was not at rest; empty: it was. A disturbed triad has its curves, but
+  /// no coefficients: they would be those of the motion.
+  std::string disturbance;
   std::array<AllanAxis, 3> axes;
   std::vector<std::string> warnings;
+
+  bool at_rest() const { return disturbance.empty(); }
 };
 
 struct AllanResult {
@@ -76,6 +82,12 @@ struct AllanResult {
   std::string serial;
   std::vector<InputFile> inputs;
   std::vector<AllanTriad> triads;
+
+  /// Of all triads.
+  bool at_rest() const {
+    return std::all_of(
+        triads.begin(), triads.end(), [](const AllanTriad& triad) { return triad.at_rest(); });
+  }
   const AllanTriad* Find(Triad triad) const {
     for (const AllanTriad& item : triads) {
       if (item.triad == triad) return &item;
@@ -96,10 +108,11 @@ struct AllanOptions {
 /// `source` once; memory does not grow with the length of the log.
 ///
 /// Up to ten missing samples are filled by straight lines; nothing is differenced across longer
-/// gaps. What may spoil the result (motion, a clipped or stuck axis, a temperature that drifts, a
-/// curve that the four noises do not describe) is a warning. Errors: no time and no rate, or a
-/// wrong option (usage); malformed readings, a stuck sensor (bad input); fewer than 100 samples in
-/// the longest stretch (not enough).
+/// gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). What else may
+/// spoil the result (a clipped or dead axis, a temperature that drifts, a curve that the four
+/// noises do not describe) is a warning. Errors: no time and no rate, or a wrong option (usage);
+/// malformed readings, a stuck sensor (bad input); fewer than 100 samples in the longest stretch
+/// (not enough).
 Result<AllanResult> AnalyseAllan(SampleSource& source,
                                  const AllanOptions& options = {},
                                  const ProgressCallback& progress = {});

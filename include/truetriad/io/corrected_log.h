@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,12 @@ struct CorrectedLogSummary {
 /// sample; fields of the others stay empty. Triads without a calibration are left out (see the
 /// summary). Thermal terms are evaluated at the row's temperature, clamped to the calibrated range.
 /// Error: no triad can be corrected, the calibration is not usable, a unit that does not fit, a
-/// temperature column or accelerometer that the calibration needs is missing, bad rows.
+/// temperature column or accelerometer that the calibration needs is missing, bad rows; `stop`,
+/// asked now and then, said true: nothing is left behind.
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,
-                                              const ProgressCallback& progress = {});
+                                              const ProgressCallback& progress = {},
+                                              const std::function<bool()>& stop = {});
 
 }  // namespace truetriad

@@ -52,14 +52,15 @@ struct SensorSampling {
   double rate_hz = 100.0;  ///< Range: > 0, <= 1e6.
   double jitter_s = 0.0;   ///< Sigma of the error of a reported time. Range: 0…0.2 / rate.
   double dropout = 0.0;    ///< Probability that a sample is missing. Range: 0…1, less than 1.
-  double clock_offset_s = 0.0;  ///< Reported minus true time.
+  double clock_offset_s = 0.0;  ///< Reported minus true time. Range: -1e6…1e6.
 };
 
 /// What the gyroscope reports.
 enum class GyroscopeOutput {
   /// The mean rate since its last sample (a sample before it at the first): Log(R'(t1)^T R'(t2)) /
   /// (t2 - t1) with R' the attitude against the stars, so that integrating the readings gives the
-  /// attitudes back to the last digit.
+  /// attitudes back to the last digit. A sample that drops out takes its part of the turn with it.
+  /// Less than half a turn from sample to sample, or the scenario is not valid.
   kMeanRate,
   kInstantaneous,  ///< The rate at the moment of the sample.
 };
@@ -92,8 +93,8 @@ struct SimulatedWorld {
     double latitude_rad = 0.0;     ///< North positive.
     double declination_rad = 0.0;  ///< Magnetic north east of true north: positive.
   };
-  double gravity_mps2 = kStandardGravityMps2;
-  double field_ut = 48.0;
+  double gravity_mps2 = kStandardGravityMps2;  ///< Range: 1.5…30.
+  double field_ut = 48.0;                      ///< Range: 0, or 1…1000.
   double dip_rad = 1.0821041362364843;  ///< Positive where the field points down. Default: 62 deg.
   std::optional<EarthRate> earth_rate;  ///< Unset: the earth stands still.
 };

@@ -79,7 +79,7 @@ Result<int> Run(const std::vector<std::string>&) {
     text += *written;
   }
   std::fputs(text.c_str(), stdout);
-  return kExitGood;
+  return result->at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
 }
 
 }  // namespace
@@ -88,12 +88,16 @@ Command AllanCommand() {
   return {
       .name = "allan",
       .summary = "How noisy is each axis at rest, and how stable is its bias?",
-      .examples = "build/truetriad allan --input=datasets/demo/recording.csv --output=out/allan",
+      .examples =
+          "build/truetriad simulate --config=configs/scenarios/at-rest.yaml "
+          "--output=out/at-rest\n"
+          "build/truetriad allan --input=out/at-rest/recording.yaml --output=out/allan",
       .details =
           "Overlapping Allan deviation of a log of a unit at rest, an hour or more, with 95 % "
           "intervals:\nnoise density N, bias instability B, rate random walk K, quantisation "
           "Q. Writes\nDIR/allan.yaml and DIR/allan.svg when --output is given; see "
-          "docs/allan.md.\n",
+          "docs/allan.md.\nExit code 3: a sensor was not at rest, and no coefficients of it are "
+          "stated.\n",
       .flags = {{"input", "LOG", true},
                 {"output", "DIR"},
                 {"rate_hz", "NUMBER"},

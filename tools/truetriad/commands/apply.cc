@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/interruption.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/corrected_log.h"
@@ -34,15 +39,19 @@ void Tell(const CorrectedLogSummary& summary) {
 }
 
 // The output is renamed into its place: it must not be a file that is still needed, nor a device.
-Status CheckOutput() {
+Status CheckOutput(const RecordingInfo& recording) {
   std::error_code none;
   const std::filesystem::path output = FLAGS_output;
   if (!std::filesystem::exists(output, none)) return {};
-  for (const std::string& input : {FLAGS_input, FLAGS_calibration}) {
-    if (std::filesystem::equivalent(output, input, none)) {
-      return UsageError("--output=" + FLAGS_output +
-                        " is an input of this call; name another file");
-    }
+  std::vector<std::string> inputs = {FLAGS_input, FLAGS_calibration};
+  for (const StreamInfo& stream : recording.streams) inputs.push_back(stream.file);
+  const auto replaced =
+      std::find_if(inputs.begin(), inputs.end(), [&output, &none](const std::string& input) {
+        return std::filesystem::equivalent(output, input, none);
+      });
+  if (replaced != inputs.end()) {
+    return UsageError("--output=" + FLAGS_output + " is an input of this call (" + *replaced +
+                      "); name another file");
   }
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
     return UsageError("--output=" + FLAGS_output + " exists and is not a regular file");
@@ -51,15 +60,18 @@ Status CheckOutput() {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  TRUETRIAD_RETURN_IF_ERROR(CheckOutput());
   const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);
   TRUETRIAD_RETURN_IF_ERROR(source);
+  TRUETRIAD_RETURN_IF_ERROR(CheckOutput((*source)->info()));
+  NoteInterruptions();
   const Result<CorrectedLogSummary> summary = [&] {
     ProgressLine progress("correcting " + FLAGS_input);
-    return WriteCorrectedLog(**source, *calibration, FLAGS_output, progress.callback());
+    return WriteCorrectedLog(
+        **source, *calibration, FLAGS_output, progress.callback(), IsInterrupted);
   }();
+  EndAsInterrupted();
   TRUETRIAD_RETURN_IF_ERROR(summary);
   Tell(*summary);
   return kExitGood;

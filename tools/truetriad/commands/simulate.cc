@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -18,10 +17,12 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/interruption.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
@@ -31,11 +32,6 @@ namespace truetriad {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The signal that asked the program to end, or 0.
-volatile std::sig_atomic_t ended_by = 0;
-
-extern "C" void NoteEnd(int signal) { ended_by = signal; }
 
 /// A folder inside the output folder that is gone at the end, whatever happens: files appear in
 /// their places only once all of them are whole.
@@ -156,11 +152,10 @@ class Fleet {
     std::unique_lock lock(mutex_);
     while (running_ > 0) {
       ended_.wait_for(lock, std::chrono::milliseconds(100));
-      if (ended_by != 0) {
+      if (IsInterrupted()) {
         std::error_code ignored;
         fs::remove_all(folder_, ignored);
-        std::signal(ended_by, SIG_DFL);
-        std::raise(ended_by);
+        EndAsInterrupted();
       }
       if (!progress) continue;
       double done = finished_;
@@ -251,6 +246,27 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   return {};
 }
 
+/// The files of one unit stand in the output folder itself, perhaps beside what it is made from.
+Status CheckKeepsInputs(const Scenario& scenario) {
+  if (scenario.count > 1) return {};
+  const fs::path folder = FLAGS_output;
+  for (const char* name : {"recording.yaml", "truth.yaml", "poses.yaml"}) {
+    std::error_code missing;
+    if (fs::equivalent(folder / name, FLAGS_config, missing)) {
+      return UsageError("--output=" + FLAGS_output + " would replace the scenario by its " + name +
+                        "; name another folder");
+    }
+  }
+  const std::string poses = (folder / "poses.yaml").string();
+  std::error_code missing;
+  if (fs::exists(poses, missing) && ReadPoseProgram(poses)) {
+    return UsageError(poses +
+                      ": is a pose program, which the rows of the rests would replace; name "
+                      "another folder, or call it program.yaml");
+  }
+  return {};
+}
+
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   if (scenario.count == 1) {
@@ -276,6 +292,7 @@ Result<int> Run(const std::vector<std::string>&) {
   }
   const Result<Scenario> scenario = ReadScenario(FLAGS_config, Overrides());
   TRUETRIAD_RETURN_IF_ERROR(scenario);
+  TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(*scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(staging);
@@ -283,10 +300,7 @@ Result<int> Run(const std::vector<std::string>&) {
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
-    for (const int signal : {SIGINT, SIGTERM}) {
-      // A program that was started to ignore a signal (nohup) goes on ignoring it.
-      if (std::signal(signal, NoteEnd) == SIG_IGN) std::signal(signal, SIG_IGN);
-    }
+    NoteInterruptions();
     ProgressLine progress("simulating " + scenario->serial);
     TRUETRIAD_RETURN_IF_ERROR(
         Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));
