@@ -407,9 +407,14 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
     strength = FitWhite(factors, variances, covariance, {begin, end});
     result->white_range_s = options_.white_range_s;
   } else {
+    const auto set_range = [&](const FactorRange& range) {
+      if (range.begin == range.end) return;
+      result->white_range_s = {result->points[static_cast<std::size_t>(range.begin)].tau_s,
+                               result->points[static_cast<std::size_t>(range.end - 1)].tau_s};
+    };
     AllanFit used = fit;
     if (!fit.by_chance || LateFit(factors, fit)) {
-      used = FitWidestWhite(factors, variances, covariance).value_or(fit);
+      used = FitWidestWhite(factors, variances, covariance, fit);
     }
     strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
     const bool is_white_known = used.by_chance || (used.follows && !LateFit(factors, used));
@@ -417,18 +422,10 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
       const FactorRange part = WhitePart(factors, variances);
       if (part.begin < part.end) {
         strength = FitWhite(factors, variances, covariance, part);
-        result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
-                                 result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
+        set_range(part);
       }
     } else {
-      for (auto i = static_cast<std::size_t>(used.range.begin);
-           i < static_cast<std::size_t>(used.range.end);
-           ++i) {
-        if (!IsMostlyWhite(used, factors[i].m)) continue;
-        const double tau_s = result->points[i].tau_s;
-        result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
-                                 tau_s};
-      }
+      set_range(WhiteRange(factors, used));
     }
   }
   if (strength) {
