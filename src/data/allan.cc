@@ -11,6 +11,7 @@
 
 #include "data/allan_curve.h"
 #include "data/allan_fit.h"
+#include "data/allan_hold.h"
 #include "data/allan_rest.h"
 #include "data/allan_spacing.h"
 #include "data/allan_theory.h"
@@ -30,6 +31,8 @@ constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
 constexpr double kMostFilled = 0.01;
 constexpr double kMostAtLimit = 0.005;
+/// Noise that is rounded reads its furthest value a few times in any log.
+constexpr std::int64_t kFewestAtLimit = 5;
 /// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
 constexpr double kMostDisturbed = 0.005;
 /// A fit that starts later says little about white noise; so late it can be neither filter nor
@@ -133,6 +136,8 @@ class StreamAnalysis {
   void EndStretch() {
     for (AllanCurve& curve : curves_) curve.EndStretch();
     for (RestWatch& watch : rests_) watch.Break();
+    for (FreezeWatch& watch : freezes_) watch.Break();
+    hold_.Break();
   }
   Status CheckCurves() const;
   Result<AllanAxis> Analyse(const Eigen::VectorXd& variances,
@@ -157,6 +162,8 @@ class StreamAnalysis {
   SpacedStream stream_;
   std::vector<AllanCurve> curves_;
   std::vector<RestWatch> rests_;  // One an axis once the rate is known.
+  std::array<FreezeWatch, 3> freezes_;
+  HoldWatch hold_;
   std::array<LimitWatch, 3> limits_;
   std::array<bool, 3> described_{};  // By the four noises.
 };
@@ -169,11 +176,13 @@ void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t s
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
     rests_.assign(3, RestWatch(std::llround(a_second)));
   }
+  const std::int64_t at_ns =
+      std::llround(static_cast<double>(start_ns - monitor_.first_ns()) * to_ns);
+  hold_.Add(readings);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     curves_[axis].Add(readings[axis]);
-    rests_[axis].Add(readings[axis],
-                     std::llround(static_cast<double>(start_ns - monitor_.first_ns()) * to_ns),
-                     spacing_ns);
+    rests_[axis].Add(readings[axis], at_ns, spacing_ns);
+    freezes_[axis].Add(readings[axis], at_ns, spacing_ns);
     limits_[axis].Add(readings[axis]);
   }
 }
@@ -217,6 +226,13 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   result.filled_samples = stream_.filled();
   result.breaks = stream_.breaks();
   result.warnings = monitor_.Warnings(*summary);
+  if (const std::optional<double> held = hold_.SamplesHeld()) {
+    result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
+                              " samples on average: the sensor gives " +
+                              Number(result.rate_hz / *held) +
+                              " Hz, not the rate of the log; N is taken from tau beyond that, and "
+                              "the noise of one sample is N times the root of the log's rate");
+  }
   if (stream_.irregular()) {
     result.warnings.push_back(Name() +
                               ": the time stamps are irregular; the samples are taken as equally "
@@ -354,7 +370,11 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
     warnings->push_back(
         Name(axis) + ": the curve follows the four noises only from tau = " +
         Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
-        " s on; a hump before is vibration or another cycle; look at the plot before using N");
+        " s on; before is a filter, a vibration or another cycle; look at the plot before using N");
+  } else if (fit.misfit > 1.0 && walk) {
+    warnings->push_back(Name(axis) +
+                        ": the curve is further from the four noises than chance explains, as a "
+                        "slow cycle makes it; K is rough, look at the plot");
   }
   return result;
 }
@@ -387,27 +407,25 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
     strength = FitWhite(factors, variances, covariance, {begin, end});
     result->white_range_s = options_.white_range_s;
   } else {
+    const auto set_range = [&](const FactorRange& range) {
+      if (range.begin == range.end) return;
+      result->white_range_s = {result->points[static_cast<std::size_t>(range.begin)].tau_s,
+                               result->points[static_cast<std::size_t>(range.end - 1)].tau_s};
+    };
     AllanFit used = fit;
     if (!fit.by_chance || LateFit(factors, fit)) {
-      used = FitWidestWhite(factors, variances, covariance).value_or(fit);
+      used = FitWidestWhite(factors, variances, covariance, fit);
     }
     strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
-    if (!strength || !used.follows || LateFit(factors, used)) {
+    const bool is_white_known = used.by_chance || (used.follows && !LateFit(factors, used));
+    if (!strength || !is_white_known) {
       const FactorRange part = WhitePart(factors, variances);
       if (part.begin < part.end) {
         strength = FitWhite(factors, variances, covariance, part);
-        result->white_range_s = {result->points[static_cast<std::size_t>(part.begin)].tau_s,
-                                 result->points[static_cast<std::size_t>(part.end - 1)].tau_s};
+        set_range(part);
       }
     } else {
-      for (auto i = static_cast<std::size_t>(used.range.begin);
-           i < static_cast<std::size_t>(used.range.end);
-           ++i) {
-        if (!IsMostlyWhite(used, factors[i].m)) continue;
-        const double tau_s = result->points[i].tau_s;
-        result->white_range_s = {result->white_range_s ? result->white_range_s->front() : tau_s,
-                                 tau_s};
-      }
+      set_range(WhiteRange(factors, used));
     }
   }
   if (strength) {
@@ -466,8 +484,23 @@ void StreamAnalysis::WarnOfAxis(int axis,
                         " is below the step of " + Number(step) + " " + info_.unit.name +
                         " of the readings; short tau show the rounding");
   }
-  if (sigma > 2.0 * step && static_cast<double>(limits_[i].most()) >
-                                kMostAtLimit * static_cast<double>(monitor_.samples())) {
+  const FreezeWatch::Verdict freeze = freezes_[i].Judge();
+  // Rounding to coarse steps freezes readings as well.
+  if (freeze.frozen > 0 && freeze.typical > step) {
+    const std::string first =
+        freeze.first_zero_ns < 0
+            ? ""
+            : ", first at " + Number(static_cast<double>(freeze.first_zero_ns) * 1e-9, 6) + " s";
+    warnings->push_back(Name(axis) + ": " + std::to_string(freeze.frozen) + " of " +
+                        std::to_string(freeze.windows) + " windows of " +
+                        std::to_string(FreezeWatch::kWindow) + " samples stand still or nearly so" +
+                        first +
+                        ": a sensor that froze, or lost samples that were repeated; N is too low "
+                        "and K made up: cut these parts out");
+  }
+  if (sigma > 2.0 * step && limits_[i].most() >= kFewestAtLimit &&
+      static_cast<double>(limits_[i].most()) >
+          kMostAtLimit * static_cast<double>(monitor_.samples())) {
     warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
                         Number(limits_[i].limit(), 9) + " " + info_.unit.name +
                         ", the furthest there is: is the axis clipped?");

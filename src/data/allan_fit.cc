@@ -244,6 +244,13 @@ Interval IntervalOf(double strength, double sigma) {
   return ChiSquareInterval(strength, FreedomsOf(strength, sigma));
 }
 
+/// Last factor of a range over its first; 1 if it is empty.
+double Ratio(const std::vector<AllanFactor>& factors, const FactorRange& range) {
+  if (range.begin == range.end) return 1.0;
+  return static_cast<double>(factors[static_cast<std::size_t>(range.end - 1)].m) /
+         static_cast<double>(factors[static_cast<std::size_t>(range.begin)].m);
+}
+
 /// The fit of one range.
 struct Candidate {
   Candidate(const std::vector<AllanFactor>& factors,
@@ -302,11 +309,6 @@ FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::Vect
   constexpr double kMostOff = 0.1;
   const double half_decade = std::sqrt(10.0);
   FactorRange longest, current;
-  const auto length = [&](const FactorRange& range) {
-    if (range.begin == range.end) return 1.0;
-    return static_cast<double>(factors[static_cast<std::size_t>(range.end - 1)].m) /
-           static_cast<double>(factors[static_cast<std::size_t>(range.begin)].m);
-  };
   Eigen::Index last = 0;
   for (Eigen::Index first = 0; first < variances.size(); ++first) {
     const auto m = [&](Eigen::Index i) {
@@ -323,7 +325,7 @@ FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::Vect
     }
     if (current.begin == current.end) current.begin = first;
     current.end = last + 1;
-    if (length(current) > length(longest)) longest = current;
+    if (Ratio(factors, current) > Ratio(factors, longest)) longest = current;
   }
   return longest;
 }
@@ -350,40 +352,44 @@ AllanFit FitNoises(const std::vector<AllanFactor>& factors,
   return best->Finish();
 }
 
-std::optional<AllanFit> FitWidestWhite(const std::vector<AllanFactor>& factors,
-                                       const Eigen::VectorXd& variances,
-                                       const AllanCovariance& covariance) {
-  const auto m = [&](Eigen::Index i) { return factors[static_cast<std::size_t>(i)].m; };
-  if (variances.size() == 0 || !(variances.minCoeff() > 0.0)) return std::nullopt;
-  std::optional<AllanFit> widest;
-  double width = kLeastWidth;
+AllanFit FitWidestWhite(const std::vector<AllanFactor>& factors,
+                        const Eigen::VectorXd& variances,
+                        const AllanCovariance& covariance,
+                        const AllanFit& whole) {
+  if (variances.size() == 0 || !(variances.minCoeff() > 0.0)) return whole;
+  AllanFit widest = whole;
+  double width = whole.follows && whole.shown[static_cast<std::size_t>(kN)]
+                     ? std::sqrt(Ratio(factors, WhiteRange(factors, whole)))
+                     : 1.0;
   for (FactorRange range; range.begin < variances.size(); ++range.begin) {
-    // A wider one need not be looked for where a narrower one is not described.
+    // One that ends later need not be looked for where an earlier start was not described.
     for (range.end = std::max(range.end, range.begin + kFewestPoints);
          range.end <= variances.size();
          ++range.end) {
-      const double reached =
-          static_cast<double>(m(range.end - 1)) / static_cast<double>(m(range.begin));
-      if (reached < width) continue;
+      if (Ratio(factors, range) < std::max(kLeastWidth, width)) continue;
       const Candidate candidate(factors, variances, covariance, range);
       if (!candidate.by_chance) break;
       AllanFit fit = candidate.Finish();
-      bool has_white = false;
-      for (Eigen::Index i = range.begin; i < range.end; ++i) {
-        has_white = has_white || IsMostlyWhite(fit, m(i));
-      }
-      if (!has_white || !fit.shown[static_cast<std::size_t>(kN)]) continue;
-      width = reached * (1.0 + 1e-9);
+      if (!fit.shown[static_cast<std::size_t>(kN)]) continue;
+      const double white_width = Ratio(factors, WhiteRange(factors, fit));
+      if (white_width <= width * (1.0 + 1e-9)) continue;
+      width = white_width;
       widest = std::move(fit);
     }
   }
   return widest;
 }
 
-bool IsMostlyWhite(const AllanFit& fit, std::int64_t m) {
-  const NoiseStrengths parts =
-      fit.strengths.cwiseProduct(UnitAllanVariance(static_cast<double>(m)));
-  return parts[kN] > 0.0 && parts[kN] >= 0.5 * parts.cwiseAbs().sum();
+FactorRange WhiteRange(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
+  FactorRange white;
+  for (Eigen::Index i = fit.range.begin; i < fit.range.end; ++i) {
+    const NoiseStrengths parts = fit.strengths.cwiseProduct(
+        UnitAllanVariance(static_cast<double>(factors[static_cast<std::size_t>(i)].m)));
+    if (!(parts[kN] > 0.0) || parts[kN] < 0.5 * parts.cwiseAbs().sum()) continue;
+    if (white.begin == white.end) white.begin = i;
+    white.end = i + 1;
+  }
+  return white;
 }
 
 Interval FitWhite(const std::vector<AllanFactor>& factors,

@@ -43,15 +43,17 @@ AllanFit FitNoises(const std::vector<AllanFactor>& factors,
                    const Eigen::VectorXd& variances,
                    const AllanCovariance& covariance);
 
-/// The same over the widest range of a decade or more, no further from the curve than chance
-/// explains and somewhere more white than all else: what is known of white noise when the curve
-/// ends otherwise than in noise, as a slow cycle makes it. nullopt: there is none.
-std::optional<AllanFit> FitWidestWhite(const std::vector<AllanFactor>& factors,
-                                       const Eigen::VectorXd& variances,
-                                       const AllanCovariance& covariance);
+/// The same over a range of a decade or more, no further from the curve than chance explains, that
+/// is more white than all else for longest: what is known of white noise when the curve ends
+/// otherwise than in noise, as a slow cycle makes it. `whole`, the fit of all, when that follows
+/// the curve over more than twice as many decades of white noise, or there is no such range.
+AllanFit FitWidestWhite(const std::vector<AllanFactor>& factors,
+                        const Eigen::VectorXd& variances,
+                        const AllanCovariance& covariance,
+                        const AllanFit& whole);
 
-/// Whether white noise is most of what `fit` says of factor `m`.
-bool IsMostlyWhite(const AllanFit& fit, std::int64_t m);
+/// Factors, first to last, at which white noise is most of what `fit` says; may be empty.
+FactorRange WhiteRange(const std::vector<AllanFactor>& factors, const AllanFit& fit);
 
 /// White noise alone over the factors of `range`.
 Interval FitWhite(const std::vector<AllanFactor>& factors,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -457,6 +458,89 @@ TEST(AnalyseAllan, FitsWhiteNoiseOverTheRangeGiven) {
   const auto reversed = Analyse(stream, {.white_range_s = {{3.0, 0.3}}});
   ASSERT_FALSE(reversed);
   EXPECT_EQ(reversed.error().code, ErrorCode::kUsage);
+}
+
+/// How many of the three intervals of N hold `truth`.
+int Holding(const AllanTriad& triad, double truth) {
+  int holding = 0;
+  for (const AllanAxis& axis : triad.axes) {
+    const std::optional<Interval>& density = axis.white_density;
+    holding += density && density->low <= truth && truth <= density->high ? 1 : 0;
+  }
+  return holding;
+}
+
+TEST(AnalyseAllan, NamesASteadyDriftWithItsSizeAndTakesNWithoutIt) {
+  for (const double drift : {0.1, 0.02}) {  // Sigmas a second.
+    MemoryStream stream = WhiteStream(20000, 24);
+    for (std::size_t i = 0; i < stream.x.size(); ++i) {
+      stream.x[i] += drift * 0.01 * static_cast<double>(i);
+    }
+    const auto result = Analyse(stream);
+    ASSERT_TRUE(result) << result.error().message;
+    const AllanTriad& triad = result->triads[0];
+    EXPECT_TRUE(triad.at_rest()) << triad.disturbance;
+    EXPECT_THAT(Warnings(result), HasSubstr("x axis: drifts steadily by about 0."));
+    EXPECT_FALSE(triad.axes[0].random_walk);
+    const Interval& density = *triad.axes[0].white_density;
+    EXPECT_NEAR(density.value, 0.1, 0.1 * 0.03);
+    // As narrow as 20 000 samples of white noise can make it, and no narrower: 1.96 / sqrt(2 n) is
+    // 1 %.
+    EXPECT_GT(density.high / density.low, 1.018);
+    EXPECT_LT(density.high / density.low, 1.04);
+    EXPECT_EQ(Warnings(result).find("y axis: drifts"), std::string::npos);
+
+    const auto over_range = Analyse(stream, {.white_range_s = {{0.01, 0.1}}});
+    ASSERT_TRUE(over_range);
+    const Interval& in_range = *over_range->triads[0].axes[0].white_density;
+    EXPECT_GT(in_range.high / in_range.low, 1.018);
+    EXPECT_LT(in_range.high / in_range.low, 1.06);
+  }
+}
+
+TEST(AnalyseAllan, TakesNBelowTheCornerOfAFilter) {
+  for (const double corner_hz : {10.0, 2.0}) {
+    MemoryStream stream = WhiteStream(100000, 25, 0.0);
+    const double gain = 1.0 - std::exp(-2.0 * std::numbers::pi * corner_hz / 100.0);
+    for (std::vector<double>* const axis : {&stream.x, &stream.y, &stream.z}) {
+      double state = 0.0;
+      for (double& reading : *axis) reading = state += gain * (reading - state);
+    }
+    const auto result = Analyse(stream);
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_GE(Holding(result->triads[0], 0.1), 2) << corner_hz;
+    for (const AllanAxis& axis : result->triads[0].axes) {
+      // Beyond five time constants of 1 / (2 pi corner), near enough.
+      EXPECT_GT(axis.white_range_s->front(), 0.5 / corner_hz);
+    }
+  }
+}
+
+TEST(AnalyseAllan, TellsReadingsThatAreHeld) {
+  MemoryStream stream = WhiteStream(40000, 26);
+  for (std::vector<double>* const axis : {&stream.x, &stream.y, &stream.z}) {
+    for (std::size_t i = 0; i < axis->size(); ++i) (*axis)[i] = (*axis)[i / 4 * 4];
+  }
+  const auto result = Analyse(stream);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(Warnings(result), HasSubstr("held for 4 samples on average: the sensor gives 25 Hz"));
+  // Sigma one at 25 Hz.
+  EXPECT_GE(Holding(result->triads[0], 0.2), 2);
+}
+
+TEST(AnalyseAllan, TellsReadingsThatFroze) {
+  MemoryStream stream = WhiteStream(20000, 27);
+  for (std::size_t i = 8000; i < 14000; ++i) stream.y[i] = stream.y[7999];
+  const auto result = Analyse(stream);
+  ASSERT_TRUE(result) << result.error().message;
+  // 6000 samples are 23 windows of 256, 22 of them whole.
+  EXPECT_THAT(Warnings(result), HasSubstr("y axis: 22 of 78 windows of 256 samples stand still"));
+  EXPECT_EQ(Warnings(result).find("x axis:"), std::string::npos);
+  EXPECT_EQ(Warnings(result).find("held"), std::string::npos);
+}
+
+TEST(AnalyseAllan, DoesNotTakeTheFurthestOfFewReadingsForALimit) {
+  EXPECT_THAT(Analyse(WhiteStream(150, 28))->triads[0].warnings, IsEmpty());
 }
 
 }  // namespace
