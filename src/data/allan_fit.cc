@@ -197,8 +197,6 @@ class Problem {
     Normal best_inverse = Normal::Zero();
     double most = 0.0;
     for (unsigned subset = 1; subset < (1U << kNoiseTerms); ++subset) {
-      // Unused terms: rows of the identity with nothing on the right.
-      Normal matrix = scaled;
       NoiseStrengths used;
       bool is_allowed = true;
       for (int j = 0; j < kNoiseTerms; ++j) {
@@ -207,17 +205,18 @@ class Problem {
         used[j] = is_used ? 1.0 : 0.0;
       }
       if (!is_allowed) continue;
-      matrix = used.asDiagonal() * matrix * used.asDiagonal();
+      // Unused terms: rows of the identity with nothing on the right.
+      Normal matrix = used.asDiagonal() * scaled * used.asDiagonal();
       matrix.diagonal() += NoiseStrengths::Ones() - used;
       const Eigen::LLT<Normal> factored(matrix);
       const NoiseStrengths solution = factored.solve(used.cwiseProduct(right));
       // The misfit falls by this much against no terms at all.
       const double gain = solution.dot(right);
-      if (!(gain > most) || factored.info() != Eigen::Success || !IsValid(solution)) continue;
-      if (solution[kQ] < 0.0 && !((basis_ * scale.cwiseProduct(solution)).minCoeff() > 0.0))
-        continue;
+      if (!(gain > most) || factored.info() != Eigen::Success) continue;
+      const NoiseStrengths strengths = scale.cwiseProduct(solution);
+      if (!IsPossible(strengths)) continue;
       most = gain;
-      best = scale.cwiseProduct(solution);
+      best = strengths;
       best_inverse = scale.asDiagonal() * Normal(factored.solve(Normal(used.asDiagonal()))) *
                      scale.asDiagonal();
     }
@@ -225,8 +224,10 @@ class Problem {
     return best;
   }
 
-  bool IsValid(const NoiseStrengths& strengths) const {
-    return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0;
+  /// Quantisation stands for a filter's share as well, but not for more than there is.
+  bool IsPossible(const NoiseStrengths& strengths) const {
+    return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0 &&
+           (strengths[kQ] >= 0.0 || (basis_ * strengths).minCoeff() > 0.0);
   }
 
   const AllanCovariance& covariance_;

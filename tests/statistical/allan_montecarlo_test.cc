@@ -88,6 +88,7 @@ class AllanIntervals : public ::testing::TestWithParam<Regime> {
     }
     axes_ = 3 * logs;
     RecordProperty("white_held", white_.held);
+    RecordProperty("walk_shown", walk_.shown);
     RecordProperty("walk_held", walk_.held);
   }
 
