@@ -49,8 +49,8 @@ struct SolveOutcome {
 };
 
 // Minimises the whitened sum of squares with Ceres: poses are eliminated by the Schur complement,
-// so the cost of a step is linear in the number of poses. Poses that hang together in a chain
-// (gyroscope increments) will need sparse Cholesky instead (model.md §2).
+// so the cost of a step is linear in the number of poses. Poses that turns hang together in chains
+// take sparse Cholesky, linear too, and the turns are integrated again until the optimum stays.
 // It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then
 // stands within sqrt(tolerance * χ²) σ of the optimum.
 inline constexpr double kFinalTolerance = 1e-13;
