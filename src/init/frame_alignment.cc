@@ -26,6 +26,8 @@
 #include <Eigen/SVD>
 #include <glog/logging.h>
 
+#include "truetriad/math/rotation.h"
+
 namespace truetriad {
 namespace {
 
@@ -44,12 +46,6 @@ struct Moments {
 };
 
 Vector9d Vec(const Matrix3d& matrix) { return Vector9d(matrix.reshaped()); }
-
-Matrix3d Skew(const Vector3d& v) {
-  Matrix3d skew;
-  skew << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return skew;
-}
 
 // The nearest orthogonal matrix with the wanted determinant.
 Matrix3d NearestOrthogonal(const Matrix3d& matrix, int determinant) {
