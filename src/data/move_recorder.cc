@@ -98,7 +98,7 @@ void MoveRecorder::DropRest(const StaticPose& pose) {
 std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
   std::vector<RecordedMove> moves;
   const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
-  if (gyroscope == nullptr) return moves;
+  if (gyroscope == nullptr || gyroscope_.time_ns.empty()) return moves;
   const std::vector<std::int64_t>& times = gyroscope_.time_ns;
   const std::vector<std::int64_t>& force_times = accelerometer_.time_ns;
   for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {

@@ -95,6 +95,12 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
   EXPECT_THAT(stuck->moves[1].fault, HasSubstr("stuck"));
 }
 
+TEST_F(RecordedMoves, AreNoneWhereTheGyroscopeSaysNothing) {
+  const auto set = Collect([](std::int64_t, MemoryStream*) {});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->moves, IsEmpty());
+}
+
 // A lost reading and a time stamp that comes twice are what logs have.
 TEST_F(RecordedMoves, BridgeALostReadingAndADuplicateTime) {
   const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
