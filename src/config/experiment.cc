@@ -40,10 +40,6 @@ void RefuseUnavailable(YamlReader root) {
                  "name one of bias, diagonal, symmetric, full");
     }
   }
-  if (YamlReader motion = root.Child("poses").Child("motion")) {
-    motion.Fail("calibration without rests is" + std::string(kVersion) +
-                "record rests and let them be detected");
-  }
   if (YamlReader rotation = root.Child("attitudes").Child("fixture_rotation");
       IsWord(rotation, "unknown")) {
     rotation.Fail("estimating the fixture's rotation is" + std::string(kVersion) +
@@ -215,9 +211,15 @@ void ReadPoses(YamlReader reader, Draft* draft) {
       ++said;
       poses.kind = PoseSelectionKind::kRanges;
     }
+    if (YamlReader motion = reader.Child("motion")) {
+      ++said;
+      poses.kind = PoseSelectionKind::kMotion;
+      ReadNumber(motion.Child("spacing_s"), kNotNegative, &poses.motion_spacing_s);
+      motion.RejectUnknown();
+    }
     reader.RejectUnknown();
     if (reader.IsMap() && said != 1) {
-      reader.Fail("one of detect, every, column, file is expected, or every_row");
+      reader.Fail("one of detect, every, column, file, motion is expected, or every_row");
     }
   }
   draft->experiment.poses = poses;
@@ -397,6 +399,10 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
   experiment.poses.moves = options.triads[Triad::kGyroscope].enabled;
+  options.motion.reset();
+  if (experiment.poses.kind == PoseSelectionKind::kMotion) {
+    options.motion = MotionOptions{experiment.poses.motion_spacing_s};
+  }
   experiment.input = Resolve(draft->input, experiment.path);
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
   for (const Triad triad : kTriads) {

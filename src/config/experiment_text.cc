@@ -99,6 +99,8 @@ void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
       return out.Line("poses", "{ column: ", Quoted{poses.column}, " }");
     case PoseSelectionKind::kRanges:
       return out.Line("poses", "{ file: ", Quoted{draft.pose_file}, " }");
+    case PoseSelectionKind::kMotion:
+      return out.Line("poses", "{ motion: { spacing_s: ", poses.motion_spacing_s, " } }");
   }
 }
 

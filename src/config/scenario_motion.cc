@@ -165,6 +165,7 @@ TumbleStep ReadTumble(YamlReader reader) {
   TumbleStep step;
   ReadNumber(reader.Child("duration_s"), kPositive, &step.duration_s);
   ReadQuantity(reader, RateKeys("rms_rate"), kPositive, &step.rms_rate_radps);
+  ReadNumber(reader.Child("hand_acceleration_mps2"), kNotNegative, &step.hand_acceleration_mps2);
   reader.RejectUnknown();
   return step;
 }

@@ -66,6 +66,7 @@ std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
       return static_cast<std::int64_t>(range_);
     }
     case PoseSelectionKind::kDetect:
+    case PoseSelectionKind::kMotion:
       break;
   }
   LOG(FATAL) << "not a given selection";

@@ -42,6 +42,8 @@ std::string HowOf(const PoseSelection& selection) {
       return "pose column";
     case PoseSelectionKind::kRanges:
       return "given row ranges";
+    case PoseSelectionKind::kMotion:
+      return "motion without rests";
   }
   return "";
 }
@@ -63,6 +65,27 @@ Status CheckCanDetect(const RecordingInfo& info, const StaticDetectorOptions& op
   return {};
 }
 
+Status CheckCanFollowMotion(const RecordingInfo& info) {
+  if (!info.has_time) {
+    return BadInputError(info.path +
+                         ": there is no time, so motion cannot be followed; expected a time "
+                         "column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+  }
+  if (info.Find(Triad::kGyroscope) == nullptr || info.Find(Triad::kAccelerometer) == nullptr) {
+    return BadInputError(info.path +
+                         ": motion is followed by the gyroscope and levelled by the "
+                         "accelerometer; expected the columns of both");
+  }
+  return {};
+}
+
+void AddToTrack(const SampleBlock& block, ReadingTrack* track) {
+  track->time_ns.insert(track->time_ns.end(), block.time_ns.begin(), block.time_ns.end());
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    track->reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
+  }
+}
+
 Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
   return NotEnoughError(
       set.source + ": no rest was found in " + std::to_string(set.duration_s) +
@@ -80,6 +103,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                              const ProgressCallback& progress) {
   const RecordingInfo& info = source.info();
   const bool detect = selection.kind == PoseSelectionKind::kDetect;
+  const bool motion = selection.kind == PoseSelectionKind::kMotion;
   const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
   if (!leading) return BadInputError(info.path + ": no triad's columns were found");
 
@@ -93,13 +117,16 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   if (detect) {
     TRUETRIAD_RETURN_IF_ERROR(CheckCanDetect(info, options));
     detected.emplace(options, info, monitor_of, *leading);
+  } else if (motion) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckCanFollowMotion(info));
   } else {
     given.emplace(selection, info, *leading);
     TRUETRIAD_RETURN_IF_ERROR(given->Validate());
   }
 
-  const std::vector<CollectedPose>& complete = detect ? detected->poses() : given->poses();
-  const bool record_moves = selection.moves && info.has_time && info.Find(Triad::kGyroscope);
+  PoseSet set;
+  const bool record_moves =
+      selection.moves && !motion && info.has_time && info.Find(Triad::kGyroscope);
   MoveRecorder moves;
   std::size_t rests_dropped = 0;
 
@@ -111,14 +138,16 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
       if (record_moves) moves.Add(block);
+      if (motion) AddToTrack(block, &set.tracks[block.triad]);
     }
     if (detect) {
       TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
-    } else {
+    } else if (given) {
       given->Add(blocks, monitors[*leading]->spacing_ns());
     }
-    while (record_moves && rests_dropped < complete.size()) {
-      moves.DropRest(complete[rests_dropped++].pose);
+    if (record_moves) {
+      const std::vector<CollectedPose>& complete = detect ? detected->poses() : given->poses();
+      while (rests_dropped < complete.size()) moves.DropRest(complete[rests_dropped++].pose);
     }
     if (progress) progress(source.progress());
   }
@@ -128,7 +157,6 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                          "; expected rows of numbers: check the columns and the separator");
   }
 
-  PoseSet set;
   set.source = info.path;
   set.serial = info.serial;
   set.has_time = info.has_time;
@@ -157,6 +185,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   }
   if (info.has_time) set.duration_s = static_cast<double>(last_ns - first_ns) * 1e-9;
 
+  if (motion) {
+    if (progress) progress(1.0);
+    return set;
+  }
   Result<std::vector<CollectedPose>> collected =
       detect ? detected->Finish(&set.warnings) : given->Finish(&set.warnings);
   if (!collected) return collected.error();

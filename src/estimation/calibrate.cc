@@ -11,6 +11,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/graph_builder.h"
+#include "estimation/motion/calibrate_motion.h"
 #include "estimation/noise.h"
 #include "estimation/noise_settling.h"
 #include "estimation/reduced_system.h"
@@ -151,6 +152,10 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
     if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
     return BadInputError(poses.source + ": the experiment wants the " +
                          std::string(TriadName(triad)) + ", but the recording has none");
+  }
+  if (options.motion) {
+    TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
+    return summary;
   }
   NoiseState noise = ChooseNoise(poses, options, &calibration.messages);
   calibration.quality.poses = static_cast<int>(poses.poses.size());

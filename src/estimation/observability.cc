@@ -14,6 +14,7 @@
 
 #include "estimation/messages.h"
 #include "estimation/parameter_name.h"
+#include "estimation/reduced_system.h"
 #include "truetriad/math/distributions.h"
 #include "truetriad/model/attitude_sets.h"
 
@@ -174,7 +175,7 @@ struct Marginal {
   Eigen::MatrixXd directions;  // in scaled free coordinates, unit columns
 };
 
-Marginal MarginalOfWanted(const PoseGraph& graph, const ReducedSystem& system) {
+Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& system) {
   std::vector<Eigen::Index> wanted;
   const SharedLayout& layout = graph.layout;
   for (Eigen::Index i = 0; i < layout.basis.cols(); ++i) {
@@ -210,7 +211,7 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const ReducedSystem& system) {
 }  // namespace
 
 Observability AnalyseObservability(const PoseGraph& graph,
-                                   const ReducedSystem& system,
+                                   const SharedInformation& system,
                                    double limit) {
   Observability result;
   const Marginal marginal = MarginalOfWanted(graph, system);

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "estimation/graph.h"
-#include "estimation/reduced_system.h"
+#include "estimation/shared_information.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {
@@ -23,7 +23,7 @@ struct Observability {
 // weak. The advice names the pose, of a grid of attitudes, whose single addition shrinks the
 // direction's variance most.
 Observability AnalyseObservability(const PoseGraph& graph,
-                                   const ReducedSystem& system,
+                                   const SharedInformation& system,
                                    double limit);
 
 }  // namespace truetriad

@@ -93,6 +93,18 @@ Status CalibrateOptions::Validate() const {
   require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
   require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");
+  if (motion) {
+    require(motion->spacing_s >= 0.0 && std::isfinite(motion->spacing_s),
+            "motion: spacing " + std::to_string(motion->spacing_s) + " s must be >= 0");
+    require(triads[Triad::kAccelerometer].enabled && triads[Triad::kGyroscope].enabled,
+            "motion: the chain of attitudes needs the accelerometer and the gyroscope; list both "
+            "(`fixed: { matrix: identity }` for what is not to be calibrated)");
+    require(attitudes.kind == AttitudeKind::kNone,
+            "motion: a tumbling unit has no known attitudes; remove `attitudes:`");
+    require(!HasThermal(), "motion: temperature terms need rests; remove `thermal:`");
+    require(!initialise.only && initialise.method == InitialiseMethod::kAuto,
+            "motion: only `initialise: { method: auto }` starts without rests");
+  }
   require(cross_validation_folds == 0 || cross_validation_folds >= 2,
           "cross-validation folds must be 0 or at least 2");
   require(observable_sigma > 0.0 && observable_sigma < 1.0,

@@ -237,7 +237,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   const PoseGraph graph = problem->GraphWith(plan.program.poses);
   const ReducedSystem system(graph);
   Observability observability =
-      AnalyseObservability(graph, system, options.calibrate.observable_sigma);
+      AnalyseObservability(graph, system.shared(), options.calibrate.observable_sigma);
   plan.determined = observability.determined && system.rank() == system.size();
   if (plan.determined) {
     const Status rehearsal = problem->Rehearse(plan.program.poses);

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/reduced_system.h"
 
+#include <utility>
+
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 namespace truetriad {
 namespace {
-
-// Eigenvalues of the scaled information below this share of the largest are rounding: the
-// elimination squares the condition number, so half the digits of a double remain.
-constexpr double kRankTolerance = 1e-14;
 
 using Block = TridiagonalChain::Block;
 using SixColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
@@ -73,9 +70,6 @@ ReducedSystem::ReducedSystem(const PoseGraph& graph) {
     factor.A_next = by_second.leftCols(graph.nodes[edge.from + 1].tangent_size());
     factor.J = shared_jacobian * layout.basis;
   }
-  const Eigen::VectorXd typical = TypicalSizes(layout, graph.shared);
-  scale_ = (typical.asDiagonal() * layout.basis).colwise().norm();
-
   prior_information_ = Eigen::MatrixXd::Zero(n, n);
   prior_gradient_ = Eigen::VectorXd::Zero(n);
   for (const ScalarPrior& prior : graph.priors) {
@@ -157,14 +151,14 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
     columns[f] << factor.J, factor.residual;
   }
   FormChain();
-  information_ = prior_information_;
+  Eigen::MatrixXd information = prior_information_;
   Eigen::VectorXd gradient = prior_gradient_;
   const std::vector<PoseRows> projected = Project(columns);
   for (std::size_t f = 0; f < factors_.size(); ++f) {
     Factor& factor = factors_[f];
     factor.B = projected[f].leftCols(n);
     factor.projected = projected[f].col(n);
-    information_.noalias() += factor.J.transpose() * factor.B;
+    information.noalias() += factor.J.transpose() * factor.B;
     gradient.noalias() += factor.B.transpose() * factor.residual;
     factor.D = factor.information;
     const SixColumns seen = factor.information * PoseColumns(factor);
@@ -173,29 +167,14 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
                 seen.transpose();
   }
 
-  if (information_.rows() == 0) return;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale_.asDiagonal() * information_ *
-                                                              scale_.asDiagonal());
-  eigenvalues_ = solver.eigenvalues();
-  eigenvectors_ = solver.eigenvectors();
-  const double largest = eigenvalues_.size() > 0 ? eigenvalues_.maxCoeff() : 0.0;
-  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(eigenvalues_.size());
-  rank_ = 0;
-  for (Eigen::Index i = 0; i < inverse.size(); ++i) {
-    if (eigenvalues_[i] > kRankTolerance * largest) {
-      inverse[i] = 1.0 / eigenvalues_[i];
-      ++rank_;
-    }
-  }
-  const Eigen::MatrixXd scaled_vectors = scale_.asDiagonal() * eigenvectors_;
-  covariance_ = scaled_vectors * inverse.asDiagonal() * scaled_vectors.transpose();
-  step_ = -covariance_ * gradient;
-  for (Factor& factor : factors_) factor.projected += factor.B * step_;
+  shared_ = SharedInformation(graph.layout, graph.shared, std::move(information), gradient);
+  if (size() == 0) return;
+  for (Factor& factor : factors_) factor.projected += factor.B * step();
 }
 
 Eigen::MatrixXd ReducedSystem::ProjectorBlock(std::size_t factor) const {
   const PoseRows& B = factors_[factor].B;
-  return factors_[factor].D - B * covariance_ * B.transpose();
+  return factors_[factor].D - B * covariance() * B.transpose();
 }
 
 // With W = V^-1, N = A^T W A: dW = -W dV W, dN = A^T dW A, and of

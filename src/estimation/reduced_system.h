@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "estimation/graph.h"
+#include "estimation/shared_information.h"
 #include "estimation/tridiagonal_chain.h"
 
 namespace truetriad {
@@ -48,21 +49,16 @@ class ReducedSystem {
   // be called again after the variances changed.
   void Eliminate(const PoseGraph& graph);
 
-  int size() const { return static_cast<int>(information_.rows()); }
   const std::vector<Factor>& factors() const { return factors_; }
 
-  // M, in free coordinates.
-  const Eigen::MatrixXd& information() const { return information_; }
-  // M^-1; a direction that is not determined (see `rank`) has zero variance here.
-  const Eigen::MatrixXd& covariance() const { return covariance_; }
-  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors.
-  const Eigen::VectorXd& eigenvalues() const { return eigenvalues_; }
-  const Eigen::MatrixXd& eigenvectors() const { return eigenvectors_; }
-  // Typical size of each free coordinate.
-  const Eigen::VectorXd& scale() const { return scale_; }
-  int rank() const { return rank_; }
-  // The Gauss-Newton step in free coordinates; near zero at the optimum.
-  const Eigen::VectorXd& step() const { return step_; }
+  // M and what follows from it.
+  const SharedInformation& shared() const { return shared_; }
+  int size() const { return shared_.size(); }
+  const Eigen::MatrixXd& information() const { return shared_.matrix(); }
+  const Eigen::MatrixXd& covariance() const { return shared_.covariance(); }
+  const Eigen::VectorXd& scale() const { return shared_.scale(); }
+  int rank() const { return shared_.rank(); }
+  const Eigen::VectorXd& step() const { return shared_.step(); }
 
   // The factor's own block of P.
   Eigen::MatrixXd ProjectorBlock(std::size_t factor) const;
@@ -80,12 +76,9 @@ class ReducedSystem {
   std::vector<Factor> factors_;
   std::vector<int> tangent_sizes_;
   TridiagonalChain chain_;
-  Eigen::VectorXd scale_;
+  SharedInformation shared_;
   Eigen::MatrixXd prior_information_;
   Eigen::VectorXd prior_gradient_;
-  Eigen::MatrixXd information_, covariance_, eigenvectors_;
-  Eigen::VectorXd eigenvalues_, step_;
-  int rank_ = 0;
 };
 
 }  // namespace truetriad

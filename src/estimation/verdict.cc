@@ -63,19 +63,8 @@ void StateSensors(const SettledRun& run,
   const NoiseState& noise = run.noise;
   for (const Triad triad : kTriads) {
     if (!Wants(run.options, triad)) continue;
-    TriadCalibration sensor = InUnits(triad, run.poses);
-    sensor.model = *solution.models[triad];
-    sensor.thermal = solution.thermal[triad];
-    if (triad == Triad::kGyroscope) sensor.g_sensitivity = solution.g_sensitivity;
+    TriadCalibration sensor = SensorOf(triad, run.poses, solution);
     if (sensor.thermal) sensor.thermal->range_degc = TemperatureRange(run.graph, triad);
-    const int at = PlaceOf(solution.covariance, {triad, ParameterKind::kBias, 0, 0, 0});
-    const Eigen::VectorXd variance = solution.covariance.matrix.diagonal().segment(at, 12);
-    for (int i = 0; i < 3; ++i) {
-      sensor.bias_sigma[i] = std::sqrt(std::max(variance[i], 0.0));
-      for (int j = 0; j < 3; ++j) {
-        sensor.sensitivity_sigma(i, j) = std::sqrt(std::max(variance[3 + 3 * i + j], 0.0));
-      }
-    }
     // RMS over poses of each axis' σ.
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();
     Eigen::Vector3d total = Eigen::Vector3d::Zero();
@@ -95,21 +84,6 @@ void StateSensors(const SettledRun& run,
     sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, PoseNoise(triad));
     calibration->sensors[triad] = sensor;
   }
-}
-
-void StateReference(const SettledRun& run, ReferenceValues* stated) {
-  const SharedLayout& layout = run.graph.layout;
-  const ReferenceOptions& wanted = run.options.reference;
-  const Eigen::Vector4d reference = run.graph.reference();
-  stated->gravity_mps2 = reference[kGravity];
-  if (wanted.gravity_mps2.sigma > 0.0) stated->gravity_sigma_mps2 = wanted.gravity_mps2.sigma;
-  if (!Wants(run.options, Triad::kMagnetometer)) return;
-  const bool field_free = layout.IsFree(layout.reference + kField);
-  const bool dip_free = layout.IsFree(layout.reference + kDip);
-  stated->field_ut = reference[kField];
-  stated->field_nominal = !wanted.field_ut.known() && !field_free;
-  stated->field_estimated = field_free || dip_free;
-  if (dip_free || wanted.dip_rad.known()) stated->dip_rad = reference[kDip];
 }
 
 void StateRejected(const PoseGraph& graph, Quality* quality) {
@@ -306,6 +280,53 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
 
 }  // namespace
 
+TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolution& solution) {
+  TriadCalibration sensor = InUnits(triad, poses);
+  sensor.model = *solution.models[triad];
+  sensor.thermal = solution.thermal[triad];
+  if (triad == Triad::kGyroscope) sensor.g_sensitivity = solution.g_sensitivity;
+  const int at = PlaceOf(solution.covariance, {triad, ParameterKind::kBias, 0, 0, 0});
+  const Eigen::VectorXd variance = solution.covariance.matrix.diagonal().segment(at, 12);
+  for (int i = 0; i < 3; ++i) {
+    sensor.bias_sigma[i] = std::sqrt(std::max(variance[i], 0.0));
+    for (int j = 0; j < 3; ++j) {
+      sensor.sensitivity_sigma(i, j) = std::sqrt(std::max(variance[3 + 3 * i + j], 0.0));
+    }
+  }
+  return sensor;
+}
+
+void StateReference(const CalibrateOptions& options,
+                    const PoseGraph& graph,
+                    ReferenceValues* stated) {
+  const SharedLayout& layout = graph.layout;
+  const ReferenceOptions& wanted = options.reference;
+  const Eigen::Vector4d reference = graph.reference();
+  stated->gravity_mps2 = reference[kGravity];
+  if (wanted.gravity_mps2.sigma > 0.0) stated->gravity_sigma_mps2 = wanted.gravity_mps2.sigma;
+  if (!Wants(options, Triad::kMagnetometer)) return;
+  const bool field_free = layout.IsFree(layout.reference + kField);
+  const bool dip_free = layout.IsFree(layout.reference + kDip);
+  stated->field_ut = reference[kField];
+  stated->field_nominal = !wanted.field_ut.known() && !field_free;
+  stated->field_estimated = field_free || dip_free;
+  if (dip_free || wanted.dip_rad.known()) stated->dip_rad = reference[kDip];
+}
+
+Status StateLimits(const CalibrateOptions& options,
+                   const PoseSet& poses,
+                   Calibration* calibration) {
+  auto limits = JudgeLimits(*calibration, poses, options.limits);
+  if (!limits) return limits.error();
+  calibration->quality.limits = std::move(*limits);
+  if (!calibration->quality.limits.empty()) {
+    calibration->within_limits = std::all_of(calibration->quality.limits.begin(),
+                                             calibration->quality.limits.end(),
+                                             [](const LimitCheck& check) { return check.pass; });
+  }
+  return {};
+}
+
 Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const CalibrateOptions& options = run.options;
   const PoseGraph& graph = run.graph;
@@ -315,9 +336,10 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.effective_dof = joint.dof;
-  StateReference(run, &calibration->reference);
+  StateReference(options, graph, &calibration->reference);
 
-  Observability observability = AnalyseObservability(graph, system, options.observable_sigma);
+  Observability observability =
+      AnalyseObservability(graph, system.shared(), options.observable_sigma);
   quality.weak_directions = std::move(observability.weak_directions);
 
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
@@ -348,15 +370,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   StateSensors(run, solution, calibration);
   quality.held_out = CrossValidate(graph, options.cross_validation_folds);
   SayRemarks(run, *calibration, &calibration->messages);
-  auto limits = JudgeLimits(*calibration, run.poses, options.limits);
-  if (!limits) return limits.error();
-  quality.limits = std::move(*limits);
-  if (!quality.limits.empty()) {
-    calibration->within_limits = std::all_of(quality.limits.begin(),
-                                             quality.limits.end(),
-                                             [](const LimitCheck& check) { return check.pass; });
-  }
-  return {};
+  return StateLimits(options, run.poses, calibration);
 }
 
 void StateStart(const PoseSet& poses,

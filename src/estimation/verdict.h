@@ -3,6 +3,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/noise_settling.h"
+#include "estimation/presentation.h"
 #include "estimation/start.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
@@ -22,6 +23,17 @@ struct SettledRun {
 // Everything that is reported, from the settled graph: quality, the verdict, and where it can be
 // used the sensors with their covariance. Error (usage): a limit that cannot be judged.
 Status StateVerdict(const SettledRun& run, Calibration* calibration);
+
+// Parts of it that hold however the solution was found.
+//
+// A sensor's parameters with their σ; its noise is not filled in.
+TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolution& solution);
+// Gravity and field as used or estimated.
+void StateReference(const CalibrateOptions& options,
+                    const PoseGraph& graph,
+                    ReferenceValues* stated);
+// Judges a usable calibration by the limits. Error (usage): a limit that cannot be judged.
+Status StateLimits(const CalibrateOptions& options, const PoseSet& poses, Calibration* calibration);
 
 // The start values as a calibration without uncertainty; `graph` is laid out at them.
 void StateStart(const PoseSet& poses,

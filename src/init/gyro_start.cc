@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/init/gyro_start.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
@@ -14,11 +17,18 @@ namespace {
 
 using Matrix39 = Eigen::Matrix<double, 3, 9>;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+using Matrix312 = Eigen::Matrix<double, 3, 12>;
+using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
 constexpr int kRefinements = 8;
 // Turns whose smallest singular value is below this share of the largest turn about too few axes.
 constexpr double kThinTurns = 1e-4;
+
+// Readings that vary less than this share of their largest variation along some direction turned
+// about too few axes.
+constexpr double kThinRates = 1e-3;
 
 // A vector that stands still in the world turns in the body as du/dt = u x omega. With omega = C y
 // the change over a move is linear in C: the sum of y_j [u]_x dt, column by column.
@@ -81,6 +91,79 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
         "gyroscope: its readings do not explain how gravity turned between the poses");
   }
   return model.triad.sensitivity;
+}
+
+Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
+                                         const std::optional<Eigen::Matrix3d>& sensitivity,
+                                         const std::optional<Eigen::Vector3d>& bias_raw) {
+  // About the mean reading and in units of their spread, so that offsets many times the signal and
+  // gains of any size are the same problem: y = centre + spread z, C y - c = K z - k.
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  double count = 0.0;
+  for (const DirectionMove& move : moves) {
+    for (const Eigen::Vector3d& reading : move.move.reading_raw) centre += reading;
+    count += static_cast<double>(move.move.reading_raw.size());
+  }
+  centre /= std::max(count, 1.0);
+  for (const DirectionMove& move : moves) {
+    for (const Eigen::Vector3d& reading : move.move.reading_raw) {
+      scatter += (reading - centre) * (reading - centre).transpose();
+    }
+  }
+  const Eigen::Vector3d extent = scatter.selfadjointView<Eigen::Lower>().eigenvalues();
+  if (!sensitivity && !(std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]))) {
+    return NotEnoughError(
+        "gyroscope: the motion does not show all of its axes; turn the unit about three different "
+        "axes, each both ways");
+  }
+  const double spread = std::sqrt(extent.sum() / std::max(count, 1.0));
+
+  Matrix12 information = Matrix12::Zero();
+  Vector12 gradient = Vector12::Zero();
+  for (const DirectionMove& move : moves) {
+    Matrix312 change;
+    change.leftCols<9>() = DirectionChange(move, centre) / spread;
+    Eigen::Matrix3d weighted = Eigen::Matrix3d::Zero();
+    const std::vector<double>& time_s = move.move.time_s;
+    for (std::size_t i = 1; i < time_s.size(); ++i) {
+      const double half_s = 0.5 * (time_s[i] - time_s[i - 1]);
+      for (const std::size_t at : {i - 1, i}) {
+        weighted += half_s * Skew(move.direction[at].normalized());
+      }
+    }
+    change.rightCols<3>() = -weighted;
+    information += change.transpose() * change;
+    gradient += change.transpose() * (move.after - move.before);
+  }
+  // K = C spread and k = C (b - centre); what is known is held: x = base + free t.
+  Vector12 base = Vector12::Zero();
+  Eigen::Matrix<double, 12, Eigen::Dynamic> free = Matrix12::Identity();
+  if (sensitivity) {
+    const Eigen::Matrix3d correction = sensitivity->inverse();
+    base.head<9>() = (spread * correction).reshaped();
+    free = Matrix12::Identity().rightCols<3>();
+    if (bias_raw) return TriadModel<double>{*sensitivity, *bias_raw};
+  } else if (bias_raw) {
+    // k = K (b - centre) / spread.
+    free = Matrix12::Identity().leftCols<9>();
+    for (int axis = 0; axis < 3; ++axis) {
+      free.block<3, 3>(9, 3 * axis) =
+          ((*bias_raw - centre)[axis] / spread) * Eigen::Matrix3d::Identity();
+    }
+  }
+  const Eigen::VectorXd solution = (free.transpose() * information * free)
+                                       .ldlt()
+                                       .solve(free.transpose() * (gradient - information * base));
+  const Vector12 found = base + free * solution;
+  const Eigen::Matrix3d correction = Eigen::Matrix3d(found.head<9>().reshaped(3, 3)) / spread;
+  TriadModel<double> model;
+  model.sensitivity = sensitivity.value_or(correction.inverse());
+  model.bias = bias_raw.value_or(centre + model.sensitivity * found.tail<3>());
+  if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
+    return NotEnoughError("gyroscope: its readings do not explain how gravity turned in the body");
+  }
+  return model;
 }
 
 }  // namespace truetriad

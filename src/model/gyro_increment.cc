@@ -40,29 +40,61 @@ void AddReading(const Eigen::Matrix3d& turned,
   sums->noise.noalias() += noise * noise.transpose();
 }
 
-// Change of the rate per second about sample i, from its neighbours; zero at the ends, where the
-// unit rests. Not the weighted difference for uneven steps: this one does not amplify noise beside
-// a gap.
-Eigen::Vector3d Slope(const std::vector<double>& time_s,
-                      const std::vector<Eigen::Vector3d>& rates,
-                      std::size_t i) {
-  if (i == 0 || i + 1 == rates.size() || !(time_s[i + 1] > time_s[i - 1])) {
-    return Eigen::Vector3d::Zero();
-  }
-  return (rates[i + 1] - rates[i - 1]) / (time_s[i + 1] - time_s[i - 1]);
-}
+// Rates of three readings in a row, as far as there are so many: the one before a step, both of its
+// ends, the one after.
+class RateWindow {
+ public:
+  RateWindow(const GyroReadings& readings, const GyroModel& model)
+      : readings_(readings),
+        correction_(model.triad.Correction()),
+        bias_(model.triad.bias),
+        g_sensitivity_(model.g_sensitivity),
+        has_force_(!readings.force_mps2.empty()),
+        begin_(RateOf(0)),
+        end_(readings.time_s.size() > 1 ? RateOf(1) : begin_) {}
 
-// Rotation vector from sample `first` to the next.
-Eigen::Vector3d InstantaneousStep(const std::vector<double>& time_s,
-                                  const std::vector<Eigen::Vector3d>& rates,
-                                  std::size_t first) {
-  const double step_s = time_s[first + 1] - time_s[first];
-  const Eigen::Vector3d& begin = rates[first];
-  const Eigen::Vector3d& end = rates[first + 1];
-  return 0.5 * step_s * (begin + end) +
-         step_s * step_s / 12.0 *
-             (begin.cross(end) + Slope(time_s, rates, first) - Slope(time_s, rates, first + 1));
-}
+  // The step from reading `first` to the next; `first` must go up by one.
+  void MoveTo(std::size_t first) {
+    if (first > 0) {
+      begin_ = end_;
+      end_ = after_;
+      slope_begin_ = slope_end_;
+    }
+    const bool is_last = first + 2 >= readings_.time_s.size();
+    after_ = is_last ? end_ : RateOf(first + 2);
+    // From the neighbours; zero at the ends, where the unit rests. Not the weighted difference for
+    // uneven steps: this one does not amplify noise beside a gap.
+    slope_end_.setZero();
+    const std::span<const double> time = readings_.time_s;
+    if (!is_last && time[first + 2] > time[first]) {
+      slope_end_ = (after_ - begin_) / (time[first + 2] - time[first]);
+    }
+  }
+
+  const Eigen::Vector3d& begin() const { return begin_; }
+  const Eigen::Vector3d& end() const { return end_; }
+
+  // Rotation vector of the step where readings are instantaneous.
+  Eigen::Vector3d InstantaneousStep(double step_s) const {
+    return 0.5 * step_s * (begin_ + end_) +
+           step_s * step_s / 12.0 * (begin_.cross(end_) + slope_begin_ - slope_end_);
+  }
+
+ private:
+  Eigen::Vector3d RateOf(std::size_t i) const {
+    Eigen::Vector3d raw = readings_.reading_raw[i] - bias_;
+    if (has_force_) raw -= g_sensitivity_ * readings_.force_mps2[i];
+    return correction_ * raw;
+  }
+
+  const GyroReadings& readings_;
+  Eigen::Matrix3d correction_;
+  Eigen::Vector3d bias_;
+  Eigen::Matrix3d g_sensitivity_;
+  bool has_force_;
+  Eigen::Vector3d begin_, end_, after_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
+};
 
 }  // namespace
 
@@ -70,39 +102,46 @@ GyroIncrement IntegrateMove(const GyroMove& move,
                             const GyroModel& model,
                             const Eigen::Vector3d& sigma_raw,
                             RateSampling sampling) {
-  const std::size_t count = move.time_s.size();
+  return IntegrateMove(
+      GyroReadings{move.time_s, move.reading_raw, move.force_mps2}, model, sigma_raw, sampling);
+}
+
+GyroIncrement IntegrateMove(const GyroReadings& readings,
+                            const GyroModel& model,
+                            const Eigen::Vector3d& sigma_raw,
+                            RateSampling sampling) {
+  const std::size_t count = readings.time_s.size();
   CHECK_GT(count, 0U);
-  CHECK_EQ(move.reading_raw.size(), count);
-  const bool has_force = !move.force_mps2.empty();
-  if (has_force) CHECK_EQ(move.force_mps2.size(), count);
+  CHECK_EQ(readings.reading_raw.size(), count);
+  const bool has_force = !readings.force_mps2.empty();
+  if (has_force) CHECK_EQ(readings.force_mps2.size(), count);
 
   const Eigen::Matrix3d correction = model.triad.Correction();
   const Eigen::Matrix3d noise_root = correction * sigma_raw.asDiagonal();
-  std::vector<Eigen::Vector3d> rates(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    Eigen::Vector3d raw = move.reading_raw[i] - model.triad.bias;
-    if (has_force) raw -= model.g_sensitivity * move.force_mps2[i];
-    rates[i] = correction * raw;
-  }
-  const auto force_at = [&](std::size_t i) { return has_force ? &move.force_mps2[i] : nullptr; };
+  const auto force_at = [&](std::size_t i) {
+    return has_force ? &readings.force_mps2[i] : nullptr;
+  };
 
   const bool is_mean = sampling == RateSampling::kMeanRate;
   Sums sums;
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
   double half_step_before_s = 0.0;
+  RateWindow rates(readings, model);
   for (std::size_t i = 1; i < count; ++i) {
-    const double step_s = move.time_s[i] - move.time_s[i - 1];
+    rates.MoveTo(i - 1);
+    const double step_s = readings.time_s[i] - readings.time_s[i - 1];
     const Eigen::Matrix3d turned_before = turned;
-    rotation = rotation * RotationExp(is_mean ? Eigen::Vector3d(step_s * rates[i])
-                                              : InstantaneousStep(move.time_s, rates, i - 1));
+    rotation = rotation * RotationExp(is_mean ? Eigen::Vector3d(step_s * rates.end())
+                                              : rates.InstantaneousStep(step_s));
     turned = rotation.toRotationMatrix();
     if (is_mean) {
-      AddReading(0.5 * (turned_before + turned), step_s, rates[i], force_at(i), noise_root, &sums);
+      AddReading(
+          0.5 * (turned_before + turned), step_s, rates.end(), force_at(i), noise_root, &sums);
     } else {
       AddReading(turned_before,
                  half_step_before_s + 0.5 * step_s,
-                 rates[i - 1],
+                 rates.begin(),
                  force_at(i - 1),
                  noise_root,
                  &sums);
@@ -110,11 +149,11 @@ GyroIncrement IntegrateMove(const GyroMove& move,
     }
   }
   if (!is_mean) {
-    AddReading(turned, half_step_before_s, rates.back(), force_at(count - 1), noise_root, &sums);
+    AddReading(turned, half_step_before_s, rates.end(), force_at(count - 1), noise_root, &sums);
   }
 
   GyroIncrement increment;
-  increment.duration_s = move.time_s.back() - move.time_s.front();
+  increment.duration_s = readings.time_s.back() - readings.time_s.front();
   increment.rotation = rotation.normalized();
   const Eigen::Matrix3d to_end = turned.transpose();
   // d rate = -C (db + dS rate + dG force).
@@ -126,6 +165,21 @@ GyroIncrement IntegrateMove(const GyroMove& move,
   }
   increment.covariance = to_end * sums.noise * turned;
   return increment;
+}
+
+Eigen::Quaterniond IntegrateRotation(const GyroReadings& readings,
+                                     const GyroModel& model,
+                                     RateSampling sampling) {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  RateWindow rates(readings, model);
+  for (std::size_t i = 1; i < readings.time_s.size(); ++i) {
+    rates.MoveTo(i - 1);
+    const double step_s = readings.time_s[i] - readings.time_s[i - 1];
+    rotation = rotation * RotationExp(sampling == RateSampling::kMeanRate
+                                          ? Eigen::Vector3d(step_s * rates.end())
+                                          : rates.InstantaneousStep(step_s));
+  }
+  return rotation.normalized();
 }
 
 }  // namespace truetriad

@@ -82,6 +82,19 @@ Kinematics Tumble(const MotionPhase::Tumbling& tumbling, double time_s, double d
   return state;
 }
 
+Eigen::Vector3d HandAcceleration(const MotionPhase::Tumbling& tumbling,
+                                 double time_s,
+                                 double duration_s) {
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+  if (!(tumbling.hand_amplitude_mps2 > 0.0)) return acceleration;
+  for (std::size_t i = 0; i < tumbling.kHandOmegaRadps.size(); ++i) {
+    const double argument = tumbling.kHandOmegaRadps[i] * time_s;
+    acceleration += tumbling.hand_amplitude_mps2 *
+                    (tumbling.hand_phase_rad[i].array() + argument).sin().matrix();
+  }
+  return RampedTime(time_s, duration_s, tumbling.ramp_s).rate * acceleration;
+}
+
 /// In the frame of the phase's begin.
 struct Evaluate {
   const MotionPhase& phase;
@@ -116,6 +129,9 @@ Kinematics MotionPhase::At(double time_s) const {
   state.world_from_body = (world_from_body * state.world_from_body).normalized();
   if (const Turn* const turn = std::get_if<Turn>(&form)) {
     state.acceleration_mps2 = MinimumJerk(t, duration_s).acceleration * turn->travel_m;
+  }
+  if (const Tumbling* const tumbling = std::get_if<Tumbling>(&form)) {
+    state.acceleration_mps2 = HandAcceleration(*tumbling, t, duration_s);
   }
   return state;
 }

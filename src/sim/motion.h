@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <variant>
@@ -60,6 +61,11 @@ struct MotionPhase {
     Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
     Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
     double ramp_s = 1.0;
+    /// The hand's own acceleration, world frame: for each term its amplitude and phases an axis,
+    /// at kHandOmegaRadps; while turning at full speed.
+    static constexpr std::array<double, 4> kHandOmegaRadps = {2.3, 4.1, 7.1, 11.9};
+    double hand_amplitude_mps2 = 0.0;
+    std::array<Eigen::Vector3d, 4> hand_phase_rad{};
   };
 
   double begin_s = 0.0;

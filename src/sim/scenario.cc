@@ -214,6 +214,7 @@ struct CheckStep {
   void operator()(const TumbleStep& step) const {
     problems->Positive(step.duration_s, name + " duration");
     problems->Positive(step.rms_rate_radps, name + " RMS rate");
+    problems->NotNegative(step.hand_acceleration_mps2, name + " hand acceleration");
     // Three rates of a third of the mean square each, all at their peaks and about one axis.
     CheckFastest(std::sqrt(6.0) * step.rms_rate_radps);
   }

@@ -120,6 +120,16 @@ class TimelineBuilder {
     }
     constexpr double kLongestRampS = 1.0;
     tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
+    if (step.hand_acceleration_mps2 > 0.0) {
+      // Half of each squared amplitude on average, from every term.
+      const auto terms = static_cast<double>(tumbling.kHandOmegaRadps.size());
+      tumbling.hand_amplitude_mps2 = step.hand_acceleration_mps2 * std::sqrt(2.0 / terms);
+      for (Eigen::Vector3d& phases_rad : tumbling.hand_phase_rad) {
+        for (double& phase_rad : phases_rad) {
+          phase_rad = 2.0 * std::numbers::pi * tumble_.Uniform();
+        }
+      }
+    }
     Append(step.duration_s, Eigen::Vector3d::UnitZ(), tumbling);
     intended_ = attitude_;
   }

@@ -20,6 +20,7 @@ struct PosesConfig {
   std::int64_t every = 0;
   std::string column;
   std::string file;         ///< Resolved against the experiment file.
+  double motion_spacing_s = 0.1;  ///< Of kMotion.
   bool moves = false;       ///< The gyroscope's readings between the poses are wanted, too.
 };
 

@@ -19,6 +19,7 @@ enum class PoseSelectionKind {
   kEveryN,    ///< Each block of `every` rows is a pose.
   kColumn,    ///< A column numbers them, 0 = moving.
   kRanges,    ///< Row ranges are given.
+  kMotion,    ///< The unit never rests: no poses, all readings in PoseSet::tracks.
 };
 
 /// One given rest: rows first…last of the file, 0-based, last included.
@@ -49,7 +50,8 @@ struct StaticDetectorOptions {
 using ProgressCallback = std::function<void(double)>;
 
 /// Streams `source` once and reduces it to poses: mean, covariance of the mean (correlated noise
-/// allowed for), temperature, duration. Memory does not grow with the length of the log.
+/// allowed for), temperature, duration. Memory does not grow with the length of the log, but for
+/// kMotion, which keeps every reading (32 bytes).
 /// Error: malformed readings (stuck or clipped sensor everywhere, time going backwards) are bad
 /// input; no rests is not-enough.
 Result<PoseSet> CollectPoses(SampleSource& source,

@@ -61,6 +61,12 @@ struct RecordedMove {
   std::string fault;  ///< Why the turn cannot be told from them, or empty.
 };
 
+/// Readings of one triad over a whole recording, in time order.
+struct ReadingTrack {
+  std::vector<std::int64_t> time_ns;
+  std::vector<Eigen::Vector3d> reading_raw;
+};
+
 /// How one triad's readings behave over the whole recording.
 struct StreamSummary {
   Triad triad = Triad::kAccelerometer;
@@ -85,6 +91,7 @@ struct PoseSet {
   std::string serial;
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;       ///< Where PoseSelection::moves asked for them.
+  PerTriad<ReadingTrack> tracks;         ///< Where PoseSelectionKind::kMotion asked for them.
   std::vector<StreamSummary> streams;
   bool has_time = true;
   double duration_s = 0.0;

@@ -158,6 +158,15 @@ enum class InitialiseMethod {
   kEllipsoid,
 };
 
+/// A unit that is tumbled without rests, followed as a chain of attitudes. Needs the accelerometer
+/// and the gyroscope (held or not) and PoseSet::tracks.
+struct MotionOptions {
+  /// Time between two attitudes of the chain, s; rounded to whole readings of the gyroscope, 0 for
+  /// every one. The readings in between lose nothing: they are turned to their node by the
+  /// gyroscope. Range: >= 0.
+  double spacing_s = 0.1;
+};
+
 struct InitialiseOptions {
   InitialiseMethod method = InitialiseMethod::kAuto;
   /// Stop at the start values and report them.
@@ -180,6 +189,7 @@ struct CalibrateOptions {
   ReferenceOptions reference;
   AttitudeOptions attitudes;
   RobustOptions robust;
+  std::optional<MotionOptions> motion;
   InitialiseOptions initialise;
   LimitOptions limits;
   Gauge gauge = Gauge::kAccelX;

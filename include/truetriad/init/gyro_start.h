@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -24,5 +25,12 @@ struct DirectionMove {
 /// Error (not enough): the turns do not determine all nine entries.
 Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
                                             const Eigen::Vector3d& bias_raw);
+
+/// Sensitivity and bias of a gyroscope of a unit that never rests: C and C b enter du/dt linearly.
+/// The directions may be noisy throughout; nothing is refined. What is given is held.
+/// Error (not enough): the motion does not determine them.
+Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
+                                         const std::optional<Eigen::Matrix3d>& sensitivity,
+                                         const std::optional<Eigen::Vector3d>& bias_raw);
 
 }  // namespace truetriad

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,6 +24,13 @@ struct GyroMove {
   std::vector<Eigen::Vector3d> reading_raw;  ///< As many as times.
   /// Specific force at the same times, m/s^2, body frame; empty when there is no g-sensitivity.
   std::vector<Eigen::Vector3d> force_mps2;
+};
+
+/// The same readings where somebody else keeps them.
+struct GyroReadings {
+  std::span<const double> time_s;
+  std::span<const Eigen::Vector3d> reading_raw;
+  std::span<const Eigen::Vector3d> force_mps2;
 };
 
 /// A gyroscope: raw = S omega + b + G f (model.md §1), f the specific force.
@@ -56,9 +64,18 @@ struct GyroIncrement {
 /// so that the error falls with dt^4, coning included. On even steps the sum of the slopes' terms
 /// vanishes for a fixed axis: they cost no noise. `sigma_raw`: of one reading, per axis.
 /// Range: at least one reading, S regular.
+GyroIncrement IntegrateMove(const GyroReadings& readings,
+                            const GyroModel& model,
+                            const Eigen::Vector3d& sigma_raw,
+                            RateSampling sampling);
 GyroIncrement IntegrateMove(const GyroMove& move,
                             const GyroModel& model,
                             const Eigen::Vector3d& sigma_raw,
                             RateSampling sampling);
+
+/// The rotation alone.
+Eigen::Quaterniond IntegrateRotation(const GyroReadings& readings,
+                                     const GyroModel& model,
+                                     RateSampling sampling);
 
 }  // namespace truetriad

@@ -132,6 +132,9 @@ struct RateStep {
 struct TumbleStep {
   double duration_s = 60.0;     ///< Range: > 0.
   double rms_rate_radps = 2.0;  ///< RMS length of the rate once it is under way. Range: > 0.
+  /// RMS along each world axis of the hand's own acceleration, of some tenths to two hertz.
+  /// Range: >= 0.
+  double hand_acceleration_mps2 = 0.0;
 };
 
 using MotionStep = std::variant<PosesStep, TurnStep, RateStep, TumbleStep>;

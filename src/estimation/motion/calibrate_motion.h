@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/estimation/calibrate.h"
+
+namespace truetriad {
+
+// Calibrate for a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors
+// as Calibrate; `summary` holds what is known without any data.
+Status CalibrateMotion(const PoseSet& poses,
+                       const CalibrateOptions& options,
+                       CalibrationSummary* summary);
+
+}  // namespace truetriad

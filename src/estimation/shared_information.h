@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "estimation/graph.h"
+
+namespace truetriad {
+
+// The information of all factors about the free shared coordinates, the attitudes eliminated.
+class SharedInformation {
+ public:
+  SharedInformation() = default;
+  // `information` M and `gradient` of half the sum of squares, in free coordinates.
+  SharedInformation(const SharedLayout& layout,
+                    const Eigen::VectorXd& shared,
+                    Eigen::MatrixXd information,
+                    const Eigen::VectorXd& gradient);
+
+  int size() const { return static_cast<int>(matrix_.rows()); }
+  const Eigen::MatrixXd& matrix() const { return matrix_; }
+  // M^-1; a direction that is not determined (see `rank`) has zero variance here.
+  const Eigen::MatrixXd& covariance() const { return covariance_; }
+  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors.
+  const Eigen::VectorXd& eigenvalues() const { return eigenvalues_; }
+  const Eigen::MatrixXd& eigenvectors() const { return eigenvectors_; }
+  // Typical size of each free coordinate.
+  const Eigen::VectorXd& scale() const { return scale_; }
+  int rank() const { return rank_; }
+  // The Gauss-Newton step; near zero at the optimum.
+  const Eigen::VectorXd& step() const { return step_; }
+
+ private:
+  Eigen::MatrixXd matrix_, covariance_, eigenvectors_;
+  Eigen::VectorXd scale_, eigenvalues_, step_;
+  int rank_ = 0;
+};
+
+}  // namespace truetriad
