@@ -312,10 +312,23 @@ TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
   EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"), HasSubstr("reads 1"));
 }
 
+TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
+  const Result<Experiment> experiment = Load(
+      "experiment: 1\nsensors: { accelerometer: {}, gyroscope: {} }\n"
+      "poses: { motion: { spacing_s: 0.02 } }\n");
+  ASSERT_TRUE(experiment) << experiment.error().message;
+  EXPECT_EQ(experiment->poses.kind, PoseSelectionKind::kMotion);
+  ASSERT_TRUE(experiment->options.motion);
+  EXPECT_EQ(experiment->options.motion->spacing_s, 0.02);
+  EXPECT_THAT(experiment->resolved_yaml, HasSubstr("spacing_s: 0.02"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\n"
+                      "poses: { motion: { spacing_s: -1 } }\n"),
+              HasSubstr("out of range"));
+}
+
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
   const std::string head = "experiment: 1\nsensors:\n";
   for (const std::string& text : {head + "  magnetometer: { model: auto }\n",
-                                  kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
                                   kMinimal + std::string("attitudes: { file: a.csv, "
                                                          "fixture_rotation: unknown }\n")}) {
     const Result<Experiment> experiment = Load(text);

@@ -31,6 +31,12 @@ constexpr double kSettlingSpacingS = 0.1;
 constexpr int kMaxRounds = 20;
 // A density that changes less than this moves σ by half of it.
 constexpr double kSettledNoise = 0.02;
+// Likewise a clock, in its σ.
+constexpr double kSettledClock = 0.1;
+// Of the duration: a clock further off than this belongs to another recording.
+constexpr double kMostClockError = 0.01;
+// A clock is said to be ahead from this many σ on.
+constexpr double kSaidClockError = 4.0;
 constexpr double kRoughTolerance = 1e-6;
 constexpr double kMotionTolerance = 1e-11;
 // A fit whose residual is this share of the field does not explain the data.
@@ -48,6 +54,7 @@ struct MotionRun {
   std::vector<Eigen::Quaterniond> attitudes;
   MotionNoiseState noise;
   SolveOutcome outcome;
+  PerTriad<double> clock_sigma_s{};  // of MotionTrack::ahead_s
   int iterations = 0;
   int rounds = 0;
 };
@@ -121,7 +128,22 @@ MotionRun FirstFit(const PoseSet& poses,
   return run;
 }
 
-// Weights, noise and solution in turn until the noise stays.
+// Allows for clocks that are ahead. Returns the largest change in σ.
+double UpdateClocks(const MotionChain& chain, MotionTrack* track, MotionRun* run) {
+  double change = 0.0;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!run->graph.layout.Has(triad)) continue;
+    const MotionChain::ClockError error = chain.ClockErrorOf(triad, run->graph.shared.data());
+    if (!(error.sigma_s > 0.0)) continue;
+    const double most = kMostClockError * track->duration_s();
+    track->set_ahead_s(triad, std::clamp(track->ahead_s(triad) + error.ahead_s, -most, most));
+    run->clock_sigma_s[triad] = error.sigma_s;
+    change = std::max(change, std::abs(error.ahead_s) / error.sigma_s);
+  }
+  return change;
+}
+
+// Weights, noise, clocks and solution in turn until they stay.
 void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* track, MotionRun* run) {
   for (run->rounds = 1; run->rounds <= kMaxRounds; ++run->rounds) {
     GatherAgain(options, spacing_s, track, run);
@@ -129,9 +151,11 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
     chain.Linearise(run->graph.shared.data());
     const double change =
         UpdateMotionNoise(options.robust, run->graph.shared.data(), &chain, &run->noise);
+    const double clock_change = UpdateClocks(chain, track, run);
     Solve(kRoughTolerance, &chain, run);
     run->nodes = chain.nodes();
-    if (change < kSettledNoise || !run->outcome.converged) break;
+    if (!run->outcome.converged) break;
+    if (change < kSettledNoise && clock_change < kSettledClock) break;
   }
 }
 
@@ -158,6 +182,19 @@ std::vector<PoseNode> ShownNodes(const MotionTrack& track, const MotionRun& run)
     if (!node.observations.empty()) shown.push_back(node);
   }
   return shown;
+}
+
+// Time that the readings at one node stand for; of the gyroscope the time between two nodes.
+double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad) {
+  if (triad == Triad::kGyroscope) {
+    return track.duration_s() / static_cast<double>(std::max<std::size_t>(run.nodes.size(), 2) - 1);
+  }
+  double readings = 0.0, seen = 0.0;
+  for (const MotionNode& node : run.nodes) {
+    readings += node.seen(triad).count;
+    seen += node.seen(triad).count > 0 ? 1.0 : 0.0;
+  }
+  return track.spacing_s(triad) * std::max(readings / std::max(seen, 1.0), 1.0);
 }
 
 // RMS of |C(y - b)| - reference and coverage, over all nodes.
@@ -217,6 +254,17 @@ void SayRemarks(const CalibrateOptions& options,
         Format(": residuals hang together from one attitude to the next (%.1f times the variance "
                "of white noise); weights and σ allow for it",
                run.noise.correlation[triad]));
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const double ahead_s = track.ahead_s(triad);
+    if (!options.triads[triad].enabled ||
+        !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
+      continue;
+    }
+    messages->push_back(
+        std::string(TriadName(triad)) + Format(": its times are %.2f ", 1e3 * std::abs(ahead_s)) +
+        Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
+        (ahead_s > 0.0 ? "later" : "earlier") + " than the gyroscope's; allowed for");
   }
   if (track.untold() > 0) {
     messages->push_back(Format("the gyroscope tells nothing for %.2f s in ", track.untold_s()) +
@@ -296,10 +344,10 @@ Status StateMotionVerdict(const PoseSet& poses,
     if (!options.triads[triad].enabled) continue;
     TriadCalibration sensor = SensorOf(triad, poses, solution);
     sensor.noise.source = run->noise.source[triad];
-    sensor.noise.sigma = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
+    const double averaged_s = AveragedTime(track, *run, triad);
+    sensor.noise.sigma = (run->noise.noise.density[triad] / averaged_s).cwiseSqrt();
     if (run->noise.source[triad] != NoiseSource::kResidual) {
-      const Eigen::Vector3d stated =
-          (run->noise.stated.density[triad] / track.spacing_s(triad)).cwiseSqrt();
+      const Eigen::Vector3d stated = (run->noise.stated.density[triad] / averaged_s).cwiseSqrt();
       const Eigen::Vector3d gain = sensor.model.sensitivity.rowwise().norm();
       sensor.noise.excess_sigma = std::sqrt((sensor.noise.sigma.cwiseAbs2() - stated.cwiseAbs2())
                                                 .cwiseQuotient(gain.cwiseAbs2())

@@ -409,4 +409,27 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const double* shared)
   return all;
 }
 
+MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
+  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout_.reference);
+  const TriadModel<double> model = ModelAt(layout_, triad, shared);
+  const GyroModel gyroscope = GyroscopeAt(shared);
+  const Eigen::Matrix3d correction = gyroscope.triad.Correction();
+  const Eigen::Vector3d world = WorldVector(triad, reference);
+  double along = 0.0, squared = 0.0;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const GatheredReadings& seen = nodes_[k].seen(triad);
+    if (seen.count == 0) continue;
+    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
+    const Eigen::Vector3d rate = correction * (track_.RateAt(nodes_[k]) - gyroscope.triad.bias);
+    const Eigen::Vector3d change = RootWeight(seen) * inverse_sigma_[triad].cwiseProduct(
+                                                          model.sensitivity * field.cross(rate));
+    along += change.dot(VectorResidual(triad, nodes_[k], model, field));
+    squared += change.squaredNorm();
+  }
+  // A reading that is stamped too late by t shows the field of t earlier: the residual is t times
+  // the change.
+  if (!(squared > 0.0)) return {};
+  return {along / squared, 1.0 / std::sqrt(squared)};
+}
+
 }  // namespace truetriad

@@ -70,6 +70,14 @@ class MotionChain {
   };
   PerTriad<Residuals> AllResiduals(const double* shared) const;
 
+  // By how much more than allowed for a vector sensor's clock is ahead of the gyroscope's, with its
+  // σ: the residuals against how fast the field turns, dx/dt = x x omega.
+  struct ClockError {
+    double ahead_s = 0.0;
+    double sigma_s = 0.0;
+  };
+  ClockError ClockErrorOf(Triad triad, const double* shared) const;
+
  private:
   using Matrix3 = Eigen::Matrix3d;
   // Which free coordinates touch a triad's rows, and how its own columns (bias, sensitivity,

@@ -99,14 +99,17 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope) {
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Vectors& readings = vectors_[Triad::kAccelerometer];
   const Eigen::Matrix3d correction = accelerometer.Correction();
+  const auto time_of = [&](std::size_t j) {
+    return readings.time_s[j] - ahead_s_[Triad::kAccelerometer];
+  };
   force_mps2_.resize(time_s_.size());
   std::size_t right = 0;
   for (std::size_t i = 0; i < time_s_.size(); ++i) {
-    while (right + 1 < readings.time_s.size() && readings.time_s[right] < time_s_[i]) ++right;
-    const std::size_t left = right > 0 && readings.time_s[right] > time_s_[i] ? right - 1 : right;
-    const double span = readings.time_s[right] - readings.time_s[left];
+    while (right + 1 < readings.time_s.size() && time_of(right) < time_s_[i]) ++right;
+    const std::size_t left = right > 0 && time_of(right) > time_s_[i] ? right - 1 : right;
+    const double span = time_of(right) - time_of(left);
     const double share =
-        span > 0.0 ? std::clamp((time_s_[i] - readings.time_s[left]) / span, 0.0, 1.0) : 0.0;
+        span > 0.0 ? std::clamp((time_s_[i] - time_of(left)) / span, 0.0, 1.0) : 0.0;
     force_mps2_[i] = correction * ((1.0 - share) * readings.reading_raw[left] +
                                    share * readings.reading_raw[right] - accelerometer.bias);
   }
@@ -158,7 +161,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
     const double reach_s = 0.5 * spacing_s_[Triad::kGyroscope];
     std::size_t k = 0, i = 0;
     for (std::size_t j = 0; j < readings.time_s.size(); ++j) {
-      const double time_s = readings.time_s[j];
+      const double time_s = readings.time_s[j] - ahead_s_[triad];
       if (time_s < time_s_.front() - reach_s || time_s > time_s_.back() + reach_s) continue;
       while (k + 1 < nodes.size() && TimeOf(nodes[k + 1]) <= time_s) ++k;
       i = std::max(i, nodes[k].reading);

@@ -50,6 +50,14 @@ class MotionTrack {
   // What the gyroscope read from `node` to the one after it.
   GyroReadings Between(const MotionNode& node, const MotionNode& next) const;
 
+  // By how much a vector sensor's clock is ahead of the gyroscope's, s; zero at first. Gather and
+  // SetForces allow for it.
+  double ahead_s(Triad triad) const { return ahead_s_[triad]; }
+  void set_ahead_s(Triad triad, double ahead_s) { ahead_s_[triad] = ahead_s; }
+
+  // The gyroscope's reading at a node.
+  const Eigen::Vector3d& RateAt(const MotionNode& node) const { return rate_raw_[node.reading]; }
+
   // The specific force at the gyroscope's readings, for its g-sensitivity.
   void SetForces(const TriadModel<double>& accelerometer);
 
@@ -72,7 +80,7 @@ class MotionTrack {
   std::vector<Eigen::Vector3d> rate_raw_, force_mps2_;
   std::vector<bool> is_untold_;  // the step from this reading to the next
   PerTriad<Vectors> vectors_;
-  PerTriad<double> spacing_s_{};
+  PerTriad<double> spacing_s_{}, ahead_s_{};
   double untold_s_ = 0.0;
   int untold_ = 0;
 };

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A unit that is tumbled by hand, as a user would calibrate it: simulate, calibrate, compare.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+const std::string kConfigs = TRUETRIAD_SOURCE_DIR "/configs/";
+
+class TumbledByHand : public ::testing::Test {
+ protected:
+  TumbledByHand() {
+    const Finished run = RunTruetriad({"simulate",
+                                       "--config=" + kConfigs + "scenarios/tumble-by-hand.yaml",
+                                       "--output=" + folder_.Path("tumble")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+  Finished Calibrate(const std::string& input, const std::string& set) {
+    return RunTruetriad({"calibrate",
+                         "--config=" + kConfigs + "experiments/tumble.yaml",
+                         "--input=" + folder_.Path(input),
+                         "--output=" + folder_.Path("found"),
+                         "--report=false",
+                         "--set=" + set});
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
+  const Finished run = Calibrate("tumble/recording.yaml", "poses.motion.spacing_s=0.1");
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("followed through its motion: a chain of 1251 attitudes"),
+                    HasSubstr("residuals hang together")));
+  const Finished compare = RunTruetriad({"compare",
+                                         "--a=" + folder_.Path("tumble/truth.yaml"),
+                                         "--b=" + folder_.Path("found/calibration.yaml")});
+  EXPECT_THAT(compare.out, StartsWith("AGREE"));
+}
+
+TEST_F(TumbledByHand, NeedsAGyroscopeAndTimes) {
+  const Finished run = Calibrate("tumble/accelerometer.csv", "poses.motion.spacing_s=0.1");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("expected the columns of both"));
+  const Finished thermal =
+      Calibrate("tumble/recording.yaml", "sensors.accelerometer.thermal.bias_order=1");
+  EXPECT_EQ(thermal.exit_code, 1);
+  EXPECT_THAT(thermal.err, HasSubstr("temperature terms need rests"));
+}
+
+}  // namespace
+}  // namespace truetriad
