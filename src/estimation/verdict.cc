@@ -93,6 +93,9 @@ void StateSensors(const SettledRun& run,
     sensor.noise.sigma = ((residual ? total : rest) / std::max(count, 1)).cwiseSqrt();
     sensor.noise.excess_sigma = residual ? 0.0 : std::sqrt(noise.excess[triad]);
     sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, PoseNoise(triad));
+    if (triad == Triad::kGyroscope) {
+      sensor.noise.turn_excess_sigma_rad = std::sqrt(noise.excess[NoiseComponent::kTurn]);
+    }
     calibration->sensors[triad] = sensor;
   }
 }
@@ -324,7 +327,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   PresentedSolution solution =
       SolvedFrame(graph, AdjustedCovariance(run.noise.estimate, system) / joint.scale);
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
-  FillPoseQuality(graph, solution, DeletionTests(graph, system), run.poses, &quality);
+  const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
+  FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
   StateChi2(run, system, quality.dof, &quality);
 
@@ -346,7 +350,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   calibration->outcome = Outcome::kConverged;
   calibration->covariance = solution.covariance;
   StateSensors(run, solution, calibration);
-  quality.held_out = CrossValidate(graph, options.cross_validation_folds);
+  quality.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
   SayRemarks(run, *calibration, &calibration->messages);
   auto limits = JudgeLimits(*calibration, run.poses, options.limits);
   if (!limits) return limits.error();
