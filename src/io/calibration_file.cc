@@ -90,7 +90,7 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
       << ", source: " << NoiseSourceName(sensor.noise.source)
       << ", excess_sigma: " << sensor.noise.excess_sigma
       << ", excess_dof: " << sensor.noise.excess_dof;
-  if (triad == Triad::kGyroscope) {
+  if (sensor.noise.turn_excess_sigma_rad > 0.0) {
     out << ", turn_excess_sigma_rad: " << sensor.noise.turn_excess_sigma_rad;
   }
   out << " }\n";
