@@ -31,6 +31,11 @@ class DetectedPoses {
   /// The poses that are complete so far, in order.
   const std::vector<CollectedPose>& poses() const { return poses_; }
 
+  /// Every pose that ends before this time is complete; unset before the first look.
+  std::optional<std::int64_t> judged_before_ns() const {
+    return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
+  }
+
   /// All poses in order; adds warnings. Empty when there is no rest.
   Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
 

@@ -217,6 +217,15 @@ void GivenPoses::FinishFirst() {
   ++finished_;
 }
 
+std::optional<std::int64_t> GivenPoses::judged_before_ns() const {
+  if (last_row_ < 0) return std::nullopt;
+  // A pose that is over waits for a stream that lags behind.
+  for (const OpenPose& pose : open_) {
+    if (pose.closed) return std::min(last_ns_, pose.first_ns);
+  }
+  return last_ns_;
+}
+
 Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* warnings) {
   if (!open_.empty()) open_.back().closed = true;
   for (const StreamInfo& stream : info_.streams) {

@@ -37,6 +37,9 @@ class GivenPoses {
   /// The poses that are complete so far, in order.
   const std::vector<CollectedPose>& poses() const { return poses_; }
 
+  /// Every pose that ends before this time is complete; unset before the first sample.
+  std::optional<std::int64_t> judged_before_ns() const;
+
   /// All poses in order; adds warnings. Error: a range without readings.
   Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
 

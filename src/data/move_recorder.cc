@@ -18,9 +18,11 @@ constexpr int kStuckReadings = 8;
 // Readings in a row at the end of the stream's range.
 constexpr int kSaturatedReadings = 3;
 
+constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
+
 std::string Seconds(double value) {
   std::ostringstream text;
-  text << std::setprecision(3) << value << " s";
+  text << std::setprecision(value < 1000.0 ? 3 : 6) << value << " s";
   return text.str();
 }
 
@@ -88,11 +90,23 @@ void MoveRecorder::Add(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     stream.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
   }
+  peak_readings_ = std::max(peak_readings_, gyroscope_.time_ns.size());
 }
 
 void MoveRecorder::DropRest(const StaticPose& pose) {
   gyroscope_.Drop(pose.start_ns, pose.end_ns);
   accelerometer_.Drop(pose.start_ns, pose.end_ns);
+  last_end_ns_ = pose.end_ns;
+}
+
+void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
+  for (Stream* stream : {&gyroscope_, &accelerometer_}) {
+    if (stream->time_ns.empty()) continue;
+    // Before the first pose nothing is a turn between two.
+    const std::int64_t after_ns =
+        last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : stream->time_ns.front();
+    if (after_ns < judged_before_ns) stream->Drop(after_ns, judged_before_ns);
+  }
 }
 
 std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
@@ -104,6 +118,12 @@ std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
   for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {
     RecordedMove& move = moves.emplace_back();
     move.from = i;
+    const std::int64_t duration_ns = set.poses[i + 1].start_ns - set.poses[i].end_ns;
+    if (duration_ns > kLongestMoveNs) {
+      move.fault = "it takes " + Seconds(1e-9 * static_cast<double>(duration_ns)) +
+                   ", longer than the " + Seconds(kLongestMoveS) + " that a turn may take";
+      continue;
+    }
     // The last reading of the one rest and the first of the other close the turn.
     auto first = std::upper_bound(times.begin(), times.end(), set.poses[i].end_ns);
     if (first != times.begin()) --first;

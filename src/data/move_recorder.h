@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,18 +15,30 @@ namespace truetriad {
 
 /// Keeps the gyroscope's readings between the poses, and what the accelerometer read then.
 ///
-/// Readings inside a pose are dropped as soon as the pose is known, so that memory holds the moves
-/// and what static detection has not judged yet.
+/// Readings inside a pose are dropped as soon as the pose is known, and those of a move as soon as
+/// it is known to last longer than kLongestMoveS, so that memory holds the moves and what static
+/// detection has not judged yet, however long nothing rests or one rest lasts.
 class MoveRecorder {
  public:
+  /// A turn that takes longer is not used. Its angle would be known worse than hands that turn the
+  /// unit once more would know it: a bias that wanders by 0.01 deg/s makes 3 deg of it.
+  static constexpr double kLongestMoveS = 300.0;
+
   void Add(const SampleBlock& block);
 
   /// `pose` is the next one that is complete.
   void DropRest(const StaticPose& pose);
 
+  /// Every pose that ends before this time has been dropped: what lies further behind the last of
+  /// them than a turn may take belongs to none.
+  void DropLongMove(std::int64_t judged_before_ns);
+
   /// The moves between consecutive poses of `set`, in order; those that cannot be integrated say
   /// why. Uses the readings up.
   std::vector<RecordedMove> Finish(const PoseSet& set);
+
+  /// Readings of the gyroscope held at most so far: what bounds the memory.
+  std::size_t peak_readings() const { return peak_readings_; }
 
  private:
   struct Stream {
@@ -36,6 +49,8 @@ class MoveRecorder {
   };
 
   Stream gyroscope_, accelerometer_;
+  std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
+  std::size_t peak_readings_ = 0;
 };
 
 }  // namespace truetriad

@@ -95,6 +95,22 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
       "(`poses:`)");
 }
 
+// Names the turns that tell nothing, the first few of them one by one.
+void AddMoveWarnings(PoseSet* set) {
+  constexpr std::size_t kNamed = 10;
+  std::size_t faulty = 0;
+  for (const RecordedMove& move : set->moves) {
+    if (move.fault.empty() || ++faulty > kNamed) continue;
+    set->warnings.push_back("the turn from pose " + std::to_string(set->poses[move.from].number) +
+                            " to pose " + std::to_string(set->poses[move.from + 1].number) +
+                            " is left out: " + move.fault);
+  }
+  if (faulty > kNamed) {
+    set->warnings.push_back(std::to_string(faulty - kNamed) +
+                            " more turns are left out for reasons like these");
+  }
+}
+
 }  // namespace
 
 Result<PoseSet> CollectPoses(SampleSource& source,
@@ -148,6 +164,9 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (record_moves) {
       const std::vector<CollectedPose>& complete = detect ? detected->poses() : given->poses();
       while (rests_dropped < complete.size()) moves.DropRest(complete[rests_dropped++].pose);
+      const std::optional<std::int64_t> judged_ns =
+          detect ? detected->judged_before_ns() : given->judged_before_ns();
+      if (judged_ns) moves.DropLongMove(*judged_ns);
     }
     if (progress) progress(source.progress());
   }
@@ -216,6 +235,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     static_s += set.poses[i].duration_s();
   }
   if (set.duration_s > 0.0) set.static_share = std::min(1.0, static_s / set.duration_s);
+  AddMoveWarnings(&set);
   if (progress) progress(1.0);
   return set;
 }

@@ -54,6 +54,9 @@ class WindowBuffer {
 
   void DropFront(std::size_t windows);
 
+  /// Samples before this time are in no window any more.
+  std::int64_t begin_ns() const { return origin_ns_ + dropped_before_ * width_ns_; }
+
   std::size_t size() const { return index_.size(); }
   std::int64_t index(std::size_t i) const { return index_[i]; }
   std::int64_t width_ns() const { return width_ns_; }

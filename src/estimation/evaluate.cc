@@ -4,72 +4,17 @@
 #include <limits>
 #include <string>
 
-#include "estimation/parameter_name.h"
+#include "estimation/evaluate_turns.h"
+#include "estimation/evaluated_reading.h"
 #include "truetriad/estimation/calibrate.h"
-#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
-// A sensor's model at the temperature of a pose, held at the ends of the calibrated range, and what
-// the terms of the model are multiplied with there.
-struct ModelAtPose {
-  TriadModel<double> model;
-  double tau_degc = 0.0;
-  double rate_degcps = 0.0;
-};
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
-                             const StaticPose& pose,
-                             const std::string& source) {
-  if (!sensor.thermal) return ModelAtPose{sensor.model, 0.0, 0.0};
-  if (!pose.temperature_degc) {
-    return BadInputError(source + ": pose " + std::to_string(pose.number) +
-                         " has no temperature, but the calibration depends on it; give a recording "
-                         "with a temperature column");
-  }
-  const double temperature = std::clamp(
-      *pose.temperature_degc, sensor.thermal->range_degc[0], sensor.thermal->range_degc[1]);
-  return ModelAtPose{
-      ModelAtTemperature(sensor.model, *sensor.thermal, temperature, pose.temperature_rate_degcps),
-      temperature - sensor.thermal->reference_degc,
-      pose.temperature_rate_degcps};
-}
-
-// Variance of |C (y - b)| from the parameters: d|x| = -u^T C (dS x + db).
-double ParameterVariance(const Calibration& calibration,
-                         Triad triad,
-                         const ModelAtPose& at,
-                         const Eigen::Vector3d& truth) {
-  const NamedCovariance& covariance = calibration.covariance;
-  const Eigen::RowVector3d weight = truth.normalized().transpose() * at.model.Correction();
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(covariance.matrix.rows());
-  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
-    const auto name = ParameterName::Parse(covariance.parameters[i]);
-    if (!name || name->triad != triad) continue;
-    double factor = std::pow(at.tau_degc, name->power);
-    if (name->kind == ParameterKind::kSensitivity) factor *= truth[name->col];
-    if (name->kind == ParameterKind::kRateLinear) factor = at.rate_degcps;
-    if (name->kind == ParameterKind::kRateQuadratic) factor = at.rate_degcps * at.rate_degcps;
-    if (name->kind == ParameterKind::kRateCross) factor = at.tau_degc * at.rate_degcps;
-    gradient[static_cast<Eigen::Index>(i)] = -weight[name->row] * factor;
-  }
-  return gradient.dot(covariance.matrix * gradient);
-}
-
-}  // namespace
-
-Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses) {
-  if (!calibration.IsUsable()) {
-    return BadInputError("this calibration is not usable (" +
-                         std::string(OutcomeName(calibration.outcome)) +
-                         "): there is nothing to evaluate");
-  }
-  EvaluationSummary summary;
-  summary.poses = static_cast<int>(poses.poses.size());
-  const double unknown = std::numeric_limits<double>::quiet_NaN();
-  PerTriad<double> squares{}, squares_before{}, predicted{};
-  PerTriad<int> counts{};
+// Error: units that differ, nothing in common.
+Status CheckStreams(const Calibration& calibration, const PoseSet& poses) {
   bool any = false;
   for (const Triad triad : kTriads) {
     const StreamSummary* stream = poses.Find(triad);
@@ -84,72 +29,124 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
   if (!any) {
     return BadInputError(poses.source + ": holds none of the sensors that the calibration covers");
   }
-  double angle_sum = 0.0;
-  double angle_squares = 0.0;
-  int angles = 0;
+  return {};
+}
+
+// Strength of what a sensor sees at rest; a gyroscope sees nothing.
+double StrengthOf(Triad triad, const ReferenceValues& reference) {
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return reference.gravity_mps2;
+    case Triad::kMagnetometer:
+      return reference.field_ut.value_or(kUnknown);
+    case Triad::kGyroscope:
+      break;
+  }
+  return 0.0;
+}
+
+// Sums over the poses of one sensor.
+struct ErrorSums {
+  double squares = 0.0;
+  double squares_before = 0.0;
+  double expected = 0.0;
+  int count = 0;
+};
+
+// Adds one reading to the sums of its sensor.
+PoseResidual AddReading(const Calibration& calibration,
+                        const StaticPose& pose,
+                        const StreamSummary& stream,
+                        const EvaluatedReading& reading,
+                        ErrorSums* sums) {
+  const double strength = StrengthOf(stream.triad, calibration.reference);
+  PoseResidual residual;
+  residual.pose = pose.number;
+  residual.triad = stream.triad;
+  residual.direction = reading.truth.normalized();
+  residual.norm_error = reading.truth.norm() - strength;
+  residual.norm_error_before =
+      stream.unit.is_counts
+          ? kUnknown
+          : pose.triads[stream.triad]->mean_raw.norm() * stream.unit.truth_per_raw - strength;
+  residual.residual = residual.norm_error * residual.direction;
+  const Eigen::Matrix3d covariance = reading.Covariance(calibration);
+  // About zero a norm is made of all three axes.
+  const double variance = stream.triad == Triad::kGyroscope
+                              ? covariance.trace()
+                              : residual.direction.dot(covariance * residual.direction);
+  residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
+  sums->squares += residual.norm_error * residual.norm_error;
+  sums->squares_before += residual.norm_error_before * residual.norm_error_before;
+  sums->expected += variance;
+  ++sums->count;
+  return residual;
+}
+
+// Standard deviation; unset for less than two values.
+std::optional<double> Spread(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  const Eigen::Map<const Eigen::ArrayXd> all(values.data(),
+                                             static_cast<Eigen::Index>(values.size()));
+  return std::sqrt((all - all.mean()).square().mean());
+}
+
+double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / M_PI;
+}
+
+}  // namespace
+
+Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses) {
+  if (!calibration.IsUsable()) {
+    return BadInputError("this calibration is not usable (" +
+                         std::string(OutcomeName(calibration.outcome)) +
+                         "): there is nothing to evaluate");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));
+  EvaluationSummary summary;
+  summary.poses = static_cast<int>(poses.poses.size());
+  PerTriad<ErrorSums> sums;
+  std::vector<double> angles_deg;
+  std::vector<std::optional<EvaluatedReading>> forces;
   for (const StaticPose& pose : poses.poses) {
-    PerTriad<std::optional<Eigen::Vector3d>> corrected;
+    PerTriad<std::optional<EvaluatedReading>> seen;
     bool is_clamped = false;
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-      if (!calibration.sensors[triad] || !pose.triads[triad]) continue;
-      const TriadCalibration& sensor = *calibration.sensors[triad];
-      const Eigen::Vector3d reading = pose.triads[triad]->mean_raw;
-      const Result<ModelAtPose> at = ModelFor(sensor, pose, poses.source);
-      TRUETRIAD_RETURN_IF_ERROR(at);
-      is_clamped = is_clamped ||
-                   (sensor.thermal && (*pose.temperature_degc < sensor.thermal->range_degc[0] ||
-                                       *pose.temperature_degc > sensor.thermal->range_degc[1]));
-      const Eigen::Vector3d truth = at->model.TruthFromRaw(reading);
-      corrected[triad] = truth;
-      const double strength = triad == Triad::kAccelerometer
-                                  ? calibration.reference.gravity_mps2
-                                  : calibration.reference.field_ut.value_or(unknown);
-      const StreamSummary* stream = poses.Find(triad);
-      PoseResidual residual;
-      residual.pose = pose.number;
-      residual.triad = triad;
-      residual.direction = truth.normalized();
-      residual.norm_error = truth.norm() - strength;
-      residual.norm_error_before =
-          stream->unit.is_counts ? unknown : reading.norm() * stream->unit.truth_per_raw - strength;
-      residual.residual = residual.norm_error * residual.direction;
-      const Eigen::RowVector3d weight = residual.direction.transpose() * at->model.Correction();
-      const double excess = sensor.noise.excess_sigma;
-      const Eigen::Matrix3d noise =
-          pose.triads[triad]->has_covariance
-              ? pose.triads[triad]->mean_covariance_raw
-              : Eigen::Matrix3d(sensor.noise.sigma.cwiseAbs2().asDiagonal());
-      const double variance = weight.dot(noise * weight.transpose()) + excess * excess +
-                              ParameterVariance(calibration, triad, *at, truth);
-      residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
-      summary.pose_residuals.push_back(residual);
-      squares[triad] += residual.norm_error * residual.norm_error;
-      squares_before[triad] += residual.norm_error_before * residual.norm_error_before;
-      predicted[triad] += variance;
-      ++counts[triad];
+    // The accelerometer first: a gyroscope may follow the force.
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      if (poses.Find(triad) == nullptr) continue;
+      const auto& force = seen[Triad::kAccelerometer];
+      Result<std::optional<EvaluatedReading>> reading =
+          EvaluateReading(calibration,
+                          triad,
+                          pose,
+                          force ? std::optional(force->truth) : std::nullopt,
+                          poses.source);
+      TRUETRIAD_RETURN_IF_ERROR(reading);
+      seen[triad] = *std::move(reading);
+      if (!seen[triad]) continue;
+      is_clamped = is_clamped || seen[triad]->is_clamped;
+      summary.pose_residuals.push_back(
+          AddReading(calibration, pose, *poses.Find(triad), *seen[triad], &sums[triad]));
     }
     if (is_clamped) ++summary.clamped_poses;
-    if (corrected[Triad::kAccelerometer] && corrected[Triad::kMagnetometer]) {
-      const double cosine = corrected[Triad::kAccelerometer]->normalized().dot(
-          corrected[Triad::kMagnetometer]->normalized());
-      const double angle = std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / M_PI;
-      angle_sum += angle;
-      angle_squares += angle * angle;
-      ++angles;
+    if (seen[Triad::kAccelerometer] && seen[Triad::kMagnetometer]) {
+      angles_deg.push_back(
+          AngleDeg(seen[Triad::kAccelerometer]->truth, seen[Triad::kMagnetometer]->truth));
     }
+    forces.push_back(std::move(seen[Triad::kAccelerometer]));
   }
   for (const Triad triad : kTriads) {
-    if (counts[triad] == 0) continue;
-    summary.norm_rms[triad] = std::sqrt(squares[triad] / counts[triad]);
-    summary.predicted_rms[triad] = std::sqrt(predicted[triad] / counts[triad]);
-    if (std::isfinite(squares_before[triad])) {
-      summary.norm_rms_before[triad] = std::sqrt(squares_before[triad] / counts[triad]);
+    const ErrorSums& sum = sums[triad];
+    if (sum.count == 0) continue;
+    summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
+    summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
+    if (std::isfinite(sum.squares_before)) {
+      summary.norm_rms_before[triad] = std::sqrt(sum.squares_before / sum.count);
     }
   }
-  if (angles > 1) {
-    const double mean = angle_sum / angles;
-    summary.angle_std_deg = std::sqrt(std::max(angle_squares / angles - mean * mean, 0.0));
-  }
+  summary.angle_std_deg = Spread(angles_deg);
+  summary.turns = EvaluateTurns(calibration, poses, forces);
   return summary;
 }
 

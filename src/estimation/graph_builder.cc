@@ -211,10 +211,9 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     edge.from = turn.from;
     edge.move = MoveOf(*turn.move, *start.models[Triad::kAccelerometer]);
     // Readings without noise still need weights.
-    edge.sigma_raw =
-        gyroscope->noise_sigma_raw.cwiseProduct(gyroscope->correlation_inflation.cwiseSqrt())
-            .cwiseMax(kLeastRateSigma *
-                      start.models[Triad::kGyroscope]->sensitivity.rowwise().norm());
+    edge.sigma_raw = ReadingSigma(*gyroscope)
+                         .cwiseMax(kLeastRateSigma *
+                                   start.models[Triad::kGyroscope]->sensitivity.rowwise().norm());
     edge.temperature_degc = 0.5 * (first.temperature_degc + second.temperature_degc);
     edge.temperature_rate_degcps =
         0.5 * (first.temperature_rate_degcps + second.temperature_rate_degcps);

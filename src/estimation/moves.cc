@@ -18,4 +18,8 @@ GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>& accelero
   return move;
 }
 
+Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope) {
+  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt());
+}
+
 }  // namespace truetriad

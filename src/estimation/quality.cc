@@ -10,6 +10,7 @@
 #include "estimation/noise.h"
 #include "estimation/parameters.h"
 #include "estimation/reduced_system.h"
+#include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {
@@ -28,24 +29,6 @@ struct RootMeanSquare {
   }
 };
 
-// Specific force at a pose as its accelerometer shows it; unset when it does not count.
-std::optional<Eigen::Vector3d> MeasuredForce(const PoseGraph& graph, const PoseNode& node) {
-  for (const Observation& observation : node.observations) {
-    if (observation.triad != Triad::kAccelerometer || observation.rejected) continue;
-    return graph.ModelAt(Triad::kAccelerometer, node).TruthFromRaw(observation.mean_raw);
-  }
-  return std::nullopt;
-}
-
-// Angle between gravity at the second pose as measured, and as the turn predicts it from the first.
-std::optional<double> GravityError(const PoseGraph& graph, const IncrementEdge& edge) {
-  const auto before = MeasuredForce(graph, graph.nodes[edge.from]);
-  const auto after = MeasuredForce(graph, graph.nodes[edge.from + 1]);
-  if (!before || !after) return std::nullopt;
-  const Eigen::Vector3d predicted = edge.increment.rotation.conjugate() * *before;
-  return std::atan2(predicted.cross(*after).norm(), predicted.dot(*after));
-}
-
 }  // namespace
 
 double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double strength) {
@@ -55,6 +38,7 @@ double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading
 void FillPoseQuality(const PoseGraph& graph,
                      const PresentedSolution& solution,
                      const std::vector<DeletionTest>& tests,
+                     const TurnErrors& turns,
                      const PoseSet& poses,
                      Quality* quality) {
   const Eigen::Vector4d reference = graph.reference();
@@ -101,11 +85,8 @@ void FillPoseQuality(const PoseGraph& graph,
     if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
     directions[triad].push_back(residual.direction);
   }
-  for (const IncrementEdge& edge : graph.increments) {
-    if (edge.rejected) continue;
-    const std::optional<double> angle = GravityError(graph, edge);
-    if (angle) after[Triad::kGyroscope].Add(*angle);
-  }
+  for (const double angle : turns.in_sample) after[Triad::kGyroscope].Add(angle);
+  for (const double angle : turns.nominal) before[Triad::kGyroscope].Add(angle);
   for (const Triad triad : kTriads) {
     quality->residual_rms[triad] = after[triad].value();
     quality->residual_rms_before[triad] = before[triad].value();
@@ -115,7 +96,7 @@ void FillPoseQuality(const PoseGraph& graph,
   }
 }
 
-std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds) {
   if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
   HeldOut result;
   result.folds = folds;
@@ -150,6 +131,13 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds) {
                                   WorldVector(triad, graph.reference()).norm()));
       }
     }
+  }
+  if (!turns.held_out.empty()) {
+    for (const double angle : turns.held_out) errors[Triad::kGyroscope].Add(angle);
+    for (const double angle : turns.in_sample) seen[Triad::kGyroscope].Add(angle);
+    result.turns =
+        HeldOutTurns{turns.held_out, Median(turns.held_out), Median(turns.in_sample), std::nullopt};
+    if (!turns.nominal.empty()) result.turns->nominal_median_rad = Median(turns.nominal);
   }
   for (const Triad triad : kTriads) {
     result.rms[triad] = errors[triad].value();

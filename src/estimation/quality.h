@@ -6,6 +6,7 @@
 #include "estimation/graph.h"
 #include "estimation/noise.h"
 #include "estimation/presentation.h"
+#include "estimation/turn_errors.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/model/calibration.h"
@@ -19,12 +20,14 @@ double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading
 void FillPoseQuality(const PoseGraph& graph,
                      const PresentedSolution& solution,
                      const std::vector<DeletionTest>& tests,
+                     const TurnErrors& turns,
                      const PoseSet& poses,
                      Quality* quality);
 
 // Prediction error of poses that the fit did not see: folds of every n-th pose, refitted from the
-// solution with weights and excess held. Unset when a fold would not be determined.
-std::optional<HeldOut> CrossValidate(const PoseGraph& graph, int folds);
+// solution with weights and excess held; and of turns, one by one. Unset when a fold would not be
+// determined.
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds);
 
 // Judges the wanted limits. Error (usage): an unknown name or one that needs SI units.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,

@@ -356,17 +356,6 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   return starts;
 }
 
-// Median over the poses, axis by axis: a pose that was touched does not matter.
-Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
-  Eigen::Vector3d median = Eigen::Vector3d::Zero();
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& reading : Readings(poses, triad)) values.push_back(reading[axis]);
-    if (!values.empty()) median[axis] = Median(values);
-  }
-  return median;
-}
-
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
                                           const TriadModel<double>& accelerometer) {
@@ -403,6 +392,16 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
 }
 
 }  // namespace
+
+Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& reading : Readings(poses, triad)) values.push_back(reading[axis]);
+    if (!values.empty()) median[axis] = Median(values);
+  }
+  return median;
+}
 
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool six_faces = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||

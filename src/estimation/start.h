@@ -26,6 +26,9 @@ struct StartValues {
   bool field_nominal = false;  // B could not be known and was fixed by convention
 };
 
+// Median over the poses, axis by axis: a pose that was touched does not matter. Zero without poses.
+Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad);
+
 // Error (not enough) when a triad has fewer poses than its wanted model has parameters.
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estimation/constancy.h"
 #include "estimation/graph_builder.h"
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
@@ -28,6 +29,10 @@ constexpr double kOddGain = 5.0;
 // Within one pose; and the share of the recorded range without a rest that is worth a word.
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
+// A change of the magnetometer during the run, as a share of the field, that no use of it forgives,
+// and how many σ half of it must be: smaller ones are said and not refused.
+constexpr double kLeastHarmfulChange = 0.01;
+constexpr double kBeyondSigma = 3.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;
 
@@ -82,6 +87,9 @@ void StateSensors(const SettledRun& run,
     sensor.noise.sigma = ((residual ? total : rest) / std::max(count, 1)).cwiseSqrt();
     sensor.noise.excess_sigma = residual ? 0.0 : std::sqrt(noise.excess[triad]);
     sensor.noise.excess_dof = ExcessDegreesOfFreedom(noise.estimate, run.graph, PoseNoise(triad));
+    if (triad == Triad::kGyroscope) {
+      sensor.noise.turn_excess_sigma_rad = std::sqrt(noise.excess[NoiseComponent::kTurn]);
+    }
     calibration->sensors[triad] = sensor;
   }
 }
@@ -185,6 +193,60 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
         "the optimiser did not converge: the readings do not fit the model from any start"};
   }
   return std::nullopt;
+}
+
+// "between pose 12 and pose 13 (at 61.2 s)".
+std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& change) {
+  const int before = run.graph.nodes[change.node - 1].number;
+  const int after = run.graph.nodes[change.node].number;
+  std::string text =
+      "between pose " + std::to_string(before) + " and pose " + std::to_string(after);
+  if (!run.poses.has_time) return text;
+  for (const StaticPose& pose : run.poses.poses) {
+    const std::int64_t begin_ns = run.poses.poses.front().start_ns;
+    if (pose.number != after || pose.start_ns == begin_ns) continue;
+    text +=
+        Format(" (%.1f s after the first)", 1e-9 * static_cast<double>(pose.start_ns - begin_ns));
+  }
+  return text;
+}
+
+// What happened to the magnetometer, and what to do about it.
+std::string WordsOf(const SettledRun& run, const MagnetometerChange& change) {
+  const std::string bias =
+      Format("its bias differs by %.2g uT from there on", change.bias_ut.norm());
+  const Eigen::Vector3d field = WorldVector(Triad::kMagnetometer, run.graph.reference());
+  const Eigen::Vector3d later = field + change.field_ut;
+  const double turned_deg = std::atan2(field.cross(later).norm(), field.dot(later)) * 180.0 / M_PI;
+  const std::string world = Format("the field differs by %.2g uT ", change.field_ut.norm()) +
+                            Format("(%+.2g uT in strength, ", later.norm() - field.norm()) +
+                            Format("%.2g deg in direction) from there on", turned_deg);
+  std::string text = "the magnetometer's readings changed " + PlaceOfChange(run, change) + ": ";
+  switch (change.kind) {
+    case ChangeKind::kBias:
+      text += bias + ", as when iron or a magnet on the unit moves";
+      break;
+    case ChangeKind::kField:
+      text += world + ", as when the unit or iron about it is moved";
+      break;
+    case ChangeKind::kEither:
+      text += "either " + bias + ", or " + world;
+      break;
+  }
+  return text + Format(" (by chance: %.1g); take the run again, or the poses of one side alone",
+                       change.p_value);
+}
+
+// Whether a change makes the result another than its σ say: what is stated lies between before and
+// after, and at best half of the change away from one of them.
+bool IsBeyondSigma(const SettledRun& run, const MagnetometerChange& change) {
+  const double strength = WorldVector(Triad::kMagnetometer, run.graph.reference()).norm();
+  const double bias = change.bias_ut.norm();
+  const double field = change.field_ut.norm();
+  const double size = change.kind == ChangeKind::kField  ? field
+                      : change.kind == ChangeKind::kBias ? bias
+                                                         : std::min(field, bias);
+  return size > kLeastHarmfulChange * strength && 0.5 * size > kBeyondSigma * change.bias_sigma_ut;
 }
 
 // What makes temperature terms less than they seem.
@@ -346,7 +408,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   PresentedSolution solution =
       SolvedFrame(graph, AdjustedCovariance(run.noise.estimate, system) / joint.scale);
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
-  FillPoseQuality(graph, solution, DeletionTests(graph, system), run.poses, &quality);
+  const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
+  FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
   StateChi2(run, system, quality.dof, &quality);
 
@@ -360,6 +423,14 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
         "values");
     return {};
   }
+  // First: what a change in the middle of the run does to the fit may look like anything else.
+  if (const auto change = FindMagnetometerChange(graph, run.noise)) {
+    calibration->messages.push_back(WordsOf(run, *change));
+    if (IsBeyondSigma(run, *change)) {
+      calibration->outcome = Outcome::kNotConverged;
+      return {};
+    }
+  }
   if (auto refusal = WhyUnusable(run, quality, system, observability.determined)) {
     calibration->outcome = refusal->outcome;
     calibration->messages.push_back(std::move(refusal->message));
@@ -368,7 +439,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   calibration->outcome = Outcome::kConverged;
   calibration->covariance = solution.covariance;
   StateSensors(run, solution, calibration);
-  quality.held_out = CrossValidate(graph, options.cross_validation_folds);
+  quality.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
   SayRemarks(run, *calibration, &calibration->messages);
   return StateLimits(options, run.poses, calibration);
 }

@@ -89,7 +89,11 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
   out << "    noise: { sigma: " << sensor.noise.sigma
       << ", source: " << NoiseSourceName(sensor.noise.source)
       << ", excess_sigma: " << sensor.noise.excess_sigma
-      << ", excess_dof: " << sensor.noise.excess_dof << " }\n";
+      << ", excess_dof: " << sensor.noise.excess_dof;
+  if (sensor.noise.turn_excess_sigma_rad > 0.0) {
+    out << ", turn_excess_sigma_rad: " << sensor.noise.turn_excess_sigma_rad;
+  }
+  out << " }\n";
 }
 
 void WriteCovariance(YamlText& out, const NamedCovariance& covariance) {
@@ -136,6 +140,17 @@ void WritePoseResiduals(YamlText& out, const std::vector<PoseResidual>& residual
   }
 }
 
+void WriteHeldOutTurns(YamlText& out, const HeldOutTurns& turns) {
+  out << "    turns:\n      median_rad: " << turns.median_rad
+      << "\n      in_sample_median_rad: " << turns.in_sample_median_rad << "\n";
+  if (turns.nominal_median_rad) {
+    out << "      nominal_median_rad: " << *turns.nominal_median_rad << "\n";
+  }
+  out << "      errors_rad: ";
+  WriteList(out, turns.errors_rad);
+  out << "\n";
+}
+
 void WriteQuality(YamlText& out, const Quality& quality) {
   out << "quality:\n  poses: " << quality.poses << "\n  residual_rms: ";
   WritePerTriad(out, quality.residual_rms);
@@ -155,6 +170,7 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     out << "\n    in_sample_rms: ";
     WritePerTriad(out, quality.held_out->in_sample_rms);
     out << "\n";
+    if (quality.held_out->turns) WriteHeldOutTurns(out, *quality.held_out->turns);
   } else {
     out << "  held_out: null\n";
   }
@@ -308,6 +324,9 @@ void ReadNoise(YamlReader reader, TriadNoise* noise) {
   ReadWord(reader.RequireChild("source"), NoiseSourceFromName, &noise->source);
   ReadNumber(reader.RequireChild("excess_sigma"), &noise->excess_sigma);
   ReadNumber(reader.RequireChild("excess_dof"), &noise->excess_dof);
+  if (YamlReader turns = reader.Child("turn_excess_sigma_rad")) {
+    ReadNumber(turns, &noise->turn_excess_sigma_rad);
+  }
   reader.RejectUnknown();
 }
 
@@ -432,6 +451,18 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     held_out.Require("folds", &result.folds);
     ReadPerTriad(held_out.RequireChild("rms"), &result.rms);
     ReadPerTriad(held_out.Child("in_sample_rms"), &result.in_sample_rms);
+    if (YamlReader turns = held_out.Child("turns")) {
+      HeldOutTurns& read = result.turns.emplace();
+      ReadNumber(turns.RequireChild("median_rad"), &read.median_rad);
+      ReadNumber(turns.RequireChild("in_sample_median_rad"), &read.in_sample_median_rad);
+      if (YamlReader nominal = turns.Child("nominal_median_rad")) {
+        ReadNumber(nominal, &read.nominal_median_rad.emplace());
+      }
+      for (YamlReader& item : turns.RequireChild("errors_rad").Items()) {
+        ReadNumber(item, &read.errors_rad.emplace_back());
+      }
+      turns.RejectUnknown();
+    }
     held_out.RejectUnknown();
   }
   for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {

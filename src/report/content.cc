@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -24,6 +25,8 @@ constexpr double kStrongCorrelation = 0.9;
 
 /// More rejected poses than this are counted, not listed.
 constexpr std::size_t kMaxRejectedRows = 50;
+/// What a gyroscope's residual is.
+constexpr const char* kTurnRow = "Gyroscope: direction of gravity after a turn";
 
 std::string NoiseSentence(const TriadNoise& noise, Triad triad) {
   std::string text =
@@ -208,13 +211,20 @@ Section HeldOutSection(const Quality& quality) {
       {"RMS of |C(y - b)| - reference", "held out", "in sample", "ratio", "unit"}, "lrrrl", {}};
   for (const Triad triad : kTriads) {
     if (!held_out.rms[triad]) continue;
-    table.rows.push_back({TriadTitle(triad),
+    const bool is_turn = triad == Triad::kGyroscope;
+    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
                           OptionalNumber(held_out.rms[triad]),
                           OptionalNumber(held_out.in_sample_rms[triad]),
                           Ratio(held_out.rms[triad], held_out.in_sample_rms[triad]),
-                          TruthUnit(triad)});
+                          is_turn ? "rad" : TruthUnit(triad)});
   }
   section.blocks.emplace_back(std::move(table));
+  if (held_out.turns) {
+    section.blocks.emplace_back(
+        "Direction of gravity at the next rest, each of " +
+        std::to_string(held_out.turns->errors_rad.size()) + " turns left out once: median error " +
+        MedianAngles(held_out.turns->median_rad, held_out.turns->nominal_median_rad) + ".");
+  }
   return section;
 }
 
@@ -230,11 +240,10 @@ Section ResidualsSection(const Calibration& calibration) {
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
     const bool is_turn = triad == Triad::kGyroscope;
-    table.rows.push_back(
-        {is_turn ? "Gyroscope: direction of gravity after a turn" : TriadTitle(triad),
-         OptionalNumber(quality.residual_rms_before[triad]),
-         OptionalNumber(quality.residual_rms[triad]),
-         is_turn ? "rad" : TruthUnit(triad)});
+    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
+                          OptionalNumber(quality.residual_rms_before[triad]),
+                          OptionalNumber(quality.residual_rms[triad]),
+                          is_turn ? "rad" : TruthUnit(triad)});
   }
   section.blocks.emplace_back(std::move(table));
   std::string fit = std::to_string(quality.poses) + " poses";
@@ -421,6 +430,18 @@ Table PoseTable(const Quality& quality) {
                               ", " + Fixed(pose.direction.z(), 2)});
   }
   return table;
+}
+
+std::string MedianAngles(double median_rad, const std::optional<double>& nominal_rad) {
+  const auto in_degrees = [](double angle_rad) {
+    return Significant(angle_rad * 180.0 / std::numbers::pi, 3) + " deg";
+  };
+  std::string text = in_degrees(median_rad);
+  if (nominal_rad) {
+    text += "; " + in_degrees(*nominal_rad) +
+            " with the gains that its unit says and its mean at rest as bias";
+  }
+  return text;
 }
 
 std::string TriadTitle(Triad triad) {

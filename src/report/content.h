@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -67,6 +68,9 @@ std::string_view NoiseSourceWords(NoiseSource source);
 
 /// "Accelerometer".
 std::string TriadTitle(Triad triad);
+
+/// "0.0912 deg; 0.271 deg with the gains that its unit says …" for errors of turns.
+std::string MedianAngles(double median_rad, const std::optional<double>& nominal_rad);
 
 /// The true unit of one triad, for display.
 std::string TruthUnit(Triad triad);

@@ -76,6 +76,18 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                           number(ratio),
                           TruthUnit(triad)});
   }
+  if (evaluation.turns) {
+    const EvaluatedTurns& turns = *evaluation.turns;
+    const double ratio =
+        turns.predicted_rms_rad > 0.0 ? turns.rms_rad / turns.predicted_rms_rad : 0.0;
+    if (ratio > 0.0) worst_ratio = std::max(ratio, worst_ratio.value_or(0.0));
+    table.rows.push_back({"Gravity after a turn",
+                          number(turns.nominal_rms_rad),
+                          number(turns.rms_rad),
+                          number(turns.predicted_rms_rad),
+                          ratio > 0.0 ? Significant(ratio, 3) : "–",
+                          "rad"});
+  }
   std::string text;
   if (table.rows.empty()) {
     text = "NOT EVALUATED: the recording holds no poses of the calibrated sensors\n";
@@ -103,6 +115,12 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
     text += '\n' + Wrapped("Angle between field and gravity: spread " +
                            Significant(*evaluation.angle_std_deg, 3) +
                            " deg (std over the poses; constant in a uniform field).");
+  }
+  if (evaluation.turns) {
+    const EvaluatedTurns& turns = *evaluation.turns;
+    text += '\n' + Wrapped("Direction of gravity at the next rest, predicted by each of " +
+                           std::to_string(turns.count) + " turns: median error " +
+                           MedianAngles(turns.median_rad, turns.nominal_median_rad) + ".");
   }
   if (!evaluation.pose_residuals.empty()) {
     text += '\n' + TextOf(WorstPosesTable(evaluation.pose_residuals));

@@ -1,13 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/sim/synthetic_poses.h"
 
+#include <cmath>
+
+#include "truetriad/math/rotation.h"
 #include "truetriad/model/world.h"
 
 namespace truetriad {
 
 Eigen::Vector3d SyntheticUnit::WorldVector(Triad triad) const {
-  if (triad == Triad::kAccelerometer) return ForceInWorld(gravity_mps2);
-  return FieldInWorld(field_ut, dip_rad);
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return ForceInWorld(gravity_mps2);
+    case Triad::kMagnetometer:
+      return FieldInWorld(field_ut, dip_rad);
+    case Triad::kGyroscope:
+      break;
+  }
+  return Eigen::Vector3d::Zero();
 }
 
 PoseSet SimulatePoses(const SyntheticUnit& unit,
@@ -47,6 +57,45 @@ PoseSet SimulatePoses(const SyntheticUnit& unit,
     set.poses.push_back(pose);
   }
   return set;
+}
+
+void AddTurns(const SyntheticUnit& unit,
+              const std::vector<Eigen::Quaterniond>& world_from_body,
+              const SyntheticTurns& turns,
+              Random* random,
+              PoseSet* set) {
+  const TriadModel<double>& gyroscope = *unit.models[Triad::kGyroscope];
+  const TriadModel<double>& accelerometer = *unit.models[Triad::kAccelerometer];
+  const Eigen::Vector3d rate_sigma_raw =
+      turns.gyroscope_sigma_radps * gyroscope.sensitivity.rowwise().norm();
+  const Eigen::Vector3d force_sigma_raw =
+      turns.accelerometer_sigma_mps2 * accelerometer.sensitivity.rowwise().norm();
+  const auto noise = [random](const Eigen::Vector3d& sigma) {
+    if (random == nullptr) return Eigen::Vector3d(Eigen::Vector3d::Zero());
+    return Eigen::Vector3d(sigma.cwiseProduct(random->Normal3()));
+  };
+  for (StreamSummary& stream : set->streams) {
+    if (stream.triad == Triad::kGyroscope) stream.noise_sigma_raw = rate_sigma_raw;
+  }
+  const Eigen::Vector3d gravity = unit.WorldVector(Triad::kAccelerometer);
+  const auto steps = std::lround(turns.duration_s * turns.rate_hz);
+  for (std::size_t k = 0; k + 1 < world_from_body.size(); ++k) {
+    RecordedMove& move = set->moves.emplace_back();
+    move.from = k;
+    const Eigen::Vector3d turn =
+        RotationLog(world_from_body[k].conjugate() * world_from_body[k + 1]);
+    for (long i = 0; i <= steps; ++i) {
+      const double s = static_cast<double>(i) / static_cast<double>(steps);
+      const double share = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+      const double speed_hz = 30.0 * s * s * (1.0 - s) * (1.0 - s) / turns.duration_s;
+      const Eigen::Quaterniond attitude = world_from_body[k] * RotationExp(share * turn);
+      move.time_ns.push_back(std::llround(1e9 * s * turns.duration_s));
+      move.gyroscope_raw.emplace_back(gyroscope.RawFromTruth(speed_hz * turn) +
+                                      noise(rate_sigma_raw));
+      move.accelerometer_raw.emplace_back(
+          accelerometer.RawFromTruth(attitude.conjugate() * gravity) + noise(force_sigma_raw));
+    }
+  }
 }
 
 std::vector<Eigen::Quaterniond> RandomAttitudes(int count, Random* random) {

@@ -129,6 +129,25 @@ TEST_F(TwoCalibrations, EvaluateFindsTheOtherRecordingAsPredicted) {
   EXPECT_THAT(run.out, AllOf(HasSubstr("AS PREDICTED"), HasSubstr("24 poses")));
 }
 
+TEST(EvaluateVerb, PredictsGravityAfterEachTurnWithAGyroscope) {
+  const TemporaryFolder folder;
+  const std::string source = TRUETRIAD_SOURCE_DIR;
+  const Finished made = RunTruetriad({"calibrate",
+                                      "--config=" + source + "/configs/experiments/nine-axis.yaml",
+                                      "--output=" + folder.Path("nine"),
+                                      "--report=false"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("23 turns left out once: median error"));
+  const Finished run = RunTruetriad({"evaluate",
+                                     "--calibration=" + folder.Path("nine/calibration.yaml"),
+                                     "--input=" + source + "/datasets/demo/recording.csv"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("AS PREDICTED"),
+                    HasSubstr("Gravity after a turn"),
+                    HasSubstr("predicted by each of 23 turns")));
+}
+
 TEST_F(TwoCalibrations, EvaluateHasNothingToSayWithoutRests) {
   const std::string log =
       folder_->Write("moving.csv", LogText(LogOptions{.rests = 40, .rest_s = 0.0}));

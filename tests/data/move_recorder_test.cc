@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "data/move_recorder.h"
+
 #include <cmath>
 #include <functional>
 #include <string>
@@ -108,6 +110,75 @@ TEST_F(RecordedMoves, BridgeALostReadingAndADuplicateTime) {
   });
   ASSERT_TRUE(set) << set.error().message;
   for (const RecordedMove& move : set->moves) EXPECT_THAT(move.fault, IsEmpty());
+}
+
+// A day of motion between two rests, then a day of rest, at 100 Hz, judged every 27 minutes as
+// static detection does: 3e7 readings pass by.
+TEST(MoveRecorder, HoldsNoMoreThanATurnMayTakeHoweverLongNothingRestsOrOneRestLasts) {
+  constexpr std::int64_t kDay = 8'640'000;
+  constexpr std::int64_t kJudged = 163'840;
+  constexpr std::int64_t kBlock = 4096;
+  MoveRecorder recorder;
+  StaticPose first;
+  first.start_ns = 0;
+  first.end_ns = 500 * kStepNs;
+  StaticPose second;
+  second.start_ns = kDay * kStepNs;
+  second.end_ns = 2 * kDay * kStepNs;
+  std::vector<std::int64_t> times;
+  std::vector<std::int64_t> rows(kBlock);
+  std::vector<double> x(kBlock), y(kBlock), z(kBlock);
+  std::int64_t judged = 0;
+  for (std::int64_t row = 0; row < 2 * kDay; row += kBlock) {
+    times.clear();
+    for (std::int64_t i = row; i < row + kBlock; ++i) times.push_back(i * kStepNs);
+    for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer}) {
+      recorder.Add({triad, times, x, y, z, {}, {}, rows});
+    }
+    if (row - judged < kJudged) continue;
+    if (judged == 0) recorder.DropRest(first);
+    judged = row;
+    recorder.DropLongMove(judged * kStepNs);
+  }
+  recorder.DropRest(second);
+  // What has not been judged, a block more, and the longest turn.
+  EXPECT_LT(recorder.peak_readings(),
+            kJudged + 2 * kBlock + static_cast<std::int64_t>(100 * MoveRecorder::kLongestMoveS));
+  PoseSet set;
+  set.poses = {first, second};
+  set.streams.emplace_back().triad = Triad::kGyroscope;
+  const std::vector<RecordedMove> moves = recorder.Finish(set);
+  ASSERT_EQ(moves.size(), 1U);
+  EXPECT_THAT(moves[0].fault, HasSubstr("longer than the 300 s that a turn may take"));
+  EXPECT_THAT(moves[0].gyroscope_raw, IsEmpty());
+}
+
+// The same readings as without, although rests and a long move were dropped on the way.
+TEST_F(RecordedMoves, OfOrdinaryLengthStayWholeBesideALongOne) {
+  const std::int64_t kLong = 100 * static_cast<std::int64_t>(MoveRecorder::kLongestMoveS) + 50'000;
+  MemoryStream gyroscope(Triad::kGyroscope), accelerometer(Triad::kAccelerometer);
+  for (std::int64_t row = 0; row < kLong + 800; ++row) {
+    const std::int64_t shown = row < 300 ? row : std::max<std::int64_t>(300, row - kLong);
+    gyroscope.Add(row * kStepNs, row < 300 || row >= kLong + 300 ? Rate(shown) : Rate(250));
+    accelerometer.Add(row * kStepNs, {static_cast<double>(row), Rate(shown).x(), 1.0});
+  }
+  MemorySource source({gyroscope, accelerometer}, 77);
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kRanges;
+  selection.ranges = {
+      {0, 199, {}, {}}, {kLong + 300, kLong + 499, {}, {}}, {kLong + 600, kLong + 799, {}, {}}};
+  selection.moves = true;
+  const auto set = CollectPoses(source, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->moves.size(), 2U);
+  EXPECT_THAT(set->moves[0].fault, HasSubstr("longer"));
+  EXPECT_THAT(
+      set->warnings,
+      ::testing::Contains(HasSubstr("the turn from pose 1 to pose 2 is left out: it takes")));
+  EXPECT_THAT(set->moves[1].fault, IsEmpty());
+  // Both ends of the turn are readings at rest: rows 499 to 600.
+  ASSERT_EQ(set->moves[1].time_ns.size(), 102U);
+  EXPECT_EQ(set->moves[1].time_ns.front(), (kLong + 499) * kStepNs);
 }
 
 }  // namespace

@@ -155,6 +155,72 @@ TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
   EXPECT_GT(comparison->p_value, 1e-3);
 }
 
+// Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
+Scenario NoisyGyroscopeScenario(std::uint64_t seed) {
+  Scenario scenario = GyroscopeScenario(true, false);
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  scenario.seed = seed;
+  return scenario;
+}
+
+// The one Gauss-Newton step by which a turn is left out, against a whole calibration without it.
+TEST(Gyroscope, IsHeldOutTurnByTurnAsIfEachHadNotBeenRecorded) {
+  const Scenario scenario = NoisyGyroscopeScenario(5);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.robust.enabled = false;
+  options.cross_validation_folds = 5;
+  const PoseSet poses = Collect(scenario);
+  const auto whole = Calibrate(poses, options);
+  ASSERT_TRUE(whole) << whole.error().message;
+  ASSERT_TRUE(whole->calibration.quality.held_out.has_value());
+  const auto& turns = whole->calibration.quality.held_out->turns;
+  ASSERT_TRUE(turns.has_value());
+  ASSERT_EQ(turns->errors_rad.size(), poses.moves.size());
+  for (std::size_t i = 0; i < poses.moves.size(); i += 5) {
+    PoseSet without = poses;
+    without.moves[i].fault = "left out by the test";
+    const auto part = Calibrate(without, options);
+    ASSERT_TRUE(part) << part.error().message;
+    PoseSet only = poses;
+    for (std::size_t k = 0; k < only.moves.size(); ++k) {
+      if (k != i) only.moves[k].fault = "not asked";
+    }
+    const auto evaluation = Evaluate(part->calibration, only);
+    ASSERT_TRUE(evaluation) << evaluation.error().message;
+    ASSERT_EQ(evaluation->turns->count, 1);
+    // A shift of the parameters by 1e-3 of themselves changes a turn of 3 rad by 3e-3; the second
+    // order of that is 1e-5.
+    EXPECT_NEAR(turns->errors_rad[i], evaluation->turns->rms_rad, 1e-5) << "turn " << i;
+  }
+}
+
+// Errors² of fresh recordings over what was predicted of them, summed: each angle² has two degrees
+// of freedom, so that the mean of 40 runs of some 11 turns scatters by sqrt(2 / 880) = 5 %, and by
+// twice that where neighbours share a pose and a run shares its parameters. 4 sigma.
+TEST(Gyroscope, IsAsGoodOnFreshTurnsAsIsPredicted) {
+  double ratio = 0.0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    const Scenario scenario = NoisyGyroscopeScenario(static_cast<std::uint64_t>(200 + 2 * run));
+    CalibrateOptions options = OptionsFor(scenario);
+    options.robust.enabled = false;
+    const auto summary = Calibrate(Collect(scenario), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    Scenario later = scenario;
+    ++later.seed;
+    const auto evaluation = Evaluate(summary->calibration, Collect(later));
+    ASSERT_TRUE(evaluation) << evaluation.error().message;
+    ASSERT_TRUE(evaluation->turns.has_value());
+    const double error = evaluation->turns->rms_rad / evaluation->turns->predicted_rms_rad;
+    ratio += error * error / kRuns;
+    // Its rests show a rate of zero as well as the means are known.
+    EXPECT_NEAR(*evaluation->norm_rms[kGyro] / *evaluation->predicted_rms[kGyro], 1.0, 0.6);
+  }
+  RecordProperty("squared_error_over_predicted", std::to_string(ratio));
+  EXPECT_NEAR(ratio, 1.0, 0.4);
+}
+
 TEST(Gyroscope, IsNotCalibratedWithoutTheAccelerometer) {
   CalibrateOptions options;
   options.triads[kGyro].enabled = true;

@@ -75,6 +75,7 @@ Calibration Awkward() {
   quality.held_out.emplace();
   quality.held_out->folds = 5;
   quality.held_out->rms[Triad::kAccelerometer] = 0.1;
+  quality.held_out->turns = HeldOutTurns{{0.1 + 0.2, 1e-17, 0.003}, 0.003, 1.0 / 7.0, 0.01};
   quality.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
   quality.pose_residuals = {

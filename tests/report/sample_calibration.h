@@ -115,7 +115,7 @@ inline Calibration SampleCalibration(int poses = 24) {
   q.weak_directions = {{"magnetometer bias z and scale z cannot be told apart",
                         "add poses with z up and down",
                         0.012}};
-  q.held_out = HeldOut{5, {}, {}};
+  q.held_out = HeldOut{5, {}, {}, {}};
   q.held_out->rms[Triad::kAccelerometer] = 0.00171;
   q.held_out->in_sample_rms[Triad::kAccelerometer] = 0.00130;
   q.rejected_poses = {{7, Triad::kMagnetometer, "steel tool near the fixture: 9.3 σ away"}};

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr Triad kAccel = Triad::kAccelerometer;
+constexpr Triad kGyro = Triad::kGyroscope;
 constexpr Triad kMag = Triad::kMagnetometer;
 
 Eigen::Quaterniond SmallTurn(double sigma_rad, Random* random) {
@@ -80,6 +81,16 @@ TriadPrior PriorAbout(const TriadModel<double>& truth,
   for (double& entry : prior.sensitivity.reshaped()) entry += sensitivity_sigma * random->Normal();
   prior.sensitivity_sigma.setConstant(sensitivity_sigma);
   return prior;
+}
+
+// A gyroscope of a consumer unit beside the two: 0.06 deg/s a reading at 100 Hz, rests of 4 s.
+void AddGyroscope(Trial* trial, Random* random) {
+  trial->unit.models[kGyro] = RandomModel({}, 1.0, random);
+  trial->unit.units[kGyro] = UnitOf(kGyro, false);
+  trial->options.triads[kGyro].enabled = true;
+  trial->noise.rest_sigma[kGyro] = 5e-5;
+  trial->turns.gyroscope_sigma_radps = 1e-3;
+  trial->turns.accelerometer_sigma_mps2 = 0.06;
 }
 
 void SetModel(MatrixModel model, Trial* trial) {
@@ -205,6 +216,8 @@ const std::vector<Regime>& Regimes() {
            trial->options.triads[triad].excess_sigma = trial->noise.excess_sigma[triad];
          }
        }},
+      // Last, so that the seeds of the others stay as they are.
+      {"NineAxis", "nine axes, turns of 2.5 s at 100 Hz", {}, AddGyroscope},
   };
   return kRegimes;
 }
@@ -269,6 +282,9 @@ PoseSet NoisyPoses(const Trial& trial, Random* random) {
   constexpr double kFloor = 0.664;
   PoseSet poses = Readings(trial, random);
   TellPoses(trial, &poses);
+  if (trial.unit.models[kGyro]) {
+    AddTurns(trial.unit, trial.attitudes, trial.turns, random, &poses);
+  }
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
       std::optional<TriadPose>& seen = poses.poses[k].triads[triad];
@@ -291,6 +307,9 @@ PoseSet ExactPoses(const Trial& trial) {
   Random unused(0);
   PoseSet poses = SimulatePoses(trial.unit, trial.attitudes, SyntheticNoise{}, &unused);
   TellPoses(trial, &poses);
+  if (trial.unit.models[kGyro]) {
+    AddTurns(trial.unit, trial.attitudes, trial.turns, nullptr, &poses);
+  }
   for (std::size_t k = 0; k < poses.poses.size(); ++k) {
     for (const Triad triad : kTriads) {
       std::optional<TriadPose>& seen = poses.poses[k].triads[triad];

@@ -24,6 +24,8 @@ struct Trial {
   std::vector<double> durations_s;
   // Rest noise of each pose over that of `noise`; empty: all alike.
   std::vector<double> rest_factors;
+  // The gyroscope's readings from pose to pose, where it is calibrated.
+  SyntheticTurns turns;
   // False: the poses come without covariances, as a table without σ columns does.
   bool states_covariances = true;
 };

@@ -40,6 +40,8 @@ struct TriadNoise {
   NoiseSource source = NoiseSource::kStatic;
   double excess_sigma = 0.0;  ///< Pose-to-pose excess σ, isotropic, true unit.
   double excess_dof = 0.0;    ///< Degrees of freedom behind excess_sigma.
+  /// Gyroscope: σ of a turn about each axis beyond what the noise of its readings makes, rad.
+  double turn_excess_sigma_rad = 0.0;
 };
 
 /// Temperature terms of one triad, in tau = T - reference. model.md §3.
@@ -112,11 +114,23 @@ struct RejectedPose {
   std::string reason;
 };
 
+/// Turns, each predicted by a calibration that had not seen it: the angle between gravity at the next
+/// rest as the calibrated accelerometer shows it and as the turn predicts it.
+struct HeldOutTurns {
+  std::vector<double> errors_rad;  ///< Turn by turn; those that do not count are left out.
+  double median_rad = 0.0;
+  double in_sample_median_rad = 0.0;
+  /// With the gains that the gyroscope's unit says and its mean at rest as bias; unset for counts.
+  std::optional<double> nominal_median_rad;
+};
+
 /// Cross-validation over poses.
 struct HeldOut {
   int folds = 0;
-  PerTriad<std::optional<double>> rms;     ///< Norm error of held-out poses, true unit.
+  /// Norm error of held-out poses, true unit; of a gyroscope the angle of HeldOutTurns, rad.
+  PerTriad<std::optional<double>> rms;
   PerTriad<std::optional<double>> in_sample_rms;
+  std::optional<HeldOutTurns> turns;
 };
 
 struct LimitCheck {

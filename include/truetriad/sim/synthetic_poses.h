@@ -23,7 +23,8 @@ struct SyntheticUnit {
   double field_ut = 48.0;
   double dip_rad = 1.0;
 
-  /// Specific force or field in the world frame, true unit. model.md §1.
+  /// Specific force or field in the world frame, true unit; of a gyroscope at rest zero. model.md
+  /// §1.
   Eigen::Vector3d WorldVector(Triad triad) const;
 };
 
@@ -38,6 +39,23 @@ PoseSet SimulatePoses(const SyntheticUnit& unit,
                       const std::vector<Eigen::Quaterniond>& world_from_body,
                       const SyntheticNoise& noise,
                       Random* random);
+
+/// Turns from each pose to the next, about one axis each, by the shortest way, with minimum jerk.
+struct SyntheticTurns {
+  double duration_s = 2.5;
+  double rate_hz = 100.0;
+  /// White noise of one reading, isotropic in true units; that of the gyroscope is told.
+  double gyroscope_sigma_radps = 0.0;
+  double accelerometer_sigma_mps2 = 0.0;
+};
+
+/// Adds the readings of a gyroscope and an accelerometer that turn in place between the poses of
+/// `set`, as a recording's moves. Without `random` they are exact; the noise is told all the same.
+void AddTurns(const SyntheticUnit& unit,
+              const std::vector<Eigen::Quaterniond>& world_from_body,
+              const SyntheticTurns& turns,
+              Random* random,
+              PoseSet* set);
 
 std::vector<Eigen::Quaterniond> RandomAttitudes(int count, Random* random);
 

@@ -13,10 +13,11 @@ namespace truetriad {
 namespace {
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<PosesConfig> config = ParsePoses(FLAGS_poses);
+  Result<PosesConfig> config = ParsePoses(FLAGS_poses);
   TRUETRIAD_RETURN_IF_ERROR(config);
   const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
+  config->moves = calibration->sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
     return LoadPoses(FLAGS_input, *config, progress.callback());

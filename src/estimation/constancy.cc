@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/constancy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include "estimation/reduced_system.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+constexpr Triad kMagnetometer = Triad::kMagnetometer;
+// Poses on each side of a change that tell it from a disturbed pose.
+constexpr std::size_t kFewestPoses = 4;
+constexpr std::size_t kMostPoses = 200;
+// So many left out by the robust step may be one side of a change.
+constexpr std::ptrdiff_t kManyRejected = 3;
+// One explanation is named when its log likelihood is better by this: odds of 20.
+constexpr double kClearlyBetter = 6.0;
+// Below this share of the largest eigenvalue a component of a step is not seen.
+constexpr double kNotSeen = 1e-6;
+// What scatters without a step that explains everything, of what scatters with it.
+constexpr double kLeastLeft = 1e-3;
+
+struct Place {
+  std::size_t node = 0;
+  int row = 0;  // of the magnetometer in the node's rows
+  bool rejected = false;
+};
+
+std::vector<Place> PlacesOf(const PoseGraph& graph) {
+  std::vector<Place> places;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::vector<Observation>& seen = graph.nodes[k].observations;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i].triad != kMagnetometer) continue;
+      places.push_back({k, 3 * static_cast<int>(i), seen[i].rejected});
+    }
+  }
+  return places;
+}
+
+// A step's test at one place.
+struct StepTest {
+  double statistic = 0.0;
+  int rank = 0;
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+};
+
+// `columns`: of each place the derivative of its three rows by the step, from `first` on.
+StepTest TestStep(const ReducedSystem& system,
+                  const std::vector<Place>& places,
+                  const std::vector<Eigen::Matrix3d>& columns,
+                  std::size_t first) {
+  const auto& factors = system.factors();
+  std::vector<PoseRows> Z(factors.size());
+  for (std::size_t f = 0; f < factors.size(); ++f) Z[f].setZero(factors[f].residual.size(), 3);
+  Eigen::Vector3d u = Eigen::Vector3d::Zero();
+  for (std::size_t i = first; i < places.size(); ++i) {
+    const Place& place = places[i];
+    Z[place.node].middleRows<3>(place.row) = columns[i];
+    u += columns[i].transpose() * factors[place.node].projected.segment<3>(place.row);
+  }
+  const std::vector<PoseRows> DZ = system.Project(Z);
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(system.size(), 3);
+  for (std::size_t f = 0; f < factors.size(); ++f) {
+    information += Z[f].transpose() * DZ[f];
+    shared += factors[f].B.transpose() * Z[f];
+  }
+  information -= shared.transpose() * system.covariance() * shared;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  StepTest test;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double eigenvalue = solver.eigenvalues()[axis];
+    if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
+    const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
+    const double share = direction.dot(u) / eigenvalue;
+    test.statistic += share * share * eigenvalue;
+    test.step -= share * direction;
+    ++test.rank;
+  }
+  return test;
+}
+
+// What the magnetometer's own residuals amount to, and how many they are after all that was fitted.
+struct OwnResiduals {
+  double chi2 = 0.0;
+  double dof = 0.0;
+};
+
+OwnResiduals OwnResidualsOf(const PoseGraph& graph,
+                            const ReducedSystem& system,
+                            const std::vector<Place>& places) {
+  OwnResiduals own;
+  for (const Place& place : places) {
+    const PoseNode& node = graph.nodes[place.node];
+    const Observation& seen = node.observations[static_cast<std::size_t>(place.row / 3)];
+    if (seen.rejected) continue;
+    const Eigen::Matrix3d variance = seen.variance / seen.weight;
+    const Eigen::Vector3d projected = system.factors()[place.node].projected.segment<3>(place.row);
+    const Eigen::Matrix3d P = system.ProjectorBlock(place.node).block<3, 3>(place.row, place.row);
+    own.chi2 += projected.dot(variance * projected);
+    own.dof += (P * variance).trace();
+  }
+  return own;
+}
+
+// The same poses with every reading of the magnetometer counting fully, solved again.
+PoseGraph WithoutWeights(const PoseGraph& graph, const std::vector<Place>& places) {
+  PoseGraph whole = graph;
+  for (const Place& place : places) {
+    Observation& seen =
+        whole.nodes[place.node].observations[static_cast<std::size_t>(place.row / 3)];
+    seen.rejected = false;
+    seen.weight = 1.0;
+  }
+  SolveGraph(&whole, kRoundTolerance);
+  return whole;
+}
+
+}  // namespace
+
+std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
+                                                         const NoiseState& noise) {
+  if (!settled.layout.Has(kMagnetometer) || noise.source[kMagnetometer] == NoiseSource::kResidual) {
+    return std::nullopt;
+  }
+  const std::vector<Place> places = PlacesOf(settled);
+  if (places.size() < 2 * kFewestPoses || places.size() > kMostPoses) return std::nullopt;
+  const auto rejected = std::count_if(
+      places.begin(), places.end(), [](const Place& place) { return place.rejected; });
+  const bool readmits = rejected >= kManyRejected;
+  const PoseGraph graph = readmits ? WithoutWeights(settled, places) : settled;
+  const ReducedSystem system(graph);
+  if (system.rank() < system.size()) return std::nullopt;
+
+  std::vector<Eigen::Matrix3d> by_bias, by_field;
+  for (const Place& place : places) {
+    const PoseNode& node = graph.nodes[place.node];
+    const Eigen::Matrix3d S = graph.ModelAt(kMagnetometer, node).sensitivity;
+    by_bias.push_back(S);
+    by_field.push_back(node.kind == PoseKind::kDirection
+                           ? Eigen::Matrix3d::Zero()
+                           : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
+  }
+  const bool estimated = readmits || (noise.excess[kMagnetometer] > 0.0 &&
+                                      std::find(noise.estimated.begin(),
+                                                noise.estimated.end(),
+                                                PoseNoise(kMagnetometer)) != noise.estimated.end());
+  const OwnResiduals own = OwnResidualsOf(graph, system, places);
+  // T, and where the noise is estimated, in units of what scatters without the step.
+  const auto clearness = [&](const StepTest& test) {
+    if (!estimated || own.dof - test.rank < 1.0) return test.statistic;
+    const double left = std::max(own.chi2 - test.statistic, kLeastLeft * own.chi2);
+    return test.statistic / (left / (own.dof - test.rank));
+  };
+  const auto p_value = [&](const StepTest& test) {
+    if (test.rank == 0) return 1.0;
+    return estimated && own.dof - test.rank >= 1.0
+               ? 1.0 - FisherCdf(clearness(test) / test.rank, test.rank, own.dof - test.rank)
+               : 1.0 - ChiSquareCdf(test.statistic, test.rank);
+  };
+
+  const Eigen::MatrixXd rows = graph.layout.basis.middleRows<3>(graph.layout.bias[kMagnetometer]);
+  const double bias_sigma_ut =
+      ((rows * system.covariance() * rows.transpose()).diagonal().array().max(0.0).sqrt() /
+       graph.sensitivity(kMagnetometer).rowwise().norm().array())
+          .maxCoeff();
+  const double tests = 2.0 * static_cast<double>(places.size() - 2 * kFewestPoses + 1);
+  double clearest = 0.0;
+  std::optional<MagnetometerChange> found;
+  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
+    const StepTest bias = TestStep(system, places, by_bias, first);
+    const StepTest field = TestStep(system, places, by_field, first);
+    const double clear = std::max(clearness(bias), clearness(field));
+    const double p = std::min(1.0, tests * std::min(p_value(bias), p_value(field)));
+    if (p > kChangeLevel || clear <= clearest) continue;
+    clearest = clear;
+    const double better = clearness(bias) - clearness(field);
+    found = MagnetometerChange{places[first].node,
+                               better > kClearlyBetter    ? ChangeKind::kBias
+                               : better < -kClearlyBetter ? ChangeKind::kField
+                                                          : ChangeKind::kEither,
+                               bias.step,
+                               field.step,
+                               bias_sigma_ut,
+                               p};
+  }
+  return found;
+}
+
+}  // namespace truetriad

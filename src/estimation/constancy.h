@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "estimation/graph.h"
+#include "estimation/noise_settling.h"
+
+namespace truetriad {
+
+// Two things that happen to a magnetometer in the middle of a run.
+enum class ChangeKind {
+  kBias,    // iron or a magnet on the unit moved: another bias from there on
+  kField,   // the unit, or iron about it, was moved: another field in the world
+  kEither,  // both explain the readings about as well
+};
+
+// The magnetometer's readings from one pose on are not those of the poses before.
+struct MagnetometerChange {
+  std::size_t node = 0;  // the first pose after it
+  ChangeKind kind = ChangeKind::kEither;
+  // What it is if it is that: of the bias in the body frame, of the field in the world frame, uT.
+  Eigen::Vector3d bias_ut = Eigen::Vector3d::Zero();
+  Eigen::Vector3d field_ut = Eigen::Vector3d::Zero();
+  // The largest σ of the bias' components where this was found, uT.
+  double bias_sigma_ut = 0.0;
+  // Probability of one as clear by chance, the best of all places and both kinds.
+  double p_value = 1.0;
+};
+
+// A run without a change is said to have one with at most this probability.
+inline constexpr double kChangeLevel = 0.01;
+
+// Looks for one change, between any two poses: the score test of a step d (uT) from a pose on, in
+// the bias (rows of the magnetometer + S d) or in the field (rows + S R^T d),
+//
+//   u = Z^T P r      I = Z^T P Z      T = u^T I^-1 u ~ chi^2(rank I)      d = -I^-1 u
+//
+// P the projector of the whole graph (reduced_system.h), Z the columns of the step. Where the noise
+// was estimated from the same poses, which takes the step for noise, T is held against what is left
+// of the magnetometer's own residuals without it: F(rank, the rest). The level is shared out over
+// all places and both kinds (Bonferroni), so that it is kept whatever their correlation.
+//
+// Where the robust step has left out three poses or more, all count again, solved again, with the
+// noise as if estimated: that is how a step looks to a robust fit. Unset without a change, with
+// fewer than four poses on a side, or with more poses than people set down: neighbouring rows of a
+// motion share what disturbs them, which this test would take for a step.
+std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
+                                                         const NoiseState& noise);
+
+}  // namespace truetriad
