@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimation/known_motions.h"
 #include "estimation/moves.h"
 #include "estimation/quality.h"
 #include "truetriad/init/ellipsoid_fit.h"
@@ -356,9 +357,26 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   return starts;
 }
 
+// Moves that hardly show an axis give it any gain. In a log that states its unit no gyroscope has
+// that.
+bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
+  if (unit.is_counts) return true;
+  const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
+  return (gains < kLargestSiGain).all() && (gains > 1.0 / kLargestSiGain).all();
+}
+
+// Diagonal and symmetric models have no rotation, and what noise made of one would stay for ever.
+TriadModel<double> InShape(MatrixModel shape, TriadModel<double> model) {
+  if (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric) {
+    model.sensitivity = Eigen::Matrix3d(model.sensitivity.rowwise().norm().asDiagonal()) *
+                        NearestAxisMap(model.sensitivity);
+  }
+  return model;
+}
+
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
-                                          const TriadModel<double>& accelerometer) {
+                                          const TriadModel<double>* accelerometer) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
   TriadModel<double> model;
   model.bias = sensor.fixed_bias.value_or(MedianReading(poses, Triad::kGyroscope));
@@ -366,6 +384,14 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     model.sensitivity = *sensor.fixed_sensitivity;
     return model;
   }
+  // Whatever the accelerometer saw on the way, rates that are known show all at once.
+  const bool use_rates = accelerometer == nullptr || !poses.rates.empty();
+  auto known = GyroscopeFromKnownMotions(poses);
+  if (known && use_rates) {
+    known->bias = sensor.fixed_bias.value_or(known->bias);
+    return InShape(sensor.model, *std::move(known));
+  }
+  if (accelerometer == nullptr) return known.error();
   std::vector<DirectionMove> moves;
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
@@ -377,18 +403,21 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     move.move = MoveOf(recorded, accelerometer);
     move.direction = std::move(move.move.force_mps2);
     move.move.force_mps2.clear();
-    move.before = accelerometer.TruthFromRaw(before->mean_raw).normalized();
-    move.after = accelerometer.TruthFromRaw(after->mean_raw).normalized();
+    move.before = accelerometer->TruthFromRaw(before->mean_raw).normalized();
+    move.after = accelerometer->TruthFromRaw(after->mean_raw).normalized();
   }
   const auto sensitivity = FindGyroSensitivity(moves, model.bias);
-  if (!sensitivity) return sensitivity.error();
-  model.sensitivity = *sensitivity;
-  if (sensor.model == MatrixModel::kDiagonal || sensor.model == MatrixModel::kSymmetric) {
-    // These models have no rotation, and what noise made of one here would stay for ever.
-    model.sensitivity =
-        model.sensitivity.rowwise().norm().asDiagonal() * NearestAxisMap(model.sensitivity);
+  const Unit& unit = poses.Find(Triad::kGyroscope)->unit;
+  if (sensitivity && IsPlausible(*sensitivity, unit)) {
+    model.sensitivity = *sensitivity;
+  } else if (known) {
+    model.sensitivity = known->sensitivity;
+  } else if (!sensitivity) {
+    return sensitivity.error();
+  } else {
+    model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
   }
-  return model;
+  return InShape(sensor.model, model);
 }
 
 }  // namespace
@@ -406,6 +435,11 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool six_faces = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
                          options.initialise.method == InitialiseMethod::kSixPosition;
+  if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
+    return NotEnoughError(
+        "gyroscope: alone it shows nothing but its bias; state known `turns:` or `rates:`, or "
+        "calibrate the accelerometer with it, which judges its turns by gravity");
+  }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const TriadOptions& sensor = options.triads[triad];
     if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
@@ -500,9 +534,11 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     start.models[Triad::kAccelerometer] = *model;
   }
   if (options.triads[Triad::kGyroscope].enabled) {
-    auto model = GyroscopeStart(poses, options, *start.models[Triad::kAccelerometer]);
+    const auto& accelerometer = start.models[Triad::kAccelerometer];
+    auto model = GyroscopeStart(poses, options, accelerometer ? &*accelerometer : nullptr);
     if (!model) return model.error();
     start.models[Triad::kGyroscope] = *model;
+    TRUETRIAD_RETURN_IF_ERROR(CheckTurnCounts(poses, start));
   }
   if (!has_magnetometer) return std::vector<StartValues>{start};
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estimation/graph_builder.h"
+#include "estimation/known_motions.h"
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
 #include "estimation/quality.h"
@@ -80,7 +81,12 @@ void StateSensors(const SettledRun& run,
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();
     Eigen::Vector3d total = Eigen::Vector3d::Zero();
     int count = 0;
+    const bool has_rests =
+        std::any_of(run.graph.nodes.begin(), run.graph.nodes.end(), [](const PoseNode& node) {
+          return node.role == PoseRole::kRest;
+        });
     for (const PoseNode& node : run.graph.nodes) {
+      if (node.role != (has_rests ? PoseRole::kRest : PoseRole::kRate)) continue;
       for (const Observation& observation : node.observations) {
         if (observation.triad != triad || observation.rejected) continue;
         rest += observation.rest_covariance.diagonal();
@@ -115,9 +121,16 @@ void StateReference(const SettledRun& run, ReferenceValues* stated) {
   if (dip_free || wanted.dip_rad.known()) stated->dip_rad = reference[kDip];
 }
 
+int CountRests(const PoseGraph& graph) {
+  return static_cast<int>(
+      std::count_if(graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& node) {
+        return node.role == PoseRole::kRest;
+      }));
+}
+
 void StateRejected(const PoseGraph& graph, Quality* quality) {
   for (const IncrementEdge& edge : graph.increments) {
-    if (!edge.rejected) continue;
+    if (!edge.rejected || edge.stated_turn >= 0) continue;
     quality->rejected_poses.push_back({graph.nodes[edge.from + 1].number,
                                        Triad::kGyroscope,
                                        "the turn into it from pose " +
@@ -314,7 +327,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const PoseGraph& graph = run.graph;
   Quality& quality = calibration->quality;
   const ReducedSystem system(graph);
-  quality.poses = static_cast<int>(graph.nodes.size());
+  quality.poses = CountRests(graph);
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.effective_dof = joint.dof;
@@ -330,12 +343,18 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
+  if (Wants(options, Triad::kGyroscope)) {
+    quality.turns = CheckTurns(run.poses,
+                               graph,
+                               AdjustedCovariance(run.noise.estimate, system) / joint.scale,
+                               run.noise.excess[NoiseComponent::kTurn]);
+  }
   StateChi2(run, system, quality.dof, &quality);
 
   if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite() ||
       solution.covariance.matrix.diagonal().minCoeff() < 0.0) {
     quality = Quality{};
-    quality.poses = static_cast<int>(graph.nodes.size());
+    quality.poses = CountRests(graph);
     calibration->outcome = Outcome::kNotConverged;
     calibration->messages.emplace_back(
         "the numbers left the range that can be computed with; look for absurd readings, σ or held "
@@ -402,7 +421,7 @@ void StateStart(const PoseSet& poses,
     if (Wants(options, Triad::kAccelerometer))
       calibration->reference.dip_rad = start.reference[kDip];
   }
-  calibration->quality.poses = static_cast<int>(graph.nodes.size());
+  calibration->quality.poses = CountRests(graph);
   calibration->quality.reduced_chi2 = unknown;
   calibration->quality.reduced_chi2_before = unknown;
   calibration->outcome = Outcome::kConverged;

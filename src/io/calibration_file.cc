@@ -179,6 +179,13 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
         << ", reason: " << Quoted{rejected.reason} << " }\n";
   }
+  if (!quality.turns.empty()) WriteItem(out, "turns", false);
+  for (const TurnCheck& turn : quality.turns) {
+    out << "    - { name: " << Quoted{turn.name} << ", axis: " << turn.axis
+        << ", stated_rad: " << turn.stated_rad << ", stated_sigma_rad: " << turn.stated_sigma_rad
+        << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
+        << ", used: " << turn.used << ", fault: " << Quoted{turn.fault} << " }\n";
+  }
   WriteItem(out, "coverage", quality.coverage.empty());
   for (const Coverage& coverage : quality.coverage) {
     out << "    - { sensor: " << TriadName(coverage.triad)
@@ -470,6 +477,18 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.Require("pose", &rejected.pose);
     ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected.triad);
     item.Require("reason", &rejected.reason);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("turns").Items()) {
+    TurnCheck& turn = quality->turns.emplace_back();
+    item.Require("name", &turn.name);
+    ReadVector(item.RequireChild("axis"), &turn.axis);
+    ReadNumber(item.RequireChild("stated_rad"), &turn.stated_rad);
+    ReadNumber(item.RequireChild("stated_sigma_rad"), &turn.stated_sigma_rad);
+    ReadNumber(item.RequireChild("found_rad"), &turn.found_rad);
+    ReadNumber(item.RequireChild("found_sigma_rad"), &turn.found_sigma_rad);
+    item.Require("used", &turn.used);
+    item.Require("fault", &turn.fault);
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.Child("coverage").Items()) {

@@ -221,12 +221,23 @@ TEST(Gyroscope, IsAsGoodOnFreshTurnsAsIsPredicted) {
   EXPECT_NEAR(ratio, 1.0, 0.4);
 }
 
-TEST(Gyroscope, IsNotCalibratedWithoutTheAccelerometer) {
+TEST(Gyroscope, IsNotCalibratedWithAMagnetometerAlone) {
   CalibrateOptions options;
   options.triads[kGyro].enabled = true;
+  options.triads[kMag].enabled = true;
   const Status status = options.Validate();
   ASSERT_FALSE(status);
   EXPECT_THAT(status.error().message, HasSubstr("accelerometer"));
+}
+
+TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
+  const Scenario scenario = GyroscopeScenario(false, false);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kAccel].enabled = false;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("`rates:`"));
 }
 
 TEST(Gyroscope, IsRefusedWhereNothingTurns) {

@@ -189,6 +189,11 @@ struct CalibrateOptions {
   /// parameters still count as determined. Range: (0, 1).
   double observable_sigma = 0.1;
 
+  /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
+  bool HasGyroscopeAlone() const;
+  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes of
+  /// its known turns and rates. The leading triad's matrix is then full.
+  bool IsBodyKnown() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
   /// Every problem with its value, or ok.

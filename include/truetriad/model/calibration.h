@@ -108,6 +108,19 @@ struct PoseResidual {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
 };
 
+/// A turn that the operator stated, as this calibration sees it.
+struct TurnCheck {
+  std::string name;                                ///< "turn 1 (x_rot)".
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< Body frame.
+  double stated_rad = 0.0;
+  double stated_sigma_rad = 0.0;
+  double found_rad = 0.0;
+  /// Of found_rad: parameters and readings; of a turn that was used, smaller than its difference.
+  double found_sigma_rad = 0.0;
+  bool used = false;  ///< Else held out, rejected, or with a fault.
+  std::string fault;  ///< Why its readings tell nothing, or empty.
+};
+
 struct RejectedPose {
   int pose = 0;
   Triad triad = Triad::kAccelerometer;
@@ -152,6 +165,7 @@ struct Quality {
   std::vector<WeakDirection> weak_directions;
   std::optional<HeldOut> held_out;
   std::vector<RejectedPose> rejected_poses;
+  std::vector<TurnCheck> turns;  ///< Those that were stated.
   std::vector<Coverage> coverage;
   std::vector<PoseResidual> pose_residuals;
   std::vector<LimitCheck> limits;
