@@ -44,11 +44,6 @@ void RefuseUnavailable(YamlReader root) {
     motion.Fail("calibration without rests is" + std::string(kVersion) +
                 "record rests and let them be detected");
   }
-  if (YamlReader rotation = root.Child("attitudes").Child("fixture_rotation");
-      IsWord(rotation, "unknown")) {
-    rotation.Fail("estimating the fixture's rotation is" + std::string(kVersion) +
-                  "give attitudes of the body itself and remove the key");
-  }
 }
 
 void ReadDevice(YamlReader reader, Experiment* experiment) {
@@ -241,8 +236,8 @@ void ReadAttitudes(YamlReader reader, Draft* draft) {
   if (file.Read(&draft->attitudes_file)) attitudes.kind = AttitudeKind::kGiven;
   if (attitudes.kind == AttitudeKind::kGiven) {
     ReadNumber(reader.Child("sigma_deg"), kPositive, &draft->experiment.attitudes_sigma_deg);
-    YamlReader rotation = reader.Child("fixture_rotation");
-    if (rotation && !IsWord(rotation, "identity")) rotation.Fail("`identity` is expected");
+    ReadChoice(
+        reader.Child("fixture_rotation"), kFixtureRotations, &attitudes.unknown_fixture_rotation);
   }
   reader.RejectUnknown();
   if (reader.IsMap() && attitudes.kind == AttitudeKind::kNone) {

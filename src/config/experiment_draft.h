@@ -48,6 +48,7 @@ constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
     {ExcessNoise::kNone, "none"},
     {ExcessNoise::kEstimate, "estimate"},
 }};
+constexpr NamedValues<bool, 2> kFixtureRotations = {{{false, "identity"}, {true, "unknown"}}};
 constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{

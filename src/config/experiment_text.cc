@@ -118,7 +118,7 @@ void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
       out.Open("attitudes");
       out.Line("file", Quoted{draft.attitudes_file});
       out.Line("sigma_deg", draft.experiment.attitudes_sigma_deg);
-      out.Line("fixture_rotation", "identity");
+      out.Line("fixture_rotation", kFixtureRotations.Name(attitudes.unknown_fixture_rotation));
       return out.Close();
   }
 }

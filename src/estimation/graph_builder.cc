@@ -110,6 +110,16 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
+// Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
+void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
+  for (PoseNode& node : *nodes) {
+    if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
+    const Eigen::Quaterniond q = level_from_fixture * node.rotation();
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    node.prior_world_from_body = level_from_fixture * node.prior_world_from_body;
+  }
+}
+
 }  // namespace
 
 Triad LeadingTriad(const CalibrateOptions& options) {
@@ -280,7 +290,7 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     }
   }
 
-  graph->shared.segment<4>(layout.reference) = start.reference;
+  graph->shared.segment<kReferenceSize>(layout.reference) = start.reference;
   const ReferenceOptions& reference = options.reference;
   if (wants(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
     free_entry(layout.reference + kGravity);
@@ -297,6 +307,12 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
       free_entry(layout.reference + kDip);
     }
     if (options.attitudes.kind == AttitudeKind::kGiven) free_entry(layout.reference + kHeading);
+  }
+  if (options.attitudes.unknown_fixture_rotation) {
+    free_entry(layout.reference + kFixtureTilt);
+    free_entry(layout.reference + kFixtureTilt + 1);
+    graph->level_from_fixture = start.level_from_fixture;
+    LevelAttitudes(start.level_from_fixture, &graph->nodes);
   }
   for (const int tilt : layout.face_tilt) {
     if (tilt < 0) continue;

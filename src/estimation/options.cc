@@ -104,6 +104,10 @@ Status CalibrateOptions::Validate() const {
   require(gauge != Gauge::kFixture || IsBodyKnown(), "gauge `fixture` needs known attitudes");
   require(attitudes.kind != AttitudeKind::kSixFace || triads[Triad::kAccelerometer].enabled,
           "six-face attitudes need the accelerometer, which says what face is up");
+  require(
+      !attitudes.unknown_fixture_rotation ||
+          (attitudes.kind == AttitudeKind::kGiven && triads[Triad::kAccelerometer].enabled),
+      "an unknown fixture rotation needs given attitudes, and the accelerometer, which shows it");
   require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
   require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");

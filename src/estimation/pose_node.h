@@ -15,7 +15,7 @@ namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
 // Three triads with all temperature terms, g-sensitivity, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 25;
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 9 + kReferenceSize + 12;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -113,7 +113,7 @@ struct PoseNode {
   // Field of `triad` in the body frame, true unit, at the given parameters; of the gyroscope the
   // known rate.
   Eigen::Vector3d FieldInBody(Triad triad,
-                              const Eigen::Ref<const Eigen::Vector4d>& reference,
+                              const Eigen::Ref<const ReferenceVector>& reference,
                               const double* state_values) const;
 
   // Rows and, where wanted, their Jacobians with respect to the shared vector (every entry, free

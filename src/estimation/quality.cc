@@ -41,7 +41,7 @@ void FillPoseQuality(const PoseGraph& graph,
                      const TurnErrors& turns,
                      const PoseSet& poses,
                      Quality* quality) {
-  const Eigen::Vector4d reference = graph.reference();
+  const ReferenceVector reference = graph.reference();
   PerTriad<RootMeanSquare> after;
   PerTriad<RootMeanSquare> before;
   PerTriad<std::vector<Eigen::Vector3d>> directions;

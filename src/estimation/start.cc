@@ -15,6 +15,7 @@
 #include "estimation/moves.h"
 #include "estimation/quality.h"
 #include "truetriad/init/ellipsoid_fit.h"
+#include "truetriad/init/fixture_fit.h"
 #include "truetriad/init/frame_alignment.h"
 #include "truetriad/init/gyro_start.h"
 #include "truetriad/init/six_position.h"
@@ -347,7 +348,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     if (options.attitudes.kind == AttitudeKind::kGiven) {
       Eigen::Vector3d world = Eigen::Vector3d::Zero();
       for (const StaticPose* pose : pairs) {
-        world += pose->attitude->world_from_body *
+        world += base.level_from_fixture * pose->attitude->world_from_body *
                  model.TruthFromRaw(pose->triads[Triad::kMagnetometer]->mean_raw);
       }
       start.reference[kHeading] = std::atan2(world.y(), world.x());
@@ -355,6 +356,42 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     starts.push_back(start);
   }
   return starts;
+}
+
+// The triad in the attitudes that are given, in a field of unknown direction.
+Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double strength) {
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[triad]) continue;
+    if (!pose.attitude) {
+      return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                           " has no known attitude; every pose needs one with `attitudes: "
+                           "{file: …}`");
+    }
+    attitudes.push_back(pose.attitude->world_from_body);
+  }
+  return FitInFixture(Readings(poses, triad), attitudes, strength);
+}
+
+// A magnetometer alone in given attitudes: its matrix, and the field's dip and heading in their
+// frame.
+Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         StartValues* start) {
+  auto fit = FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]);
+  TRUETRIAD_RETURN_IF_ERROR(fit);
+  const Knowledge& dip = options.reference.dip_rad;
+  const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
+  // Near the equator the positive determinant decides, which the fit has.
+  if (std::abs(fit->direction.z()) > kEquatorSine && (fit->direction.z() < 0.0) != north) {
+    fit->direction *= -1.0;
+    fit->model.sensitivity *= -1.0;
+  }
+  start->models[Triad::kMagnetometer] = fit->model;
+  start->reference[kDip] =
+      dip.known() ? *dip.value : -std::asin(std::clamp(fit->direction.z(), -1.0, 1.0));
+  start->reference[kHeading] = std::atan2(fit->direction.y(), fit->direction.x());
+  return {};
 }
 
 // Moves that hardly show an axis give it any gain. In a log that states its unit no gyroscope has
@@ -527,7 +564,20 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   const bool has_accelerometer = options.triads[Triad::kAccelerometer].enabled;
   const bool has_magnetometer = options.triads[Triad::kMagnetometer].enabled;
   if (has_accelerometer) {
-    auto model = AccelerometerStart(poses, options);
+    const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
+    Result<TriadModel<double>> model = TriadModel<double>();
+    if (options.attitudes.unknown_fixture_rotation) {
+      auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
+      TRUETRIAD_RETURN_IF_ERROR(fit);
+      const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+      start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
+          Eigen::Vector3d(sign * fit->direction), Eigen::Vector3d::UnitZ());
+      fit->model.sensitivity *= sign;
+      *model = fit->model;
+    }
+    if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
+      model = AccelerometerStart(poses, options);
+    }
     if (!model) return model.error();
     TRUETRIAD_RETURN_IF_ERROR(
         CheckAccelerometerUnit(poses, Readings(poses, Triad::kAccelerometer), *model));
@@ -546,6 +596,11 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
   if (!own) return own.error();
   if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
+  if (options.attitudes.kind == AttitudeKind::kGiven &&
+      !options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    TRUETRIAD_RETURN_IF_ERROR(StartMagnetometerInGivenAttitudes(poses, options, &start));
+    return std::vector<StartValues>{start};
+  }
   if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
     own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity);
   }

@@ -14,6 +14,7 @@
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
 #include "estimation/quality.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -109,8 +110,15 @@ void StateSensors(const SettledRun& run,
 void StateReference(const SettledRun& run, ReferenceValues* stated) {
   const SharedLayout& layout = run.graph.layout;
   const ReferenceOptions& wanted = run.options.reference;
-  const Eigen::Vector4d reference = run.graph.reference();
+  const ReferenceVector reference = run.graph.reference();
   stated->gravity_mps2 = reference[kGravity];
+  if (run.options.attitudes.unknown_fixture_rotation) {
+    // World vectors: v_fixture = R_level^T Exp(-tilt) Rz(heading) v_world.
+    const Eigen::Vector3d tilt(reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0);
+    const Eigen::Quaterniond q = run.graph.level_from_fixture.conjugate() * RotationExp(-tilt) *
+                                 RotationExp({0.0, 0.0, reference[kHeading]});
+    stated->fixture_from_world = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
+  }
   if (wanted.gravity_mps2.sigma > 0.0) stated->gravity_sigma_mps2 = wanted.gravity_mps2.sigma;
   if (!Wants(run.options, Triad::kMagnetometer)) return;
   const bool field_free = layout.IsFree(layout.reference + kField);

@@ -113,6 +113,9 @@ void WriteReference(YamlText& out, const ReferenceValues& reference) {
   }
   if (reference.field_ut) out << "  field_ut: " << *reference.field_ut << "\n";
   if (reference.dip_rad) out << "  dip_rad: " << *reference.dip_rad << "\n";
+  if (reference.fixture_from_world) {
+    out << "  fixture_from_world: " << *reference.fixture_from_world << "\n";
+  }
   out << "  field_estimated: " << reference.field_estimated << "\n"
       << "  field_nominal: " << reference.field_nominal << "\n"
       << "  temperature_degc: " << reference.temperature_degc << "\n";
@@ -408,6 +411,9 @@ void ReadReference(YamlReader reader, ReferenceValues* reference) {
                                    std::pair("dip_rad", &reference->dip_rad)}) {
     double number = 0.0;
     if (ReadNumber(reader.Child(key), &number)) *value = number;
+  }
+  if (Eigen::Vector4d rotation; ReadVector(reader.Child("fixture_from_world"), &rotation)) {
+    reference->fixture_from_world = rotation;
   }
   reader.Require("field_estimated", &reference->field_estimated);
   reader.Optional("field_nominal", &reference->field_nominal);

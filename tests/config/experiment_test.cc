@@ -314,10 +314,9 @@ TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
 
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
   const std::string head = "experiment: 1\nsensors:\n";
-  for (const std::string& text : {head + "  magnetometer: { model: auto }\n",
-                                  kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
-                                  kMinimal + std::string("attitudes: { file: a.csv, "
-                                                         "fixture_rotation: unknown }\n")}) {
+  for (const std::string& text :
+       {head + "  magnetometer: { model: auto }\n",
+        kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n")}) {
     const Result<Experiment> experiment = Load(text);
     ASSERT_FALSE(experiment) << text;
     EXPECT_EQ(experiment.error().code, ErrorCode::kBadInput);

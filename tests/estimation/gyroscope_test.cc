@@ -258,7 +258,7 @@ TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
   layout.sensitivity[kGyro] = 3;
   layout.g_sensitivity = 12;
   layout.reference = 21;
-  layout.size = 25;
+  layout.size = 21 + kReferenceSize;
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
   const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
   shared.segment<3>(0) = gyroscope.nominal.bias;

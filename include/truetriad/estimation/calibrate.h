@@ -141,6 +141,9 @@ struct AttitudeOptions {
   double tilt_sigma_deg = 0.5;
   /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
+  /// Given: the attitudes are those of the body in a fixture that stands in the world in an unknown
+  /// way. Gravity shows its tilt; its heading and that of the field are one unknown.
+  bool unknown_fixture_rotation = false;
 };
 
 struct RobustOptions {

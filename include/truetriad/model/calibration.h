@@ -86,6 +86,9 @@ struct ReferenceValues {
   bool field_estimated = false;              ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
+  /// Frame of the attitudes from outside <- world, where the fixture's rotation was estimated: x of
+  /// the world is magnetic north with a magnetometer, else along the fixture's x. qw, qx, qy, qz.
+  std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
 };
 
