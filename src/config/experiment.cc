@@ -40,11 +40,6 @@ void RefuseUnavailable(YamlReader root) {
                  "name one of bias, diagonal, symmetric, full");
     }
   }
-  if (YamlReader rotation = root.Child("attitudes").Child("fixture_rotation");
-      IsWord(rotation, "unknown")) {
-    rotation.Fail("estimating the fixture's rotation is" + std::string(kVersion) +
-                  "give attitudes of the body itself and remove the key");
-  }
 }
 
 void ReadDevice(YamlReader reader, Experiment* experiment) {
@@ -243,14 +238,48 @@ void ReadAttitudes(YamlReader reader, Draft* draft) {
   if (file.Read(&draft->attitudes_file)) attitudes.kind = AttitudeKind::kGiven;
   if (attitudes.kind == AttitudeKind::kGiven) {
     ReadNumber(reader.Child("sigma_deg"), kPositive, &draft->experiment.attitudes_sigma_deg);
-    YamlReader rotation = reader.Child("fixture_rotation");
-    if (rotation && !IsWord(rotation, "identity")) rotation.Fail("`identity` is expected");
+    ReadChoice(
+        reader.Child("fixture_rotation"), kFixtureRotations, &attitudes.unknown_fixture_rotation);
   }
   reader.RejectUnknown();
   if (reader.IsMap() && attitudes.kind == AttitudeKind::kNone) {
     reader.Fail("one of six_face, file is expected, or none");
   }
   if (six_face && file) reader.Fail("six_face and file exclude each other; keep one");
+}
+
+void ReadTurns(YamlReader reader, Draft* draft) {
+  if (!reader) return;
+  if (IsWord(reader, "none")) {
+    draft->turns_file.clear();
+    return;
+  }
+  KnownMotionsConfig& config = draft->known_motions;
+  reader.Optional("file", &draft->turns_file);
+  ReadNumber(reader.Child("sigma_deg"), kPositive, &config.turn_sigma_deg);
+  ReadNumber(reader.Child("axis_sigma_deg"), kPositive, &config.turn_axis_sigma_deg);
+  if (YamlReader held_out = reader.Child("held_out"); IsWord(held_out, "all")) {
+    config.held_out_turns = {"all"};
+  } else if (held_out) {
+    config.held_out_turns.clear();
+    for (YamlReader& item : held_out.Items()) item.Read(&config.held_out_turns.emplace_back());
+  }
+  reader.RejectUnknown();
+  if (draft->turns_file.empty()) reader.Fail("`file:` with the turns is expected, or none");
+}
+
+void ReadRates(YamlReader reader, Draft* draft) {
+  if (!reader) return;
+  if (IsWord(reader, "none")) {
+    draft->rates_file.clear();
+    return;
+  }
+  KnownMotionsConfig& config = draft->known_motions;
+  reader.Optional("file", &draft->rates_file);
+  ReadNumber(reader.Child("sigma_degps"), kNotNegative, &config.rate_sigma_degps);
+  ReadNumber(reader.Child("axis_sigma_deg"), kNotNegative, &config.rate_axis_sigma_deg);
+  reader.RejectUnknown();
+  if (draft->rates_file.empty()) reader.Fail("`file:` with the rates is expected, or none");
 }
 
 void ReadRobust(YamlReader reader, RobustOptions* robust) {
@@ -324,6 +353,8 @@ void ReadDocument(YamlReader root, Draft* draft) {
   }
   ReadPoses(root.Child("poses"), draft);
   ReadAttitudes(root.Child("attitudes"), draft);
+  ReadTurns(root.Child("turns"), draft);
+  ReadRates(root.Child("rates"), draft);
   ReadRobust(root.Child("robust"), &options.robust);
   ReadInitialise(root.Child("initialise"), draft);
   ReadLimits(root.Child("limits"), &options.limits);
@@ -379,9 +410,8 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   options.reference.field_ut = KnowledgeOf(draft->strength_ut);
   options.reference.dip_rad = KnowledgeOf(draft->dip_deg, kRadPerDeg);
 
-  const bool has_attitudes = options.attitudes.kind != AttitudeKind::kNone;
-  options.gauge = draft->gauge.value_or(has_attitudes ? Gauge::kFixture : Gauge::kAccelX);
-  if (options.gauge == Gauge::kFixture && !has_attitudes) {
+  options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
+  if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {
     fail("gauge: fixture needs attitudes from outside; give `attitudes:` or another gauge");
   }
 
@@ -398,7 +428,16 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   if (!any_enabled) {
     fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
-  experiment.poses.moves = options.triads[Triad::kGyroscope].enabled;
+  const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
+  if (!has_gyroscope && !(draft->turns_file.empty() && draft->rates_file.empty())) {
+    fail(
+        "turns: and rates: calibrate the gyroscope, which is not among the sensors; list it, or "
+        "remove them");
+  }
+  experiment.poses.known_motions = draft->known_motions;
+  experiment.poses.known_motions.turns_file = Resolve(draft->turns_file, experiment.path);
+  experiment.poses.known_motions.rates_file = Resolve(draft->rates_file, experiment.path);
+  experiment.poses.moves = has_gyroscope;
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};

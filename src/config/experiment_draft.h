@@ -48,6 +48,7 @@ constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
     {ExcessNoise::kNone, "none"},
     {ExcessNoise::kEstimate, "estimate"},
 }};
+constexpr NamedValues<bool, 2> kFixtureRotations = {{{false, "identity"}, {true, "unknown"}}};
 constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
@@ -63,6 +64,8 @@ constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
 struct ExperimentDraft {
   Experiment experiment;
   std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
+  std::string turns_file, rates_file;                         ///< As written.
+  KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
   Stated gravity_mps2, strength_ut, dip_deg;
   std::optional<Gauge> gauge;

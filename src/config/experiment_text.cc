@@ -120,9 +120,33 @@ void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
       out.Open("attitudes");
       out.Line("file", Quoted{draft.attitudes_file});
       out.Line("sigma_deg", draft.experiment.attitudes_sigma_deg);
-      out.Line("fixture_rotation", "identity");
+      out.Line("fixture_rotation", kFixtureRotations.Name(attitudes.unknown_fixture_rotation));
       return out.Close();
   }
+}
+
+void WriteKnownMotions(ResolvedText& out, const ExperimentDraft& draft) {
+  const KnownMotionsConfig& motions = draft.known_motions;
+  if (draft.turns_file.empty()) {
+    out.Line("turns", "none");
+  } else {
+    YamlText held_out;
+    for (const std::string& id : motions.held_out_turns) {
+      held_out << (held_out.str().empty() ? "" : ", ") << Quoted{id};
+    }
+    out.Open("turns");
+    out.Line("file", Quoted{draft.turns_file});
+    out.Line("sigma_deg", motions.turn_sigma_deg);
+    out.Line("axis_sigma_deg", motions.turn_axis_sigma_deg);
+    out.Line("held_out", "[", held_out.str(), "]");
+    out.Close();
+  }
+  if (draft.rates_file.empty()) return out.Line("rates", "none");
+  out.Open("rates");
+  out.Line("file", Quoted{draft.rates_file});
+  out.Line("sigma_degps", motions.rate_sigma_degps);
+  out.Line("axis_sigma_deg", motions.rate_axis_sigma_deg);
+  out.Close();
 }
 
 }  // namespace
@@ -148,6 +172,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft) {
   out.Close();
   WritePoses(out, draft);
   WriteAttitudes(out, draft);
+  if (options.triads[Triad::kGyroscope].enabled) WriteKnownMotions(out, draft);
   out.Open("robust");
   out.Line("loss", kLosses.Name(options.robust.enabled));
   out.Line("scale", options.robust.scale);

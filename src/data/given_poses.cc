@@ -16,10 +16,14 @@ constexpr std::int64_t kWindowSamples = 10;
 
 }  // namespace
 
-GivenPoses::GivenPoses(const PoseSelection& selection, const RecordingInfo& info, Triad leading)
+GivenPoses::GivenPoses(const PoseSelection& selection,
+                       const RecordingInfo& info,
+                       Triad leading,
+                       std::string key)
     : selection_(selection),
       info_(info),
       leading_(leading),
+      key_(std::move(key)),
       range_used_(selection.ranges.size(), false) {}
 
 Status GivenPoses::Validate() const {
@@ -40,7 +44,7 @@ Status GivenPoses::Validate() const {
       previous = range.last;
       continue;
     }
-    return BadInputError("poses: range " + std::to_string(i + 1) + " is rows " +
+    return BadInputError(key_ + ": range " + std::to_string(i + 1) + " is rows " +
                          std::to_string(range.first) + " to " + std::to_string(range.last) +
                          (range.first < 0 ? "" : " after row " + std::to_string(previous)) +
                          "; expected first <= last, both 0-based, in file order, without overlap");
@@ -235,10 +239,11 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
     if (range_used_[i]) continue;
     const PoseRange& range = selection_.ranges[i];
-    return BadInputError(
-        "poses: range " + std::to_string(i + 1) + " (rows " + std::to_string(range.first) + " to " +
-        std::to_string(range.last) + ") has no reading of the " + std::string(TriadName(leading_)) +
-        "; " + info_.Find(leading_)->file + " has data rows 0 to " + std::to_string(last_row_));
+    return BadInputError(key_ + ": range " + std::to_string(i + 1) + " (rows " +
+                         std::to_string(range.first) + " to " + std::to_string(range.last) +
+                         ") has no reading of the " + std::string(TriadName(leading_)) + "; " +
+                         info_.Find(leading_)->file + " has data rows 0 to " +
+                         std::to_string(last_row_));
   }
   // A short last block is no pose of its own: it would weigh little and look like the others.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&

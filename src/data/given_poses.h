@@ -26,7 +26,11 @@ struct CollectedPose {
 /// pose by row, of one in another file by time, within half a spacing of the leading stream.
 class GivenPoses {
  public:
-  GivenPoses(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
+  /// `key`: what the ranges are called in messages.
+  GivenPoses(const PoseSelection& selection,
+             const RecordingInfo& info,
+             Triad leading,
+             std::string key = "poses");
 
   /// Ranges must be in file order; a pose column must be there.
   Status Validate() const;
@@ -74,6 +78,7 @@ class GivenPoses {
   PoseSelection selection_;
   RecordingInfo info_;
   Triad leading_;
+  std::string key_;
   double spacing_ns_ = 0.0;
   std::size_t range_ = 0;
   std::int64_t last_row_ = -1, last_ns_ = 0;  // Of the leading stream.

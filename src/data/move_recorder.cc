@@ -83,7 +83,23 @@ void MoveRecorder::Stream::Drop(std::int64_t after_ns, std::int64_t before_ns) {
   reading_raw.erase(reading_raw.begin() + first, reading_raw.begin() + last);
 }
 
+MoveRecorder::MoveRecorder(Triad leading, const std::vector<RowSpan>& spans) : leading_(leading) {
+  for (const RowSpan& rows : spans) spans_.push_back({rows});
+}
+
 void MoveRecorder::Add(const SampleBlock& block) {
+  if (block.triad == leading_) {
+    for (Span& span : spans_) {
+      const auto first = std::lower_bound(block.row.begin(), block.row.end(), span.rows.first);
+      const auto last = std::upper_bound(first, block.row.end(), span.rows.last);
+      if (first == last) continue;
+      const auto at = [&](auto row) {
+        return block.time_ns[static_cast<std::size_t>(row - block.row.begin())];
+      };
+      if (span.end_ns < span.start_ns) span.start_ns = at(first);
+      span.end_ns = at(last - 1);
+    }
+  }
   if (block.triad == Triad::kMagnetometer) return;
   Stream& stream = block.triad == Triad::kGyroscope ? gyroscope_ : accelerometer_;
   stream.time_ns.insert(stream.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
@@ -94,8 +110,9 @@ void MoveRecorder::Add(const SampleBlock& block) {
 }
 
 void MoveRecorder::DropRest(const StaticPose& pose) {
-  gyroscope_.Drop(pose.start_ns, pose.end_ns);
-  accelerometer_.Drop(pose.start_ns, pose.end_ns);
+  for (Stream* stream : {&gyroscope_, &accelerometer_}) {
+    DropOutsideSpans(pose.start_ns, pose.end_ns, stream);
+  }
   last_end_ns_ = pose.end_ns;
 }
 
@@ -105,21 +122,65 @@ void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
     // Before the first pose nothing is a turn between two.
     const std::int64_t after_ns =
         last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : stream->time_ns.front();
-    if (after_ns < judged_before_ns) stream->Drop(after_ns, judged_before_ns);
+    DropOutsideSpans(after_ns, judged_before_ns, stream);
   }
 }
 
-std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
+void MoveRecorder::DropOutsideSpans(std::int64_t after_ns,
+                                    std::int64_t before_ns,
+                                    Stream* stream) const {
+  while (after_ns < before_ns) {
+    // Up to the first span that is still to come, then behind it.
+    std::int64_t until_ns = before_ns, next_ns = before_ns;
+    for (const Span& span : spans_) {
+      if (span.end_ns <= after_ns || span.start_ns >= until_ns) continue;
+      until_ns = std::max(span.start_ns, after_ns);
+      next_ns = span.end_ns;
+    }
+    if (until_ns > after_ns) stream->Drop(after_ns, until_ns);
+    after_ns = next_ns;
+  }
+}
+
+RecordedMove MoveRecorder::Cut(std::size_t first,
+                               std::size_t last,
+                               const StreamSummary& gyroscope) const {
+  RecordedMove move;
+  const std::vector<std::int64_t>& force_times = accelerometer_.time_ns;
+  auto force = force_times.begin();
+  if (first < last) {
+    force = std::lower_bound(force_times.begin(), force_times.end(), gyroscope_.time_ns[first]);
+  }
+  for (std::size_t at = first; at < last; ++at) {
+    const std::int64_t time_ns = gyroscope_.time_ns[at];
+    move.time_ns.push_back(time_ns);
+    move.gyroscope_raw.push_back(gyroscope_.reading_raw[at]);
+    if (force_times.empty()) continue;
+    while (force != force_times.end() && *force < time_ns) ++force;
+    const auto right =
+        static_cast<std::size_t>(std::min(force, force_times.end() - 1) - force_times.begin());
+    const std::size_t left = right > 0 && force_times[right] > time_ns ? right - 1 : right;
+    const double span = static_cast<double>(force_times[right] - force_times[left]);
+    const double share =
+        span > 0.0 ? std::clamp(static_cast<double>(time_ns - force_times[left]) / span, 0.0, 1.0)
+                   : 0.0;
+    move.accelerometer_raw.push_back((1.0 - share) * accelerometer_.reading_raw[left] +
+                                     share * accelerometer_.reading_raw[right]);
+  }
+  move.fault = Fault(move, gyroscope);
+  return move;
+}
+
+std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
   std::vector<RecordedMove> moves;
   const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
-  if (gyroscope == nullptr || gyroscope_.time_ns.empty()) return moves;
   const std::vector<std::int64_t>& times = gyroscope_.time_ns;
-  const std::vector<std::int64_t>& force_times = accelerometer_.time_ns;
+  if (gyroscope == nullptr || times.empty()) return moves;
   for (std::size_t i = 0; i + 1 < set.poses.size(); ++i) {
-    RecordedMove& move = moves.emplace_back();
-    move.from = i;
     const std::int64_t duration_ns = set.poses[i + 1].start_ns - set.poses[i].end_ns;
     if (duration_ns > kLongestMoveNs) {
+      RecordedMove& move = moves.emplace_back();
+      move.from = i;
       move.fault = "it takes " + Seconds(1e-9 * static_cast<double>(duration_ns)) +
                    ", longer than the " + Seconds(kLongestMoveS) + " that a turn may take";
       continue;
@@ -129,27 +190,26 @@ std::vector<RecordedMove> MoveRecorder::Finish(const PoseSet& set) {
     if (first != times.begin()) --first;
     auto last = std::lower_bound(first, times.end(), set.poses[i + 1].start_ns);
     if (last != times.end()) ++last;
-    auto force = std::lower_bound(force_times.begin(), force_times.end(), *first);
-    for (auto time = first; time != last; ++time) {
-      const auto at = static_cast<std::size_t>(time - times.begin());
-      move.time_ns.push_back(*time);
-      move.gyroscope_raw.push_back(gyroscope_.reading_raw[at]);
-      if (force_times.empty()) continue;
-      while (force != force_times.end() && *force < *time) ++force;
-      const auto right =
-          static_cast<std::size_t>(std::min(force, force_times.end() - 1) - force_times.begin());
-      const std::size_t left = right > 0 && force_times[right] > *time ? right - 1 : right;
-      const double span = static_cast<double>(force_times[right] - force_times[left]);
-      const double share =
-          span > 0.0 ? std::clamp(static_cast<double>(*time - force_times[left]) / span, 0.0, 1.0)
-                     : 0.0;
-      move.accelerometer_raw.push_back((1.0 - share) * accelerometer_.reading_raw[left] +
-                                       share * accelerometer_.reading_raw[right]);
-    }
-    move.fault = Fault(move, *gyroscope);
+    moves.push_back(Cut(static_cast<std::size_t>(first - times.begin()),
+                        static_cast<std::size_t>(last - times.begin()),
+                        *gyroscope));
+    moves.back().from = i;
   }
-  gyroscope_ = {};
-  accelerometer_ = {};
+  return moves;
+}
+
+std::vector<RecordedMove> MoveRecorder::Spans(const PoseSet& set) const {
+  std::vector<RecordedMove> moves;
+  const StreamSummary* gyroscope = set.Find(Triad::kGyroscope);
+  if (gyroscope == nullptr) return moves;
+  const std::vector<std::int64_t>& times = gyroscope_.time_ns;
+  for (const Span& span : spans_) {
+    const auto first = std::lower_bound(times.begin(), times.end(), span.start_ns);
+    const auto last = std::upper_bound(first, times.end(), span.end_ns);
+    moves.push_back(Cut(static_cast<std::size_t>(first - times.begin()),
+                        static_cast<std::size_t>(last - times.begin()),
+                        *gyroscope));
+  }
   return moves;
 }
 

@@ -13,7 +13,8 @@
 
 namespace truetriad {
 
-/// Keeps the gyroscope's readings between the poses, and what the accelerometer read then.
+/// Keeps the gyroscope's readings between the poses and in stated spans of rows, and what the
+/// accelerometer read then.
 ///
 /// Readings inside a pose are dropped as soon as the pose is known, and those of a move as soon as
 /// it is known to last longer than kLongestMoveS, so that memory holds the moves and what static
@@ -23,6 +24,9 @@ class MoveRecorder {
   /// A turn that takes longer is not used. Its angle would be known worse than hands that turn the
   /// unit once more would know it: a bias that wanders by 0.01 deg/s makes 3 deg of it.
   static constexpr double kLongestMoveS = 300.0;
+
+  /// `spans`: rows of the leading stream's file whose readings stay, whatever poses they lie in.
+  MoveRecorder(Triad leading, const std::vector<RowSpan>& spans);
 
   void Add(const SampleBlock& block);
 
@@ -34,8 +38,11 @@ class MoveRecorder {
   void DropLongMove(std::int64_t judged_before_ns);
 
   /// The moves between consecutive poses of `set`, in order; those that cannot be integrated say
-  /// why. Uses the readings up.
-  std::vector<RecordedMove> Finish(const PoseSet& set);
+  /// why.
+  std::vector<RecordedMove> Moves(const PoseSet& set) const;
+
+  /// The readings of each span, in the order they were stated, likewise.
+  std::vector<RecordedMove> Spans(const PoseSet& set) const;
 
   /// Readings of the gyroscope held at most so far: what bounds the memory.
   std::size_t peak_readings() const { return peak_readings_; }
@@ -47,7 +54,19 @@ class MoveRecorder {
 
     void Drop(std::int64_t after_ns, std::int64_t before_ns);
   };
+  struct Span {
+    RowSpan rows;
+    std::int64_t start_ns = 0, end_ns = -1;  // Of those of its rows that have come.
+  };
 
+  // All between the two times but the first and the last reading, and what lies in a span.
+  void DropOutsideSpans(std::int64_t after_ns, std::int64_t before_ns, Stream* stream) const;
+
+  // Readings number first…last - 1 of the gyroscope.
+  RecordedMove Cut(std::size_t first, std::size_t last, const StreamSummary& gyroscope) const;
+
+  Triad leading_;
+  std::vector<Span> spans_;
   Stream gyroscope_, accelerometer_;
   std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
   std::size_t peak_readings_ = 0;

@@ -7,6 +7,7 @@
 
 #include "data/detected_poses.h"
 #include "data/given_poses.h"
+#include "data/known_motions.h"
 #include "data/move_recorder.h"
 #include "data/pose_statistics.h"
 #include "data/stream_checks.h"
@@ -79,6 +80,21 @@ Status CheckCanFollowMotion(const RecordingInfo& info) {
   return {};
 }
 
+Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selection) {
+  if (selection.turns.empty() && selection.rates.empty()) return {};
+  if (info.Find(Triad::kGyroscope) == nullptr) {
+    return BadInputError(info.path +
+                         ": turns or rates are stated, but there is no gyroscope that saw them");
+  }
+  if (!selection.turns.empty() && !info.has_time) {
+    return BadInputError(info.path +
+                         ": turns are stated, but there is no time over which rates add up to "
+                         "angles; expected a time column, or a rate in a manifest (`time: {unit: "
+                         "samples, rate_hz: 100}`)");
+  }
+  return {};
+}
+
 void AddToTrack(const SampleBlock& block, ReadingTrack* track) {
   track->time_ns.insert(track->time_ns.end(), block.time_ns.begin(), block.time_ns.end());
   for (std::size_t i = 0; i < block.x.size(); ++i) {
@@ -140,10 +156,14 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_RETURN_IF_ERROR(given->Validate());
   }
 
+  TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
+  RateMeans rates(selection.rates, info, *leading);
+  TRUETRIAD_RETURN_IF_ERROR(rates.Validate());
+
   PoseSet set;
-  const bool record_moves =
-      selection.moves && !motion && info.has_time && info.Find(Triad::kGyroscope);
-  MoveRecorder moves;
+  const bool record_moves = (selection.moves || !selection.turns.empty()) && !motion &&
+                            info.has_time && info.Find(Triad::kGyroscope);
+  MoveRecorder moves(*leading, SpansToKeep(selection));
   std::size_t rests_dropped = 0;
 
   std::vector<SampleBlock> blocks;
@@ -161,6 +181,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     } else if (given) {
       given->Add(blocks, monitors[*leading]->spacing_ns());
     }
+    rates.Add(blocks, monitors[*leading]->spacing_ns());
     if (record_moves) {
       const std::vector<CollectedPose>& complete = detect ? detected->poses() : given->poses();
       while (rests_dropped < complete.size()) moves.DropRest(complete[rests_dropped++].pose);
@@ -216,7 +237,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     set.poses.push_back(std::move(pose.pose));
     moments.push_back(std::move(pose.moments));
   }
-  if (set.poses.empty()) {
+  if (set.poses.empty() && selection.rates.empty()) {
     if (detect) return NoRestError(set, options);
     return NotEnoughError(set.source + ": no row belongs to a pose (" + set.how +
                           "); expected at least one pose");
@@ -226,11 +247,17 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(RemoveClippedPoses(resolution_raw, &moments, &set));
   if (set.poses.size() < before) FillCovariances(moments, resolution_raw, &set);
 
-  if (record_moves) set.moves = moves.Finish(set);
+  for (std::size_t i = 0; i < set.poses.size(); ++i) {
+    set.poses[i].number = static_cast<int>(i + 1);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(rates.Finish(resolution_raw, &moments, &set));
+  if (record_moves) {
+    set.moves = moves.Moves(set);
+    TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection, moves, &set));
+  }
 
   double static_s = 0.0;
   for (std::size_t i = 0; i < set.poses.size(); ++i) {
-    set.poses[i].number = static_cast<int>(i + 1);
     if (!info.has_time) set.poses[i].start_ns = set.poses[i].end_ns = 0;
     static_s += set.poses[i].duration_s();
   }

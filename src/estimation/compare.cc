@@ -73,13 +73,19 @@ bool HoldsItsTerms(const Calibration& calibration) {
   return true;
 }
 
+// A gyroscope alone has the axes that the operator stated. Beside another calibration they are
+// taken for those of its body.
+bool HasFrameFromOutside(const Calibration& calibration) {
+  return calibration.gauge == Gauge::kFixture && calibration.gauge_sensor == Triad::kGyroscope;
+}
+
 Status CheckComparable(const Calibration& a, const Calibration& b) {
   if (!a.IsUsable() || !b.IsUsable()) {
     return BadInputError("both calibrations must be usable: a is " +
                          std::string(OutcomeName(a.outcome)) + ", b is " +
                          std::string(OutcomeName(b.outcome)));
   }
-  if (a.gauge_sensor != b.gauge_sensor) {
+  if (a.gauge_sensor != b.gauge_sensor && !HasFrameFromOutside(a) && !HasFrameFromOutside(b)) {
     return BadInputError("the body frame of a is fixed by the " +
                          std::string(TriadName(a.gauge_sensor)) + ", that of b by the " +
                          std::string(TriadName(b.gauge_sensor)) +
@@ -170,6 +176,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
   PresentedSolution in_a = SolutionOf(a);
   PresentedSolution in_b = SolutionOf(b);
   for (PresentedSolution* solution : {&in_a, &in_b}) {
+    if (a.gauge_sensor != b.gauge_sensor) break;  // both as they are stated
     const double sign = solution->models[leading]->sensitivity(0, 0) < 0.0 ? -1.0 : 1.0;
     StateInGauge(gauge, leading, sign, solution);
   }

@@ -68,7 +68,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
         ModelBetween(*gyroscope, poses.poses[recorded.from], poses.poses[recorded.from + 1]);
     GyroModel model{at.model};
     if (gyroscope->g_sensitivity) model.g_sensitivity = *gyroscope->g_sensitivity;
-    const GyroMove move = MoveOf(recorded, accelerometer->model);
+    const GyroMove move = MoveOf(recorded, &accelerometer->model);
     const GyroIncrement turn = IntegrateMove(move, model, sigma_raw, RateSampling::kInstantaneous);
     errors.push_back(TurnError(turn.rotation, before->truth, after->truth));
     if (nominal) {

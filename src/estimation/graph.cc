@@ -71,6 +71,7 @@ SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
       problem.SetManifold(node.state.data(), new ceres::EigenQuaternionManifold);
     }
     ordering->AddElementToGroup(node.state.data(), 0);
+    if (node.row_count() == 0) continue;
     std::vector<double*> blocks = shared_blocks;
     blocks.push_back(node.state.data());
     problem.AddResidualBlock(new PoseCost(graph->layout, node), nullptr, blocks);

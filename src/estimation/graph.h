@@ -25,6 +25,8 @@ struct PoseGraph {
   std::vector<PoseNode> nodes;
   std::vector<IncrementEdge> increments;  // in the order of their nodes
   std::vector<ScalarPrior> priors;
+  // Attitudes from outside were restated in a level frame by this.
+  Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 
   // At the reference temperature.
   Eigen::Map<const Eigen::Matrix3d> sensitivity(Triad triad) const {
@@ -37,7 +39,7 @@ struct PoseGraph {
   TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const {
     return node.ModelOfTriad(layout, shared.data(), triad);
   }
-  Eigen::Vector4d reference() const { return shared.segment<4>(layout.reference); }
+  ReferenceVector reference() const { return shared.segment<kReferenceSize>(layout.reference); }
 };
 
 // How an optimisation ended.

@@ -7,7 +7,9 @@
 #include <string>
 #include <utility>
 
+#include "estimation/known_motions.h"
 #include "estimation/moves.h"
+#include "estimation/observe.h"
 
 namespace truetriad {
 namespace {
@@ -15,14 +17,6 @@ namespace {
 constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
-// Noise of one reading of the gyroscope, rad/s, where the recording shows none.
-constexpr double kLeastRateSigma = 1e-9;
-
-// Time that the samples of a mean stand for, one sample spacing each; 0 where it is not known.
-double AveragedTime(const StaticPose& pose, Triad triad) {
-  const auto samples = static_cast<double>(pose.triads[triad]->samples);
-  return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
-}
 
 // Which entries of the sensitivity's temperature terms are free, as basis matrices.
 std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
@@ -69,6 +63,13 @@ struct Turn {
   const RecordedMove* move = nullptr;
 };
 
+// A gyroscope alone does not.
+bool SeesAttitude(const PoseNode& node) {
+  return std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
+    return seen.triad != Triad::kGyroscope;
+  });
+}
+
 std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   std::vector<Turn> turns;
   std::size_t node = 0;
@@ -76,7 +77,8 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
     const int number = poses.poses[move.from].number;
     while (node < nodes.size() && nodes[node].number < number) ++node;
     if (!move.fault.empty() || node + 1 >= nodes.size() || nodes[node].number != number ||
-        nodes[node + 1].number != poses.poses[move.from + 1].number) {
+        nodes[node + 1].number != poses.poses[move.from + 1].number || !SeesAttitude(nodes[node]) ||
+        !SeesAttitude(nodes[node + 1])) {
       continue;
     }
     turns.push_back({node, &move});
@@ -108,9 +110,20 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
+// Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
+void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
+  for (PoseNode& node : *nodes) {
+    if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
+    const Eigen::Quaterniond q = level_from_fixture * node.rotation();
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    node.prior_world_from_body = level_from_fixture * node.prior_world_from_body;
+  }
+}
+
 }  // namespace
 
 Triad LeadingTriad(const CalibrateOptions& options) {
+  if (options.HasGyroscopeAlone()) return Triad::kGyroscope;
   return options.triads[Triad::kAccelerometer].enabled ? Triad::kAccelerometer
                                                        : Triad::kMagnetometer;
 }
@@ -137,31 +150,16 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       const TriadOptions& sensor = options.triads[triad];
       if (!sensor.enabled || !pose.triads[triad]) continue;
-      Observation observation;
-      observation.triad = triad;
-      observation.mean_raw = pose.triads[triad]->mean_raw;
-      if (sensor.noise_sigma_raw) {
-        observation.rest_covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
-      } else if (sensor.allan) {
-        const double duration_s = AveragedTime(pose, triad);
-        if (!(duration_s > 0.0)) {
-          return BadInputError(poses.source + ": pose " + std::to_string(pose.number) + ", " +
-                               std::string(TriadName(triad)) +
-                               ": how long it was averaged is not known, so an Allan deviation "
-                               "cannot tell its noise; record rests with time, or state `noise: { "
-                               "sigma: [x, y, z] }`");
-        }
-        observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
-      } else if (sources[triad] != NoiseSource::kResidual) {
-        observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
-      }
-      node.observations.push_back(observation);
+      Result<Observation> observation = Observe(poses, pose, triad, sensor, sources[triad]);
+      TRUETRIAD_RETURN_IF_ERROR(observation);
+      node.observations.push_back(*std::move(observation));
     }
     const auto vectors = std::count_if(
         node.observations.begin(), node.observations.end(), [](const Observation& seen) {
           return seen.triad != Triad::kGyroscope;
         });
-    if (vectors == 0) continue;
+    if (vectors == 0 && !options.HasGyroscopeAlone()) continue;
+    if (node.observations.empty()) continue;
     if (options.HasThermal()) {
       if (!pose.temperature_degc) {
         return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
@@ -171,8 +169,11 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
       node.temperature_degc = *pose.temperature_degc;
       node.temperature_rate_degcps = pose.temperature_rate_degcps;
     }
-    node.kind = vectors == 1 ? PoseKind::kDirection : PoseKind::kRotation;
-    if (options.attitudes.kind == AttitudeKind::kGiven) {
+    // A gyroscope alone at rest: it reads its bias, whatever the attitude.
+    node.kind = vectors == 0   ? PoseKind::kHeld
+                : vectors == 1 ? PoseKind::kDirection
+                               : PoseKind::kRotation;
+    if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
       if (!pose.attitude) {
         return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
                              " has no known attitude; every pose needs one with `attitudes: "
@@ -197,29 +198,29 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     }
     nodes.push_back(node);
   }
-  if (options.triads[Triad::kGyroscope].enabled) LinkByTurns(poses, &nodes);
+  if (options.triads[Triad::kGyroscope].enabled) {
+    LinkByTurns(poses, &nodes);
+    TRUETRIAD_RETURN_IF_ERROR(AddKnownMotions(poses, options, sources, &nodes));
+  }
   return nodes;
 }
 
 void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph) {
-  const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
   graph->increments.clear();
   for (const Turn& turn : TurnsBetween(poses, graph->nodes)) {
     const PoseNode& first = graph->nodes[turn.from];
     const PoseNode& second = graph->nodes[turn.from + 1];
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
-    edge.move = MoveOf(*turn.move, *start.models[Triad::kAccelerometer]);
-    // Readings without noise still need weights.
-    edge.sigma_raw = ReadingSigma(*gyroscope)
-                         .cwiseMax(kLeastRateSigma *
-                                   start.models[Triad::kGyroscope]->sensitivity.rowwise().norm());
+    edge.move = MoveOf(*turn.move, &*start.models[Triad::kAccelerometer]);
+    edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);
     edge.temperature_degc = 0.5 * (first.temperature_degc + second.temperature_degc);
     edge.temperature_rate_degcps =
         0.5 * (first.temperature_rate_degcps + second.temperature_rate_degcps);
     edge.Integrate(graph->layout, graph->shared.data());
   }
   SetStartHeadings(graph);
+  JoinKnownTurns(poses, start, graph);
 }
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
@@ -259,7 +260,7 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     columns.push_back(column);
   };
   const Triad leading = LeadingTriad(options);
-  const bool fixture = options.attitudes.kind != AttitudeKind::kNone;
+  const bool fixture = options.IsBodyKnown();
   for (const Triad triad : kTriads) {
     if (!wants(triad)) continue;
     const TriadOptions& sensor = options.triads[triad];
@@ -289,7 +290,7 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     }
   }
 
-  graph->shared.segment<4>(layout.reference) = start.reference;
+  graph->shared.segment<kReferenceSize>(layout.reference) = start.reference;
   const ReferenceOptions& reference = options.reference;
   if (wants(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
     free_entry(layout.reference + kGravity);
@@ -306,6 +307,12 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
       free_entry(layout.reference + kDip);
     }
     if (options.attitudes.kind == AttitudeKind::kGiven) free_entry(layout.reference + kHeading);
+  }
+  if (options.attitudes.unknown_fixture_rotation) {
+    free_entry(layout.reference + kFixtureTilt);
+    free_entry(layout.reference + kFixtureTilt + 1);
+    graph->level_from_fixture = start.level_from_fixture;
+    LevelAttitudes(start.level_from_fixture, &graph->nodes);
   }
   for (const int tilt : layout.face_tilt) {
     if (tilt < 0) continue;

@@ -11,7 +11,8 @@
 
 namespace truetriad {
 
-// The triad that fixes the body frame: the accelerometer where it is calibrated. model.md §1.
+// The triad that fixes the body frame: the accelerometer where it is calibrated, a gyroscope where
+// it is alone. model.md §1.
 Triad LeadingTriad(const CalibrateOptions& options);
 
 // Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.

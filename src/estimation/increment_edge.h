@@ -16,6 +16,9 @@ namespace truetriad {
 //
 //   rows   Log(dR(b, S, G)^T R_k^T R_k+1)        rad, in the body frame of the second pose
 //
+// A turn that the operator states leads from one held attitude to another: no turn, and Exp(angle *
+// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up.
+//
 // dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
 // moves that point.
 struct IncrementEdge {
@@ -30,7 +33,11 @@ struct IncrementEdge {
   GyroModel at;  // where it was integrated
   GyroIncrement increment;
 
-  // What it is weighted with: the readings' noise and the excess.
+  // Of a turn that the operator states: its place in PoseSet::turns, and how well its end is known.
+  int stated_turn = -1;
+  Eigen::Matrix3d stated_covariance = Eigen::Matrix3d::Zero();
+
+  // What it is weighted with: the readings' noise, the excess, and what is stated.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
   double weight = 1.0;

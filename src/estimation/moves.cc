@@ -3,17 +3,18 @@
 
 namespace truetriad {
 
-GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>& accelerometer) {
+GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer) {
   GyroMove move;
-  const Eigen::Matrix3d correction = accelerometer.Correction();
   move.time_s.reserve(recorded.time_ns.size());
   for (const std::int64_t time_ns : recorded.time_ns) {
     move.time_s.push_back(1e-9 * static_cast<double>(time_ns - recorded.time_ns.front()));
   }
   move.reading_raw = recorded.gyroscope_raw;
+  if (accelerometer == nullptr) return move;
+  const Eigen::Matrix3d correction = accelerometer->Correction();
   move.force_mps2.reserve(recorded.accelerometer_raw.size());
   for (const Eigen::Vector3d& raw : recorded.accelerometer_raw) {
-    move.force_mps2.emplace_back(correction * (raw - accelerometer.bias));
+    move.force_mps2.emplace_back(correction * (raw - accelerometer->bias));
   }
   return move;
 }

@@ -7,8 +7,9 @@
 
 namespace truetriad {
 
-// A recorded move as it is integrated, with the specific force that the accelerometer shows.
-GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>& accelerometer);
+// A recorded move as it is integrated, with the specific force that the accelerometer shows, if
+// there is a model of it.
+GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
 
 // σ of one reading of a gyroscope as it adds up over a turn, raw unit: that inside the rests with
 // its correlation in time.

@@ -39,9 +39,11 @@ std::vector<VariancePart> PartsOf(const PoseGraph& graph) {
     const std::vector<Observation>& observations = graph.nodes[k].observations;
     for (std::size_t i = 0; i < observations.size(); ++i) {
       const Observation& seen = observations[i];
+      const std::optional<NoiseComponent> component = ComponentOf(graph.nodes[k], seen);
+      if (!component) continue;
       parts.push_back({k,
                        static_cast<Eigen::Index>(3 * i),
-                       PoseNoise(seen.triad),
+                       *component,
                        i,
                        unit[seen.triad],
                        seen.variance,
@@ -67,7 +69,14 @@ std::vector<VariancePart> PartsOf(const PoseGraph& graph) {
 
 std::string NoiseComponentName(NoiseComponent component) {
   const std::optional<Triad> triad = TriadOf(component);
-  return triad ? std::string(TriadName(*triad)) : "turns";
+  if (triad) return std::string(TriadName(*triad));
+  return component == NoiseComponent::kRate ? "rates" : "turns";
+}
+
+std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation) {
+  if (node.role == PoseRole::kRate) return NoiseComponent::kRate;
+  if (node.role == PoseRole::kRest) return PoseNoise(observation.triad);
+  return std::nullopt;
 }
 
 double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component) {
@@ -75,20 +84,21 @@ double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component) {
   int count = 0;
   if (component == NoiseComponent::kTurn) {
     for (const IncrementEdge& edge : graph.increments) {
-      if (edge.rejected) continue;
+      if (edge.rejected || edge.stated_turn >= 0) continue;
       sum += edge.increment.covariance.trace() / 3.0;
       ++count;
     }
   }
+  PerTriad<Eigen::Matrix3d> correction;
   for (const Triad triad : kTriads) {
-    if (PoseNoise(triad) != component) continue;
-    const Eigen::Matrix3d correction = graph.sensitivity(triad).inverse();
-    for (const PoseNode& node : graph.nodes) {
-      for (const Observation& seen : node.observations) {
-        if (seen.triad != triad || seen.rejected) continue;
-        sum += (correction * seen.rest_covariance * correction.transpose()).trace() / 3.0;
-        ++count;
-      }
+    if (graph.layout.Has(triad)) correction[triad] = graph.sensitivity(triad).inverse();
+  }
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      if (ComponentOf(node, seen) != component || seen.rejected) continue;
+      const Eigen::Matrix3d& C = correction[seen.triad];
+      sum += (C * seen.rest_covariance * C.transpose() + seen.rate_covariance).trace() / 3.0;
+      ++count;
     }
   }
   return count > 0 ? sum / count : 0.0;
@@ -102,13 +112,17 @@ void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
   }
   for (PoseNode& node : graph->nodes) {
     for (Observation& observation : node.observations) {
-      observation.variance =
-          observation.rest_covariance + excess[observation.triad] * unit[observation.triad];
+      const std::optional<NoiseComponent> component = ComponentOf(node, observation);
+      observation.variance = observation.rest_covariance +
+                             (component ? excess[*component] : 0.0) * unit[observation.triad];
+      if (node.role == PoseRole::kRest) continue;
+      const Eigen::Matrix3d sensitivity = graph->sensitivity(observation.triad);
+      observation.variance += sensitivity * observation.rate_covariance * sensitivity.transpose();
     }
   }
   for (IncrementEdge& edge : graph->increments) {
-    edge.variance =
-        edge.increment.covariance + excess[NoiseComponent::kTurn] * Eigen::Matrix3d::Identity();
+    edge.variance = edge.increment.covariance + edge.stated_covariance +
+                    excess[NoiseComponent::kTurn] * Eigen::Matrix3d::Identity();
   }
 }
 
@@ -312,7 +326,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
       // Below this the observation is needed to determine something: it tests nothing.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.eigenvectors().col(axis).dot(q) / eigenvalue;
-      const double variance = 1.0 / eigenvalue - (1.0 - part.weight);
+      // No eigenvalue is above 1 but by rounding.
+      const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
       test.chi2 += residual * residual / variance;
       ++test.rank;
     }

@@ -16,23 +16,23 @@
 namespace truetriad {
 
 // Noise that comes on top of what the samples of a pose or of a turn show by themselves: of each
-// triad's pose means, and of the turns between poses.
-enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kTurn };
-inline constexpr std::size_t kNoiseComponents = 4;
+// triad's pose means, of the gyroscope's means at known rates, and of the turns between poses.
+enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
+inline constexpr std::size_t kNoiseComponents = 5;
 constexpr NoiseComponent PoseNoise(Triad triad) {
   return triad == Triad::kAccelerometer ? NoiseComponent::kAccelerometer
          : triad == Triad::kGyroscope   ? NoiseComponent::kGyroscope
                                         : NoiseComponent::kMagnetometer;
 }
 
-// The triad whose pose means it belongs to; unset for turns.
+// The triad whose pose means it belongs to; unset for rates and turns.
 constexpr std::optional<Triad> TriadOf(NoiseComponent component) {
   for (const Triad triad : kTriads) {
     if (PoseNoise(triad) == component) return triad;
   }
   return std::nullopt;
 }
-// "accelerometer", …, "turns".
+// "accelerometer", …, "rates", "turns".
 std::string NoiseComponentName(NoiseComponent component);
 
 // Excess variance of each component: pose means in true unit squared, turns in rad^2.
@@ -48,8 +48,11 @@ struct ExcessVariance {
   double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
 };
 
-// Sets every observation's variance to rest + excess * S S^T at the graph's sensitivities, and
-// every turn's to that of its readings + excess.
+// The component of an observation; unset where the operator alone says how well it is known.
+std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
+
+// Sets every observation's variance to rest + S (excess + that of a known rate) S^T at the graph's
+// sensitivities, and every turn's to that of its readings + excess + what is stated.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
 // Variance components by restricted maximum likelihood (Patterson and Thompson 1971) on the

@@ -16,6 +16,8 @@ namespace truetriad {
 namespace {
 
 constexpr int kMaxNoiseRounds = 15;
+// σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
+constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
@@ -201,10 +203,14 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
     if (!sensor.enabled) continue;
     int seen = 0;
     int with_covariance = 0;
-    for (const StaticPose& pose : poses.poses) {
-      if (!pose.triads[triad]) continue;
+    const auto count = [&](const StaticPose& pose) {
+      if (!pose.triads[triad]) return;
       ++seen;
       if (pose.triads[triad]->has_covariance) ++with_covariance;
+    };
+    for (const StaticPose& pose : poses.poses) count(pose);
+    for (const KnownRate& rate : poses.rates) {
+      if (triad == Triad::kGyroscope) count(rate.means);
     }
     const bool all_have_covariance = with_covariance == seen;
     const bool stated = sensor.noise_sigma_raw || sensor.allan;
@@ -224,7 +230,9 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
     }
     if (noise.source[triad] == NoiseSource::kResidual || sensor.excess == ExcessNoise::kEstimate) {
       noise.estimated.push_back(PoseNoise(triad));
-      if (triad == Triad::kGyroscope && !poses.moves.empty()) {
+      if (triad != Triad::kGyroscope) continue;
+      if (!poses.rates.empty()) noise.estimated.push_back(NoiseComponent::kRate);
+      if (!poses.moves.empty() && !options.HasGyroscopeAlone()) {
         noise.estimated.push_back(NoiseComponent::kTurn);
       }
     } else if (sensor.excess == ExcessNoise::kGiven) {
@@ -263,7 +271,15 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
       if (node.kind == PoseKind::kDirection) dof += 2;
     }
   }
-  for (const IncrementEdge& edge : graph.increments) dof += edge.rejected ? 0 : 3;
+  for (const PoseNode& node : graph.nodes) {
+    if (node.role == PoseRole::kTurnAxis) dof -= 1.0;  // the row along the axis says nothing
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.rejected) continue;
+    // Nor do those across the axis of a broken turn.
+    const bool is_broken = edge.stated_covariance.trace() > kSaysNothingRad * kSaysNothingRad;
+    dof += is_broken ? 1.0 : 3.0;
+  }
   return dof;
 }
 

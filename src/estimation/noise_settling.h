@@ -23,6 +23,7 @@ struct NoiseState {
 
   // All the noise of this component there is comes from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
+    if (component == NoiseComponent::kRate) component = NoiseComponent::kGyroscope;
     const std::optional<Triad> triad = TriadOf(component);
     return triad && source[*triad] == NoiseSource::kResidual;
   }

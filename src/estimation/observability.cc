@@ -225,6 +225,8 @@ Observability AnalyseObservability(const PoseGraph& graph,
 
   const std::vector<std::string> names = ParameterNames(graph.layout);
   const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
+  const bool alone = !graph.layout.Has(Triad::kAccelerometer) &&
+                     !graph.layout.Has(Triad::kMagnetometer);
   // Information of every candidate pose, once.
   PoseGraph extended = graph;
   const std::vector<CandidatePose> candidates = CandidatePoses(graph);
@@ -250,6 +252,11 @@ Observability AnalyseObservability(const PoseGraph& graph,
     const Eigen::VectorXd free = system.scale().asDiagonal() * marginal.directions.col(i);
     const Eigen::VectorXd loading = typical.asDiagonal().inverse() * (graph.layout.basis * free);
     weak.description = Describe(names, loading, determined);
+    if (alone) {
+      weak.advice = "add known rates or turns about body x, y and z, each both ways, and rests";
+      if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
+      continue;
+    }
     if (on_block) {
       weak.advice =
           "this σ follows from tilt_sigma_deg: level the block better, or add free poses without "

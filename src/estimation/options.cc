@@ -42,6 +42,15 @@ bool AllanNoise::IsValid() const {
          instability_raw.allFinite() && (instability_raw.array() >= 0.0).all();
 }
 
+bool CalibrateOptions::HasGyroscopeAlone() const {
+  return triads[Triad::kGyroscope].enabled && !triads[Triad::kAccelerometer].enabled &&
+         !triads[Triad::kMagnetometer].enabled;
+}
+
+bool CalibrateOptions::IsBodyKnown() const {
+  return attitudes.kind != AttitudeKind::kNone || HasGyroscopeAlone();
+}
+
 bool CalibrateOptions::HasThermal() const {
   return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
     return triad.enabled && triad.thermal.any();
@@ -61,8 +70,14 @@ Status CalibrateOptions::Validate() const {
     if (!sensor.enabled) continue;
     any = true;
     const std::string name(TriadName(triad));
-    require(triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled,
-            "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it");
+    require(
+        triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled || HasGyroscopeAlone(),
+        "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it, or "
+        "calibrate it alone from known turns and rates");
+    require(!sensor.g_sensitivity || triads[Triad::kAccelerometer].enabled,
+            name +
+                ": how it follows gravity shows only where gravity is seen; calibrate the "
+                "accelerometer with it, or drop `g_sensitivity`");
     require(sensor.model != MatrixModel::kAuto,
             name + ": model `auto` is not available in this version");
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
@@ -86,10 +101,13 @@ Status CalibrateOptions::Validate() const {
           "gravity must be known and positive");
   require(!reference.field_ut.known() || *reference.field_ut.value > 0.0,
           "field strength must be positive");
-  require(gauge != Gauge::kFixture || attitudes.kind != AttitudeKind::kNone,
-          "gauge `fixture` needs known attitudes");
+  require(gauge != Gauge::kFixture || IsBodyKnown(), "gauge `fixture` needs known attitudes");
   require(attitudes.kind != AttitudeKind::kSixFace || triads[Triad::kAccelerometer].enabled,
           "six-face attitudes need the accelerometer, which says what face is up");
+  require(
+      !attitudes.unknown_fixture_rotation ||
+          (attitudes.kind == AttitudeKind::kGiven && triads[Triad::kAccelerometer].enabled),
+      "an unknown fixture rotation needs given attitudes, and the accelerometer, which shows it");
   require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
   require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");

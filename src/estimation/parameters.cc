@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estimation/parameter_name.h"
+#include "truetriad/math/rotation.h"
 #include "truetriad/model/world.h"
 
 namespace truetriad {
@@ -113,7 +114,7 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix) {
 
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared) {
   Eigen::VectorXd sizes = Eigen::VectorXd::Ones(layout.size);
-  const Eigen::Vector4d reference = shared.segment<4>(layout.reference);
+  const ReferenceVector reference = shared.segment<kReferenceSize>(layout.reference);
   for (const Triad triad : kTriads) {
     if (!layout.Has(triad)) continue;
     const Eigen::Map<const Eigen::Matrix3d> sensitivity(&shared[layout.sensitivity[triad]]);
@@ -188,6 +189,8 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
   name(layout.reference + kField) = "reference.field_ut";
   name(layout.reference + kDip) = "reference.dip_rad";
   name(layout.reference + kHeading) = "reference.heading_rad";
+  name(layout.reference + kFixtureTilt) = "reference.fixture_tilt_rad.x";
+  name(layout.reference + kFixtureTilt + 1) = "reference.fixture_tilt_rad.y";
   for (std::size_t face = 0; face < kFaces.size(); ++face) {
     if (layout.face_tilt[face] < 0) continue;
     name(layout.face_tilt[face]) = std::string("face_tilt.") + kFaces[face] + ".first";
@@ -196,32 +199,49 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
   return names;
 }
 
-Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
+namespace {
+
+// In the level frame, whose x is the fixture's.
+Eigen::Vector3d LevelVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
   if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
   if (triad == Triad::kGyroscope) return Eigen::Vector3d::Zero();
   return FieldInWorld(reference[kField], reference[kDip], reference[kHeading]);
 }
 
+Eigen::Vector3d FixtureTilt(const Eigen::Ref<const ReferenceVector>& reference) {
+  return {reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0};
+}
+
+}  // namespace
+
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
+  return RotationExp(-FixtureTilt(reference)) * LevelVector(triad, reference);
+}
+
 Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
-    Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference) {
+    Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
   Eigen::Matrix<double, 3, kReferenceSize> jacobian;
   jacobian.setZero();
+  if (triad == Triad::kGyroscope) return jacobian;
   if (triad == Triad::kAccelerometer) {
     jacobian(2, kGravity) = 1.0;
-    return jacobian;
+  } else {
+    const double field = reference[kField];
+    const double dip = reference[kDip];
+    const double heading = reference[kHeading];
+    jacobian.col(kField) = FieldInWorld(1.0, dip, heading);
+    jacobian.col(kDip) = field * Eigen::Vector3d(-std::sin(dip) * std::cos(heading),
+                                                 -std::sin(dip) * std::sin(heading),
+                                                 -std::cos(dip));
+    jacobian.col(kHeading) =
+        field *
+        Eigen::Vector3d(-std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading), 0.0);
   }
-  if (triad == Triad::kGyroscope) return jacobian;
-  const double field = reference[kField];
-  const double dip = reference[kDip];
-  const double heading = reference[kHeading];
-  jacobian.col(kField) = FieldInWorld(1.0, dip, heading);
-  jacobian.col(kDip) = field * Eigen::Vector3d(-std::sin(dip) * std::cos(heading),
-                                               -std::sin(dip) * std::sin(heading),
-                                               -std::cos(dip));
-  jacobian.col(kHeading) =
-      field *
-      Eigen::Vector3d(-std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading), 0.0);
-  return jacobian;
+  // Exp(-t - d) v = Exp(-t) Exp(-J d) v = Exp(-t) (v + [v]_x J d), J the right Jacobian at -t.
+  const Eigen::Vector3d tilt = FixtureTilt(reference);
+  const Eigen::Matrix3d turn = Skew(LevelVector(triad, reference)) * RightJacobian(-tilt);
+  jacobian.middleCols<2>(kFixtureTilt) = turn.leftCols<2>();
+  return RotationExp(-tilt).toRotationMatrix() * jacobian;
 }
 
 }  // namespace truetriad

@@ -18,7 +18,15 @@ namespace truetriad {
 inline constexpr int kFaceCount = 6;
 
 // Places in the reference block.
-enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferenceSize = 4 };
+enum ReferenceIndex {
+  kGravity = 0,
+  kField = 1,
+  kDip = 2,
+  kHeading = 3,
+  kFixtureTilt = 4,  // two entries
+  kReferenceSize = 6
+};
+using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
 
 // Where each parameter block stands in the one vector of shared (not per-pose) parameters:
 //
@@ -26,7 +34,8 @@ enum ReferenceIndex { kGravity = 0, kField = 1, kDip = 2, kHeading = 3, kReferen
 //   <triad>.sensitivity  9   raw per true unit, column-major
 //   <triad>.thermal          temperature terms that are wanted, thermal_block.h
 //   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
-//   reference            4   g (m/s^2), B (uT), dip (rad), heading of the field (rad)
+//   reference            6   g (m/s^2), B (uT), dip (rad), heading of the field (rad), tilt of the
+//                            fixture about its two level axes (rad)
 //   face_tilt            2 a face of the six-face block, rad about its two tangent axes
 //
 // Blocks that are not wanted have offset -1. Every entry that is not estimated is held, by its
@@ -88,7 +97,7 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
 //   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
 //   thermal      the same               as much over the range of temperatures
 //   gravity, B   their value            true unit
-//   dip, heading, tilt  1               rad
+//   dip, heading, tilts  1              rad
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
 
 // "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry; the
@@ -96,11 +105,12 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
 // World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, the
-// earth stands still. model.md §1.
-Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference);
+// earth stands still. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
+// against the level one: Exp(-t) v.
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
-// d WorldVector / d (g, B, dip, heading).
+// d WorldVector / d (g, B, dip, heading, tilt).
 Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
-    Triad triad, const Eigen::Ref<const Eigen::Vector4d>& reference);
+    Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 }  // namespace truetriad

@@ -35,8 +35,9 @@ Eigen::Matrix3d FaceAxes(int face) {
 }
 
 Eigen::Vector3d PoseNode::FieldInBody(Triad triad,
-                                      const Eigen::Ref<const Eigen::Vector4d>& reference,
+                                      const Eigen::Ref<const ReferenceVector>& reference,
                                       const double* state_values) const {
+  if (triad == Triad::kGyroscope) return known_rate_radps;
   const Eigen::Vector3d world = WorldVector(triad, reference);
   if (kind == PoseKind::kDirection) {
     return world.norm() * Eigen::Map<const Eigen::Vector3d>(state_values);
@@ -55,7 +56,7 @@ void PoseNode::Evaluate(const SharedLayout& layout,
   residual->resize(rows);
   if (shared_jacobian != nullptr) shared_jacobian->setZero(rows, layout.size);
   if (tangent_jacobian != nullptr) tangent_jacobian->setZero(rows, tangent_size());
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout.reference);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
   const Eigen::Map<const Eigen::Vector3d> state_direction(state_values);
   const Eigen::Map<const Eigen::Quaterniond> world_from_body(state_values);
   Eigen::Matrix<double, 3, 2> tangent_basis = Eigen::Matrix<double, 3, 2>::Zero();
@@ -156,8 +157,10 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
                                 PoseStateJacobian* tangent_jacobian) const {
   if (layout.g_sensitivity < 0) return;
   const Eigen::Map<const Eigen::Matrix3d> g_sensitivity(shared + layout.g_sensitivity);
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout.reference);
-  const Eigen::Vector3d force = FieldInBody(Triad::kAccelerometer, reference, state_values);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
+  const bool rests = role == PoseRole::kRest;
+  const Eigen::Vector3d force =
+      rests ? FieldInBody(Triad::kAccelerometer, reference, state_values) : known_force_mps2;
   residual->segment<3>(row) += g_sensitivity * force;
   if (shared_jacobian != nullptr) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -165,8 +168,10 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
           .diagonal()
           .setConstant(force[axis]);
     }
-    shared_jacobian->block<3, 1>(row, layout.reference + kGravity) =
-        g_sensitivity * force / reference[kGravity];
+    if (rests) {
+      shared_jacobian->block<3, 1>(row, layout.reference + kGravity) =
+          g_sensitivity * force / reference[kGravity];
+    }
   }
   if (tangent_jacobian == nullptr) return;
   if (kind == PoseKind::kDirection) {

@@ -15,7 +15,7 @@ namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
 // Three triads with all temperature terms, g-sensitivity, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 25;
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 9 + kReferenceSize + 12;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -34,12 +34,22 @@ enum class PoseKind {
   kRotation,   // world <- body, 3 dof
 };
 
+// What a node of the graph stands for.
+enum class PoseRole {
+  kRest,      // a rest of the unit
+  kRate,      // a stretch of known rate; the attitude means nothing
+  kTurnAxis,  // the mean rate of a known turn, which tells its axis
+  kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
+};
+
 // What one triad says about one pose.
 struct Observation {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   // Covariance of the mean inside the rest, raw unit squared.
   Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
+  // Covariance of the known rate, (rad/s)^2.
+  Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
   // What it is weighted with: rest noise and excess noise.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
@@ -53,21 +63,26 @@ struct Observation {
 //   static triad      S * R^T v - (y - b)      v: specific force or field in the world; S and b at
 //                                              the pose's temperature
 //   attitude prior    Log(R_prior^T R)         about the body axes
-//   static gyroscope  b + G f - y              the earth stands still; f: specific force in the
-//   body heading           Log(R R_held^T) about the vertical: for the first pose of a chain in
-//   which
+//   static gyroscope  S w + b + G f - y        w: the known rate, zero at rest: the earth stands
+//                                              still; f: specific force in the body
+//   heading           Log(R R_held^T) about the vertical: for the first pose of a chain in which
 //                     nothing tells the heading; with nothing against it, it takes no part in χ²
 //   six-face prior    components of the up direction along the two tangent axes of the face, minus
 //                     the face's own tilt
 // The static rows carry the sign model - reading, so that Jacobians have none.
 struct PoseNode {
-  int number = 0;  // StaticPose::number
+  int number = 0;  // StaticPose::number; known rates go on counting
+  PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
   // Quaternion x, y, z, w (Eigen's order) or direction x, y, z, 0.
   std::array<double, 4> state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // only read where there are temperature terms
   double temperature_rate_degcps = 0.0;
   std::vector<Observation> observations;
+
+  Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
+  // Mean specific force while the rate was held, as the accelerometer saw it.
+  Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
 
   bool has_attitude_prior = false;
   Eigen::Quaterniond prior_world_from_body = Eigen::Quaterniond::Identity();
@@ -95,9 +110,10 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
-  // Field of `triad` in the body frame, true unit, at the given parameters.
+  // Field of `triad` in the body frame, true unit, at the given parameters; of the gyroscope the
+  // known rate.
   Eigen::Vector3d FieldInBody(Triad triad,
-                              const Eigen::Ref<const Eigen::Vector4d>& reference,
+                              const Eigen::Ref<const ReferenceVector>& reference,
                               const double* state_values) const;
 
   // Rows and, where wanted, their Jacobians with respect to the shared vector (every entry, free

@@ -41,7 +41,7 @@ void FillPoseQuality(const PoseGraph& graph,
                      const TurnErrors& turns,
                      const PoseSet& poses,
                      Quality* quality) {
-  const Eigen::Vector4d reference = graph.reference();
+  const ReferenceVector reference = graph.reference();
   PerTriad<RootMeanSquare> after;
   PerTriad<RootMeanSquare> before;
   PerTriad<std::vector<Eigen::Vector3d>> directions;
@@ -63,16 +63,19 @@ void FillPoseQuality(const PoseGraph& graph,
         solution.rotation.transpose() * node.FieldInBody(triad, reference, node.state.data());
     Eigen::Vector3d reading = observation.mean_raw;
     if (triad == Triad::kGyroscope && solution.g_sensitivity) {
-      reading -= *solution.g_sensitivity *
-                 (solution.rotation.transpose() *
-                  node.FieldInBody(Triad::kAccelerometer, reference, node.state.data()));
+      const Eigen::Vector3d force =
+          node.role == PoseRole::kRest
+              ? node.FieldInBody(Triad::kAccelerometer, reference, node.state.data())
+              : node.known_force_mps2;
+      reading -= *solution.g_sensitivity * (solution.rotation.transpose() * force);
     }
     const Eigen::Vector3d corrected =
         solution.ModelAt(triad, node.temperature_degc, node.temperature_rate_degcps)
             .TruthFromRaw(reading);
     residual.residual = corrected - field;
     residual.direction = field.normalized();
-    residual.norm_error = corrected.norm() - strength[triad];
+    residual.norm_error =
+        triad == Triad::kGyroscope ? residual.residual.norm() : corrected.norm() - strength[triad];
     residual.norm_error_before =
         stream == nullptr || stream->unit.is_counts
             ? unknown
@@ -98,6 +101,9 @@ void FillPoseQuality(const PoseGraph& graph,
 
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds) {
   if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
+  if (!graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer)) {
+    return std::nullopt;
+  }
   HeldOut result;
   result.folds = folds;
   PerTriad<RootMeanSquare> errors;

@@ -11,9 +11,11 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 
+#include "estimation/known_motions.h"
 #include "estimation/moves.h"
 #include "estimation/quality.h"
 #include "truetriad/init/ellipsoid_fit.h"
+#include "truetriad/init/fixture_fit.h"
 #include "truetriad/init/frame_alignment.h"
 #include "truetriad/init/gyro_start.h"
 #include "truetriad/init/six_position.h"
@@ -346,7 +348,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     if (options.attitudes.kind == AttitudeKind::kGiven) {
       Eigen::Vector3d world = Eigen::Vector3d::Zero();
       for (const StaticPose* pose : pairs) {
-        world += pose->attitude->world_from_body *
+        world += base.level_from_fixture * pose->attitude->world_from_body *
                  model.TruthFromRaw(pose->triads[Triad::kMagnetometer]->mean_raw);
       }
       start.reference[kHeading] = std::atan2(world.y(), world.x());
@@ -356,9 +358,62 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   return starts;
 }
 
+// The triad in the attitudes that are given, in a field of unknown direction.
+Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double strength) {
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[triad]) continue;
+    if (!pose.attitude) {
+      return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                           " has no known attitude; every pose needs one with `attitudes: "
+                           "{file: …}`");
+    }
+    attitudes.push_back(pose.attitude->world_from_body);
+  }
+  return FitInFixture(Readings(poses, triad), attitudes, strength);
+}
+
+// A magnetometer alone in given attitudes: its matrix, and the field's dip and heading in their
+// frame.
+Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         StartValues* start) {
+  auto fit = FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]);
+  TRUETRIAD_RETURN_IF_ERROR(fit);
+  const Knowledge& dip = options.reference.dip_rad;
+  const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
+  // Near the equator the positive determinant decides, which the fit has.
+  if (std::abs(fit->direction.z()) > kEquatorSine && (fit->direction.z() < 0.0) != north) {
+    fit->direction *= -1.0;
+    fit->model.sensitivity *= -1.0;
+  }
+  start->models[Triad::kMagnetometer] = fit->model;
+  start->reference[kDip] =
+      dip.known() ? *dip.value : -std::asin(std::clamp(fit->direction.z(), -1.0, 1.0));
+  start->reference[kHeading] = std::atan2(fit->direction.y(), fit->direction.x());
+  return {};
+}
+
+// Moves that hardly show an axis give it any gain. In a log that states its unit no gyroscope has
+// that.
+bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
+  if (unit.is_counts) return true;
+  const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
+  return (gains < kLargestSiGain).all() && (gains > 1.0 / kLargestSiGain).all();
+}
+
+// Diagonal and symmetric models have no rotation, and what noise made of one would stay for ever.
+TriadModel<double> InShape(MatrixModel shape, TriadModel<double> model) {
+  if (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric) {
+    model.sensitivity = Eigen::Matrix3d(model.sensitivity.rowwise().norm().asDiagonal()) *
+                        NearestAxisMap(model.sensitivity);
+  }
+  return model;
+}
+
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
-                                          const TriadModel<double>& accelerometer) {
+                                          const TriadModel<double>* accelerometer) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
   TriadModel<double> model;
   model.bias = sensor.fixed_bias.value_or(MedianReading(poses, Triad::kGyroscope));
@@ -366,6 +421,14 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     model.sensitivity = *sensor.fixed_sensitivity;
     return model;
   }
+  // Whatever the accelerometer saw on the way, rates that are known show all at once.
+  const bool use_rates = accelerometer == nullptr || !poses.rates.empty();
+  auto known = GyroscopeFromKnownMotions(poses);
+  if (known && use_rates) {
+    known->bias = sensor.fixed_bias.value_or(known->bias);
+    return InShape(sensor.model, *std::move(known));
+  }
+  if (accelerometer == nullptr) return known.error();
   std::vector<DirectionMove> moves;
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
@@ -377,18 +440,21 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     move.move = MoveOf(recorded, accelerometer);
     move.direction = std::move(move.move.force_mps2);
     move.move.force_mps2.clear();
-    move.before = accelerometer.TruthFromRaw(before->mean_raw).normalized();
-    move.after = accelerometer.TruthFromRaw(after->mean_raw).normalized();
+    move.before = accelerometer->TruthFromRaw(before->mean_raw).normalized();
+    move.after = accelerometer->TruthFromRaw(after->mean_raw).normalized();
   }
   const auto sensitivity = FindGyroSensitivity(moves, model.bias);
-  if (!sensitivity) return sensitivity.error();
-  model.sensitivity = *sensitivity;
-  if (sensor.model == MatrixModel::kDiagonal || sensor.model == MatrixModel::kSymmetric) {
-    // These models have no rotation, and what noise made of one here would stay for ever.
-    model.sensitivity =
-        model.sensitivity.rowwise().norm().asDiagonal() * NearestAxisMap(model.sensitivity);
+  const Unit& unit = poses.Find(Triad::kGyroscope)->unit;
+  if (sensitivity && IsPlausible(*sensitivity, unit)) {
+    model.sensitivity = *sensitivity;
+  } else if (known) {
+    model.sensitivity = known->sensitivity;
+  } else if (!sensitivity) {
+    return sensitivity.error();
+  } else {
+    model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
   }
-  return model;
+  return InShape(sensor.model, model);
 }
 
 }  // namespace
@@ -406,6 +472,11 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool six_faces = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
                          options.initialise.method == InitialiseMethod::kSixPosition;
+  if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
+    return NotEnoughError(
+        "gyroscope: alone it shows nothing but its bias; state known `turns:` or `rates:`, or "
+        "calibrate the accelerometer with it, which judges its turns by gravity");
+  }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const TriadOptions& sensor = options.triads[triad];
     if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
@@ -493,16 +564,31 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   const bool has_accelerometer = options.triads[Triad::kAccelerometer].enabled;
   const bool has_magnetometer = options.triads[Triad::kMagnetometer].enabled;
   if (has_accelerometer) {
-    auto model = AccelerometerStart(poses, options);
+    const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
+    Result<TriadModel<double>> model = TriadModel<double>();
+    if (options.attitudes.unknown_fixture_rotation) {
+      auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
+      TRUETRIAD_RETURN_IF_ERROR(fit);
+      const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+      start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
+          Eigen::Vector3d(sign * fit->direction), Eigen::Vector3d::UnitZ());
+      fit->model.sensitivity *= sign;
+      *model = fit->model;
+    }
+    if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
+      model = AccelerometerStart(poses, options);
+    }
     if (!model) return model.error();
     TRUETRIAD_RETURN_IF_ERROR(
         CheckAccelerometerUnit(poses, Readings(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
   }
   if (options.triads[Triad::kGyroscope].enabled) {
-    auto model = GyroscopeStart(poses, options, *start.models[Triad::kAccelerometer]);
+    const auto& accelerometer = start.models[Triad::kAccelerometer];
+    auto model = GyroscopeStart(poses, options, accelerometer ? &*accelerometer : nullptr);
     if (!model) return model.error();
     start.models[Triad::kGyroscope] = *model;
+    TRUETRIAD_RETURN_IF_ERROR(CheckTurnCounts(poses, start));
   }
   if (!has_magnetometer) return std::vector<StartValues>{start};
 
@@ -510,6 +596,11 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
   if (!own) return own.error();
   if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
+  if (options.attitudes.kind == AttitudeKind::kGiven &&
+      !options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    TRUETRIAD_RETURN_IF_ERROR(StartMagnetometerInGivenAttitudes(poses, options, &start));
+    return std::vector<StartValues>{start};
+  }
   if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
     own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity);
   }

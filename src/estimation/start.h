@@ -22,8 +22,10 @@ inline constexpr double kEquatorSine = 0.02;
 // model.md §4.
 struct StartValues {
   PerTriad<std::optional<TriadModel<double>>> models;
-  Eigen::Vector4d reference = Eigen::Vector4d::Zero();  // g, B, dip, heading
+  ReferenceVector reference = ReferenceVector::Zero();
   bool field_nominal = false;  // B could not be known and was fixed by convention
+  // Of given attitudes: a frame that is level <- theirs. Identity where they are level themselves.
+  Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 };
 
 // Median over the poses, axis by axis: a pose that was touched does not matter. Zero without poses.

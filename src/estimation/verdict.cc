@@ -11,9 +11,11 @@
 
 #include "estimation/constancy.h"
 #include "estimation/graph_builder.h"
+#include "estimation/known_motions.h"
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
 #include "estimation/quality.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -74,7 +76,12 @@ void StateSensors(const SettledRun& run,
     Eigen::Vector3d rest = Eigen::Vector3d::Zero();
     Eigen::Vector3d total = Eigen::Vector3d::Zero();
     int count = 0;
+    const bool has_rests =
+        std::any_of(run.graph.nodes.begin(), run.graph.nodes.end(), [](const PoseNode& node) {
+          return node.role == PoseRole::kRest;
+        });
     for (const PoseNode& node : run.graph.nodes) {
+      if (node.role != (has_rests ? PoseRole::kRest : PoseRole::kRate)) continue;
       for (const Observation& observation : node.observations) {
         if (observation.triad != triad || observation.rejected) continue;
         rest += observation.rest_covariance.diagonal();
@@ -94,9 +101,16 @@ void StateSensors(const SettledRun& run,
   }
 }
 
+int CountRests(const PoseGraph& graph) {
+  return static_cast<int>(
+      std::count_if(graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& node) {
+        return node.role == PoseRole::kRest;
+      }));
+}
+
 void StateRejected(const PoseGraph& graph, Quality* quality) {
   for (const IncrementEdge& edge : graph.increments) {
-    if (!edge.rejected) continue;
+    if (!edge.rejected || edge.stated_turn >= 0) continue;
     quality->rejected_poses.push_back({graph.nodes[edge.from + 1].number,
                                        Triad::kGyroscope,
                                        "the turn into it from pose " +
@@ -363,8 +377,15 @@ void StateReference(const CalibrateOptions& options,
                     ReferenceValues* stated) {
   const SharedLayout& layout = graph.layout;
   const ReferenceOptions& wanted = options.reference;
-  const Eigen::Vector4d reference = graph.reference();
+  const ReferenceVector reference = graph.reference();
   stated->gravity_mps2 = reference[kGravity];
+  if (options.attitudes.unknown_fixture_rotation) {
+    // World vectors: v_fixture = R_level^T Exp(-tilt) Rz(heading) v_world.
+    const Eigen::Vector3d tilt(reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0);
+    const Eigen::Quaterniond q = graph.level_from_fixture.conjugate() * RotationExp(-tilt) *
+                                 RotationExp({0.0, 0.0, reference[kHeading]});
+    stated->fixture_from_world = Eigen::Vector4d(q.w(), q.x(), q.y(), q.z());
+  }
   if (wanted.gravity_mps2.sigma > 0.0) stated->gravity_sigma_mps2 = wanted.gravity_mps2.sigma;
   if (!Wants(options, Triad::kMagnetometer)) return;
   const bool field_free = layout.IsFree(layout.reference + kField);
@@ -394,7 +415,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const PoseGraph& graph = run.graph;
   Quality& quality = calibration->quality;
   const ReducedSystem system(graph);
-  quality.poses = static_cast<int>(graph.nodes.size());
+  quality.poses = CountRests(graph);
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.effective_dof = joint.dof;
@@ -411,12 +432,18 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
+  if (Wants(options, Triad::kGyroscope)) {
+    quality.turns = CheckTurns(run.poses,
+                               graph,
+                               AdjustedCovariance(run.noise.estimate, system) / joint.scale,
+                               run.noise.excess[NoiseComponent::kTurn]);
+  }
   StateChi2(run, system, quality.dof, &quality);
 
   if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite() ||
       solution.covariance.matrix.diagonal().minCoeff() < 0.0) {
     quality = Quality{};
-    quality.poses = static_cast<int>(graph.nodes.size());
+    quality.poses = CountRests(graph);
     calibration->outcome = Outcome::kNotConverged;
     calibration->messages.emplace_back(
         "the numbers left the range that can be computed with; look for absurd readings, σ or held "
@@ -483,7 +510,7 @@ void StateStart(const PoseSet& poses,
     if (Wants(options, Triad::kAccelerometer))
       calibration->reference.dip_rad = start.reference[kDip];
   }
-  calibration->quality.poses = static_cast<int>(graph.nodes.size());
+  calibration->quality.poses = CountRests(graph);
   calibration->quality.reduced_chi2 = unknown;
   calibration->quality.reduced_chi2_before = unknown;
   calibration->outcome = Outcome::kConverged;

@@ -113,6 +113,9 @@ void WriteReference(YamlText& out, const ReferenceValues& reference) {
   }
   if (reference.field_ut) out << "  field_ut: " << *reference.field_ut << "\n";
   if (reference.dip_rad) out << "  dip_rad: " << *reference.dip_rad << "\n";
+  if (reference.fixture_from_world) {
+    out << "  fixture_from_world: " << *reference.fixture_from_world << "\n";
+  }
   out << "  field_estimated: " << reference.field_estimated << "\n"
       << "  field_nominal: " << reference.field_nominal << "\n"
       << "  temperature_degc: " << reference.temperature_degc << "\n";
@@ -178,6 +181,13 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   for (const RejectedPose& rejected : quality.rejected_poses) {
     out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
         << ", reason: " << Quoted{rejected.reason} << " }\n";
+  }
+  if (!quality.turns.empty()) WriteItem(out, "turns", false);
+  for (const TurnCheck& turn : quality.turns) {
+    out << "    - { name: " << Quoted{turn.name} << ", axis: " << turn.axis
+        << ", stated_rad: " << turn.stated_rad << ", stated_sigma_rad: " << turn.stated_sigma_rad
+        << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
+        << ", used: " << turn.used << ", fault: " << Quoted{turn.fault} << " }\n";
   }
   WriteItem(out, "coverage", quality.coverage.empty());
   for (const Coverage& coverage : quality.coverage) {
@@ -402,6 +412,9 @@ void ReadReference(YamlReader reader, ReferenceValues* reference) {
     double number = 0.0;
     if (ReadNumber(reader.Child(key), &number)) *value = number;
   }
+  if (Eigen::Vector4d rotation; ReadVector(reader.Child("fixture_from_world"), &rotation)) {
+    reference->fixture_from_world = rotation;
+  }
   reader.Require("field_estimated", &reference->field_estimated);
   reader.Optional("field_nominal", &reference->field_nominal);
   ReadNumber(reader.RequireChild("temperature_degc"), &reference->temperature_degc);
@@ -470,6 +483,18 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.Require("pose", &rejected.pose);
     ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected.triad);
     item.Require("reason", &rejected.reason);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("turns").Items()) {
+    TurnCheck& turn = quality->turns.emplace_back();
+    item.Require("name", &turn.name);
+    ReadVector(item.RequireChild("axis"), &turn.axis);
+    ReadNumber(item.RequireChild("stated_rad"), &turn.stated_rad);
+    ReadNumber(item.RequireChild("stated_sigma_rad"), &turn.stated_sigma_rad);
+    ReadNumber(item.RequireChild("found_rad"), &turn.found_rad);
+    ReadNumber(item.RequireChild("found_sigma_rad"), &turn.found_sigma_rad);
+    item.Require("used", &turn.used);
+    item.Require("fault", &turn.fault);
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.Child("coverage").Items()) {

@@ -228,10 +228,34 @@ Section HeldOutSection(const Quality& quality) {
   return section;
 }
 
+// What the operator stated beside what the gyroscope saw.
+void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
+  if (turns.empty()) return;
+  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+  section->blocks.emplace_back(Subtitle{"Known turns"});
+  Table table{{"turn", "stated", "found", "difference", "σ", "use"}, "lrrrrl", {}};
+  for (const TurnCheck& turn : turns) {
+    std::vector<std::string> row = {turn.name, Fixed(kDegPerRad * turn.stated_rad, 2) + "°"};
+    if (turn.fault.empty()) {
+      row.push_back(Fixed(kDegPerRad * turn.found_rad, 2) + "°");
+      row.push_back(Fixed(kDegPerRad * (turn.found_rad - turn.stated_rad), 2) + "°");
+      row.push_back(Significant(kDegPerRad * turn.found_sigma_rad, 2) + "°");
+      row.emplace_back(turn.used ? "used" : "predicted only");
+    } else {
+      row.insert(row.end(), {"–", "–", "–", "left out: " + turn.fault});
+    }
+    table.rows.push_back(std::move(row));
+  }
+  section->blocks.emplace_back(std::move(table));
+  section->blocks.emplace_back(std::string(
+      "σ is that of the angle found. A turn that was used pulled the gyroscope its way; "
+      "one that was predicted only is a test."));
+}
+
 Section ResidualsSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kResiduals, "Residuals", {}};
-  if (quality.poses == 0) return section;
+  if (quality.pose_residuals.empty() && quality.turns.empty()) return section;
   section.blocks.emplace_back(
       std::string("A small residual alone proves nothing: a model with much freedom, or poses "
                   "that cover little, fits well and is still wrong. Judge by the limits, the σ "
@@ -254,6 +278,7 @@ Section ResidualsSection(const Calibration& calibration) {
            " with the pose-to-pose excess";
   }
   section.blocks.emplace_back(fit + ".");
+  AddKnownTurns(quality.turns, &section);
   if (!quality.rejected_poses.empty()) {
     const std::size_t count = quality.rejected_poses.size();
     section.blocks.emplace_back(Subtitle{"Rejected poses (" + std::to_string(count) + ")"});

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include "report/content.h"
 #include "report/format.h"
 #include "truetriad/base/units.h"
@@ -295,6 +297,16 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
   }
   if (reference.dip_rad) {
     add("field dip (down)", *reference.dip_rad, "reference.dip_rad", kDegPerRad, "deg", given);
+  }
+  if (reference.fixture_from_world) {
+    const Eigen::Vector4d& q = *reference.fixture_from_world;
+    const Eigen::AngleAxisd turn(Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
+    const Eigen::Vector3d& axis = turn.axis();
+    table.rows.push_back({"fixture's rotation",
+                          Fixed(kDegPerRad * turn.angle(), 2),
+                          "deg",
+                          "fixture from world, about [" + Fixed(axis.x(), 3) + ", " +
+                              Fixed(axis.y(), 3) + ", " + Fixed(axis.z(), 3) + "]; estimated"});
   }
   table.rows.push_back({"temperature",
                         Significant(reference.temperature_degc, 4),

@@ -50,7 +50,16 @@ SampleClock::SampleClock(const Scenario& scenario,
       surroundings_(scenario, timeline.motion, timeline.rests),
       last_reported_ns_(std::numeric_limits<std::int64_t>::min()),
       rests_(timeline.rests),
-      longest_interval_s_(1.0 / Rates(scenario, triads).first) {
+      longest_interval_s_(1.0 / Rates(scenario, triads).first),
+      turns_{timeline.turns},
+      rates_{timeline.rates} {
+  // A turn is closed by readings at rest, of which the first may stand for a part of the turn; a
+  // reading at the begin of a hold may stand for a part of the ramp.
+  for (auto& turn : turns_.motions) {
+    turn.start_s -= longest_interval_s_;
+    turn.end_s += 2.0 * longest_interval_s_;
+  }
+  for (auto& rate : rates_.motions) rate.start_s += longest_interval_s_;
   for (const Triad triad : triads) {
     const SimulatedTriad& sensor = *scenario.sensors[triad];
     const SensorSampling& sampling = sensor.sampling;
@@ -173,6 +182,8 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     }
     if (any) {
       NoteRest(time_s);
+      turns_.Note(time_s, rows_);
+      rates_.Note(time_s, rows_);
       ++rows_;
     }
     next_ns_ = RowTime(++index_);

@@ -44,6 +44,9 @@ class SampleClock {
 
   /// Simulation::rest_rows(), so far.
   const std::vector<PoseRange>& rest_rows() const { return rest_rows_; }
+  /// Simulation::turns() and rates(), so far.
+  std::vector<StatedTurn> turns() const { return turns_.Stated(); }
+  std::vector<StatedRate> rates() const { return rates_.Stated(); }
 
  private:
   struct Channel {
@@ -63,6 +66,28 @@ class SampleClock {
     std::vector<std::int64_t> time_ns = {};
     std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {};
     std::vector<std::int64_t> row = {};
+  };
+
+  /// The rows of motions, which follow each other in time.
+  template <typename Motion>
+  struct MotionRows {
+    std::vector<TimelineMotion<Motion>> motions;
+    std::size_t current = 0;
+
+    void Note(double time_s, std::int64_t row) {
+      while (current < motions.size() && time_s > motions[current].end_s) ++current;
+      if (current == motions.size() || time_s < motions[current].start_s) return;
+      RowSpan& rows = motions[current].stated.at.rows;
+      if (rows.empty()) rows.first = row;
+      rows.last = row;
+    }
+    std::vector<Motion> Stated() const {
+      std::vector<Motion> stated;
+      for (const TimelineMotion<Motion>& motion : motions) {
+        if (!motion.stated.at.rows.empty()) stated.push_back(motion.stated);
+      }
+      return stated;
+    }
   };
 
   std::int64_t RowTime(std::int64_t index) const;
@@ -100,6 +125,8 @@ class SampleClock {
   std::size_t rest_ = 0;  ///< In which the next row is, or which comes next.
   bool rest_began_ = false;
   std::vector<PoseRange> rest_rows_;
+  MotionRows<StatedTurn> turns_;
+  MotionRows<StatedRate> rates_;
 };
 
 }  // namespace truetriad

@@ -140,14 +140,9 @@ class OneUnit : public Simulation {
   double duration_s() const override { return timeline_.motion.duration_s(); }
   const RecordingFormat& format() const override { return format_; }
 
-  std::vector<PoseRange> rest_rows() const override {
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
-      for (const SampleClock& clock : clocks_) {
-        if (clock.counts(triad)) return clock.rest_rows();
-      }
-    }
-    return {};
-  }
+  std::vector<PoseRange> rest_rows() const override { return Leading().rest_rows(); }
+  std::vector<StatedTurn> turns() const override { return Leading().turns(); }
+  std::vector<StatedRate> rates() const override { return Leading().rates(); }
 
   Eigen::Quaterniond WorldFromBody(double time_s) const override {
     const Motion& motion = timeline_.motion;
@@ -155,6 +150,16 @@ class OneUnit : public Simulation {
   }
 
  private:
+  /// The clock whose rows people are shown.
+  const SampleClock& Leading() const {
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      for (const SampleClock& clock : clocks_) {
+        if (clock.counts(triad)) return clock;
+      }
+    }
+    return clocks_.front();  // A valid scenario has a sensor.
+  }
+
   SampleClock* Slowest() {
     SampleClock* slowest = nullptr;
     for (SampleClock& clock : clocks_) {

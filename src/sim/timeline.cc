@@ -44,7 +44,11 @@ class TimelineBuilder {
       const double start_degc = element.At(rest.start_s).degc;
       rest.element_degc = 0.5 * (start_degc + element.At(rest.end_s).degc);
     }
-    return {Motion(std::move(phases_)), std::move(chamber_), std::move(rests_)};
+    return {Motion(std::move(phases_)),
+            std::move(chamber_),
+            std::move(rests_),
+            std::move(turns_),
+            std::move(rates_)};
   }
 
  private:
@@ -89,18 +93,24 @@ class TimelineBuilder {
 
   void Add(const TurnStep& step, double /*chamber_degc*/) {
     const double angle_rad = 2.0 * std::numbers::pi * step.turns;
-    Append(step.duration_s,
-           step.axis_in_body.normalized(),
-           MotionPhase::Turn{angle_rad, Eigen::Vector3d::Zero()});
+    const Eigen::Vector3d axis = step.axis_in_body.normalized();
+    StatedTurn turn;
+    turn.axis = axis;
+    turn.angle_rad = angle_rad;
+    turns_.push_back({end_s_, end_s_ + step.duration_s, turn});
+    Append(step.duration_s, axis, MotionPhase::Turn{angle_rad, Eigen::Vector3d::Zero()});
     intended_ = attitude_;
     Rest(step.rest_s, {});
   }
 
   void Add(const RateStep& step, double /*chamber_degc*/) {
+    const Eigen::Vector3d axis = step.axis_in_body.normalized();
     for (const double rate_radps : step.rates_radps) {
-      Append(step.hold_s + 2.0 * step.ramp_s,
-             step.axis_in_body.normalized(),
-             MotionPhase::Spin{rate_radps, step.ramp_s});
+      StatedRate rate;
+      rate.rate_radps = rate_radps * axis;
+      const double hold_s = end_s_ + step.ramp_s;
+      rates_.push_back({hold_s, hold_s + step.hold_s, rate});
+      Append(step.hold_s + 2.0 * step.ramp_s, axis, MotionPhase::Spin{rate_radps, step.ramp_s});
       intended_ = attitude_;
       Rest(step.rest_s, {});
     }
@@ -200,6 +210,8 @@ class TimelineBuilder {
   Chamber chamber_;
   std::vector<MotionPhase> phases_;
   std::vector<TrueRest> rests_;
+  std::vector<TimelineMotion<StatedTurn>> turns_;
+  std::vector<TimelineMotion<StatedRate>> rates_;
   bool placed_ = false;  ///< The unit has been set down somewhere.
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();
   Eigen::Quaterniond intended_ = Eigen::Quaterniond::Identity();

@@ -7,16 +7,27 @@
 
 #include "sim/chamber.h"
 #include "sim/motion.h"
+#include "truetriad/data/known_motion.h"
 #include "truetriad/sim/scenario.h"
 #include "truetriad/sim/simulation.h"
 
 namespace truetriad {
+
+/// A motion of which somebody would know what it is.
+template <typename Stated>
+struct TimelineMotion {
+  double start_s = 0.0;
+  double end_s = 0.0;
+  Stated stated;  ///< Without rows.
+};
 
 /// What happens to one unit, without its sensors.
 struct Timeline {
   Motion motion;
   Chamber chamber;
   std::vector<TrueRest> rests;
+  std::vector<TimelineMotion<StatedTurn>> turns;
+  std::vector<TimelineMotion<StatedRate>> rates;  ///< While they were held.
 };
 
 /// Of unit `unit` of a valid scenario.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -69,6 +70,38 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
   EXPECT_TRUE(with.calibration.sensors[kGyro]->g_sensitivity.has_value());
   EXPECT_LT(AngleDeg(with), 0.3 * AngleDeg(without));
   EXPECT_LT(AngleDeg(with), 0.12);
+}
+
+// Turns that the gyroscope did not see while it was calibrated, in degrees off the stated 360 and
+// in their own σ.
+void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, double most_sigmas) {
+  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+  ASSERT_EQ(run.exit_code, 0) << run.text;
+  ASSERT_EQ(run.calibration.quality.turns.size(), 3U);
+  const TurnCheck& turn = run.calibration.quality.turns[at];
+  EXPECT_FALSE(turn.used);
+  const double off_rad = turn.found_rad - turn.stated_rad;
+  ::testing::Test::RecordProperty(turn.name, std::to_string(kDegPerRad * off_rad));
+  EXPECT_LT(std::abs(kDegPerRad * off_rad), most_deg) << turn.name;
+  EXPECT_LT(std::abs(off_rad), most_sigmas * turn.found_sigma_rad) << turn.name;
+}
+
+TEST_F(GyroscopeRecordings, FerrarisRestsAlonePredictTheTurns) {
+  const Outcomes run = Run("ferraris-turns", Manifest("ferraris"), "turns.held_out=all");
+  // Gravity hardly sees y: its σ alone is the measure.
+  ExpectPredicted(run, 0, 1.5, 3.0);
+  ExpectPredicted(run, 1, 180.0, 3.0);
+  ExpectPredicted(run, 2, 1.5, 3.0);
+}
+
+// Without its own turn y rests on the prior, as its σ says.
+TEST_F(GyroscopeRecordings, FerrarisTurnsPredictEachOther) {
+  const std::array<std::string, 3> names = {"x_rot", "y_rot", "z_rot"};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const Outcomes run =
+        Run("ferraris-turns", Manifest("ferraris"), "turns.held_out=[" + names[i] + "]");
+    ExpectPredicted(run, i, i == 1 ? 180.0 : 2.0, 3.0);
+  }
 }
 
 // Three units of one kind, each turned by hand. Turns are left out one by one: the error is that of

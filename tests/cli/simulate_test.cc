@@ -211,6 +211,33 @@ TEST_F(SimulateVerb, GivesASoakThatCalibratesToItsTruth) {
   }
 }
 
+TEST_F(SimulateVerb, GivesARateTableThatCalibratesToItsTruth) {
+  // A bias that drifts is no truth to compare with.
+  ASSERT_EQ(Simulate(kScenarios + "turntable-rates.yaml",
+                     "table",
+                     {"--set=sensors.gyroscope.noise.bias_instability_degph=0"})
+                .exit_code,
+            0);
+  const Finished calibrate = RunTruetriad({"calibrate",
+                                           "--config=" + kExperiments + "rate-table.yaml",
+                                           "--input=" + folder_.Path("table/recording.yaml"),
+                                           "--set=rates.file=" + folder_.Path("table/rates.yaml") +
+                                               ",turns.file=" + folder_.Path("table/turns.yaml"),
+                                           "--output=" + folder_.Path("found")});
+  ASSERT_EQ(calibrate.exit_code, 0) << calibrate.out << calibrate.err;
+  EXPECT_THAT(calibrate.out, HasSubstr("predicted only"));
+  const Finished compare = RunTruetriad({"compare",
+                                         "--a=" + folder_.Path("table/truth.yaml"),
+                                         "--b=" + folder_.Path("found/calibration.yaml")});
+  EXPECT_THAT(compare.out, StartsWith("AGREE")) << compare.out << compare.err;
+  const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->gauge, Gauge::kFixture);
+  ASSERT_EQ(found->quality.turns.size(), 1U);
+  const TurnCheck& turn = found->quality.turns.front();
+  EXPECT_NEAR(turn.found_rad, turn.stated_rad, 4.0 * turn.found_sigma_rad);
+}
+
 TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
   const Finished run = RunTruetriad({"inspect",

@@ -328,9 +328,7 @@ TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
 
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
   const std::string head = "experiment: 1\nsensors:\n";
-  for (const std::string& text : {head + "  magnetometer: { model: auto }\n",
-                                  kMinimal + std::string("attitudes: { file: a.csv, "
-                                                         "fixture_rotation: unknown }\n")}) {
+  for (const std::string& text : {head + "  magnetometer: { model: auto }\n"}) {
     const Result<Experiment> experiment = Load(text);
     ASSERT_FALSE(experiment) << text;
     EXPECT_EQ(experiment.error().code, ErrorCode::kBadInput);
@@ -350,6 +348,38 @@ TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
   EXPECT_TRUE(again->options.triads[Triad::kGyroscope].g_sensitivity);
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
+}
+
+TEST_F(ExperimentConfig, ReadsKnownTurnsAndRatesAndResolvesToTheSame) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\nsensors: { gyroscope: {} }\n"
+      "turns: { file: turns.yaml, sigma_deg: 2, held_out: [a, 'b \"c\"'] }\n"
+      "rates: { file: rates.yaml, sigma_degps: 0.1, axis_sigma_deg: 0.3 }\n");
+  // The axes of a gyroscope alone are those that are stated.
+  EXPECT_EQ(experiment.options.gauge, Gauge::kFixture);
+  for (const Experiment& read : {experiment, LoadWell(experiment.resolved_yaml)}) {
+    const KnownMotionsConfig& motions = read.poses.known_motions;
+    EXPECT_EQ(motions.turns_file, (folder_ / "turns.yaml").string());
+    EXPECT_EQ(motions.turn_sigma_deg, 2.0);
+    EXPECT_EQ(motions.turn_axis_sigma_deg, 1.0);
+    EXPECT_EQ(motions.held_out_turns, (std::vector<std::string>{"a", "b \"c\""}));
+    EXPECT_EQ(motions.rates_file, (folder_ / "rates.yaml").string());
+    EXPECT_EQ(motions.rate_sigma_degps, 0.1);
+    EXPECT_EQ(motions.rate_axis_sigma_deg, 0.3);
+  }
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\nrates: { file: a.yaml }\n"),
+              HasSubstr("not among the sensors"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { gyroscope: {} }\nturns: { sigma_deg: 1 }\n"),
+              HasSubstr("`file:` with the turns"));
+}
+
+TEST_F(ExperimentConfig, ReadsAnUnknownFixtureRotationAndResolvesToTheSame) {
+  const Experiment experiment =
+      LoadWell(kMinimal + std::string("attitudes: { file: a.csv, fixture_rotation: unknown }\n"));
+  EXPECT_TRUE(experiment.options.attitudes.unknown_fixture_rotation);
+  EXPECT_TRUE(LoadWell(experiment.resolved_yaml).options.attitudes.unknown_fixture_rotation);
+  EXPECT_FALSE(LoadWell(kMinimal + std::string("attitudes: { file: a.csv }\n"))
+                   .options.attitudes.unknown_fixture_rotation);
 }
 
 TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {

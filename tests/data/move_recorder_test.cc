@@ -31,7 +31,8 @@ class RecordedMoves : public ::testing::Test {
   }
 
   Result<PoseSet> Collect(const std::function<void(std::int64_t, MemoryStream*)>& add_gyroscope,
-                          bool moves = true) {
+                          bool moves = true,
+                          const std::vector<StatedTurn>& turns = {}) {
     MemoryStream gyroscope(Triad::kGyroscope), accelerometer(Triad::kAccelerometer);
     gyroscope.info.file = "gyroscope.csv";
     for (std::int64_t row = 0; row < 800; ++row) {
@@ -44,6 +45,7 @@ class RecordedMoves : public ::testing::Test {
     selection.kind = PoseSelectionKind::kRanges;
     selection.ranges = {{0, 199, {}, {}}, {300, 499, {}, {}}, {600, 799, {}, {}}};
     selection.moves = moves;
+    selection.turns = turns;
     return CollectPoses(source, selection);
   }
 };
@@ -66,6 +68,35 @@ TEST_F(RecordedMoves, ReachFromTheLastReadingOfARestToTheFirstOfTheNext) {
       EXPECT_EQ(move.gyroscope_raw[i], Rate(static_cast<std::int64_t>(row)));
     }
   }
+}
+
+// A turn's readings reach into the rests on both sides, which drop all but their last and first.
+TEST_F(RecordedMoves, OfStatedTurnsHoldAllTheirRows) {
+  StatedTurn by_rows;
+  by_rows.at.rows = {190, 310};
+  StatedTurn inside_a_rest;
+  inside_a_rest.at.rows = {620, 640};
+  StatedTurn by_pose;
+  by_pose.at.pose = 2;
+  const auto add = [](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, Rate(row));
+  };
+  const auto set = Collect(add, true, {by_rows, inside_a_rest, by_pose});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->turns.size(), 3U);
+  // Rows are the accelerometer's, half a step later than the gyroscope's.
+  EXPECT_EQ(set->turns[0].move.time_ns.front(), 191 * kStepNs);
+  EXPECT_EQ(set->turns[0].move.time_ns.back(), 310 * kStepNs);
+  EXPECT_EQ(set->turns[0].move.time_ns.size(), 120U);
+  EXPECT_EQ(set->turns[1].move.time_ns.size(), 20U);
+  EXPECT_EQ(set->turns[2].move.time_ns, set->moves[1].time_ns);
+  for (const KnownTurn& turn : set->turns) EXPECT_THAT(turn.move.fault, IsEmpty());
+
+  StatedTurn after_the_last;
+  after_the_last.at.pose = 3;
+  const auto refused = Collect(add, true, {after_the_last});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().message, HasSubstr("pose 3"));
 }
 
 TEST_F(RecordedMoves, AreKeptOnlyWhenAskedFor) {

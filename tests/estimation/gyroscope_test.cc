@@ -221,12 +221,23 @@ TEST(Gyroscope, IsAsGoodOnFreshTurnsAsIsPredicted) {
   EXPECT_NEAR(ratio, 1.0, 0.4);
 }
 
-TEST(Gyroscope, IsNotCalibratedWithoutTheAccelerometer) {
+TEST(Gyroscope, IsNotCalibratedWithAMagnetometerAlone) {
   CalibrateOptions options;
   options.triads[kGyro].enabled = true;
+  options.triads[kMag].enabled = true;
   const Status status = options.Validate();
   ASSERT_FALSE(status);
   EXPECT_THAT(status.error().message, HasSubstr("accelerometer"));
+}
+
+TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
+  const Scenario scenario = GyroscopeScenario(false, false);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kAccel].enabled = false;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("`rates:`"));
 }
 
 TEST(Gyroscope, IsRefusedWhereNothingTurns) {
@@ -247,7 +258,7 @@ TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
   layout.sensitivity[kGyro] = 3;
   layout.g_sensitivity = 12;
   layout.reference = 21;
-  layout.size = 25;
+  layout.size = 21 + kReferenceSize;
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
   const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
   shared.segment<3>(0) = gyroscope.nominal.bias;

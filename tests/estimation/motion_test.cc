@@ -99,7 +99,7 @@ TEST(MotionChain, GradientIsThatOfTheCostWithoutAttitudes) {
   const auto track = MotionTrack::Of(recording, true);
   ASSERT_TRUE(track);
   StartValues start;
-  start.reference << kStandardGravityMps2, 1.0, unit.dip_rad, 0.0;
+  start.reference.head<3>() << kStandardGravityMps2, 1.0, unit.dip_rad;
   start.models[kAccel] = unit.accelerometer;
   start.models[kGyro] = unit.gyroscope;
   start.models[kMag] = unit.magnetometer;

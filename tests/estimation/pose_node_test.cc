@@ -27,10 +27,10 @@ Fixture MakeFixture(Random* random) {
   fixture.layout.bias[Triad::kMagnetometer] = 12;
   fixture.layout.sensitivity[Triad::kMagnetometer] = 15;
   fixture.layout.reference = 24;
-  fixture.layout.face_tilt[3] = 28;
-  fixture.layout.size = 30;
-  fixture.layout.basis = Eigen::MatrixXd::Identity(30, 30);
-  fixture.shared.resize(30);
+  fixture.layout.face_tilt[3] = 24 + kReferenceSize;
+  fixture.layout.size = 24 + kReferenceSize + 2;
+  fixture.layout.basis.setIdentity(fixture.layout.size, fixture.layout.size);
+  fixture.shared.resize(fixture.layout.size);
   for (double& value : fixture.shared) value = random->Normal();
   fixture.shared.segment<4>(24) << 9.8, 48.0, 1.1, 0.3;
   return fixture;

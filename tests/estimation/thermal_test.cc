@@ -325,7 +325,7 @@ Layout WithEveryTerm(Random* random) {
   fixture.layout.basis.setIdentity(fixture.layout.size, fixture.layout.size);
   fixture.shared.resize(fixture.layout.size);
   for (double& value : fixture.shared) value = random->Normal();
-  fixture.shared.tail<4>() << 9.8, 48.0, 1.1, 0.3;
+  fixture.shared.tail<kReferenceSize>() << 9.8, 48.0, 1.1, 0.3, 0.1, -0.2;
   return fixture;
 }
 

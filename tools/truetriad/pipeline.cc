@@ -11,6 +11,7 @@
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/known_motion_file.h"
 #include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/model/attitude_sets.h"
@@ -30,6 +31,35 @@ Result<PoseSelection> SelectionOf(const PosesConfig& config) {
     selection.ranges = *std::move(ranges);
   }
   return selection;
+}
+
+/// The turns and rates that the experiment states.
+Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selection) {
+  if (!config.turns_file.empty()) {
+    Result<std::vector<StatedTurn>> turns = ReadStatedTurns(
+        config.turns_file,
+        {config.turn_sigma_deg * kRadPerDeg, config.turn_axis_sigma_deg * kRadPerDeg});
+    TRUETRIAD_RETURN_IF_ERROR(turns);
+    for (const std::string& id : config.held_out_turns) {
+      bool found = false;
+      for (StatedTurn& turn : *turns) {
+        if (id != "all" && id != turn.id) continue;
+        found = turn.held_out = true;
+      }
+      if (found) continue;
+      return BadInputError("turns.held_out: `" + id + "` is the id of no turn in " +
+                           config.turns_file);
+    }
+    selection->turns = *std::move(turns);
+  }
+  if (!config.rates_file.empty()) {
+    Result<std::vector<StatedRate>> rates = ReadStatedRates(
+        config.rates_file,
+        {config.rate_sigma_degps * kRadPerDeg, config.rate_axis_sigma_deg * kRadPerDeg});
+    TRUETRIAD_RETURN_IF_ERROR(rates);
+    selection->rates = *std::move(rates);
+  }
+  return {};
 }
 
 /// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
@@ -79,6 +109,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(selection);
 
   selection->moves = config.moves;
+  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &*selection));
   LoadedPoses loaded;
   Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
   if (!poses && poses.error().code == ErrorCode::kNotEnough) {
@@ -268,7 +299,8 @@ Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   calibration.messages = {reason.message};
   calibration.gauge = experiment.options.gauge;
   if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
-    calibration.gauge_sensor = Triad::kMagnetometer;
+    calibration.gauge_sensor =
+        experiment.options.HasGyroscopeAlone() ? Triad::kGyroscope : Triad::kMagnetometer;
   }
   const ReferenceOptions& reference = experiment.options.reference;
   calibration.reference.gravity_mps2 = *reference.gravity_mps2.value;

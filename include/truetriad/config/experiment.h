@@ -12,6 +12,17 @@
 
 namespace truetriad {
 
+/// `turns:` and `rates:` of an experiment.
+struct KnownMotionsConfig {
+  std::string turns_file;  ///< Resolved against the experiment file; empty when not given.
+  double turn_sigma_deg = 0.5;
+  double turn_axis_sigma_deg = 1.0;
+  std::vector<std::string> held_out_turns;  ///< By their ids; "all": every one.
+  std::string rates_file;                   ///< As turns_file.
+  double rate_sigma_degps = 0.0;
+  double rate_axis_sigma_deg = 0.0;
+};
+
 /// `poses:` of an experiment.
 struct PosesConfig {
   /// Detect unless said; kRanges reads `file`.
@@ -22,6 +33,7 @@ struct PosesConfig {
   std::string file;         ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;  ///< Of kMotion.
   bool moves = false;       ///< The gyroscope's readings between the poses are wanted, too.
+  KnownMotionsConfig known_motions;
 };
 
 /// `reference: {position: …}` of an experiment: where it took place.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
+#include "truetriad/data/known_motion.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
 
@@ -36,6 +37,10 @@ struct PoseSelection {
   std::vector<PoseRange> ranges;   ///< For kRanges, in file order.
   /// Keep the gyroscope's readings between the poses. Without time there are none.
   bool moves = false;
+  /// Turns and rates that are known. A pose that overlaps a rate is no rest, and a move in which a
+  /// rate was held is not used: its readings count once.
+  std::vector<StatedTurn> turns;
+  std::vector<StatedRate> rates;
 };
 
 /// How rests are found. The defaults need no tuning for any unit or rate.

@@ -12,6 +12,7 @@
 
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/data/known_motion.h"
 
 namespace truetriad {
 
@@ -51,7 +52,8 @@ struct StaticPose {
   double duration_s() const { return static_cast<double>(end_ns - start_ns) * 1e-9; }
 };
 
-/// The gyroscope's readings between two consecutive poses.
+/// The gyroscope's readings over a stretch of time: between two consecutive poses, or where a turn
+/// is stated.
 struct RecordedMove {
   std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
   std::vector<std::int64_t> time_ns;
@@ -65,6 +67,18 @@ struct RecordedMove {
 struct ReadingTrack {
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> reading_raw;
+};
+
+/// A stated turn and what the gyroscope read during it.
+struct KnownTurn {
+  StatedTurn stated;
+  RecordedMove move;  ///< `from` means nothing.
+};
+
+/// A stated rate and the means of all triads while it was held.
+struct KnownRate {
+  StatedRate stated;
+  StaticPose means;
 };
 
 /// How one triad's readings behave over the whole recording.
@@ -92,6 +106,8 @@ struct PoseSet {
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;       ///< Where PoseSelection::moves asked for them.
   PerTriad<ReadingTrack> tracks;         ///< Where PoseSelectionKind::kMotion asked for them.
+  std::vector<KnownTurn> turns;          ///< In the order they were stated.
+  std::vector<KnownRate> rates;          ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
   double duration_s = 0.0;

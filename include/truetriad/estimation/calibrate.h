@@ -141,6 +141,9 @@ struct AttitudeOptions {
   double tilt_sigma_deg = 0.5;
   /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
+  /// Given: the attitudes are those of the body in a fixture that stands in the world in an unknown
+  /// way. Gravity shows its tilt; its heading and that of the field are one unknown.
+  bool unknown_fixture_rotation = false;
 };
 
 struct RobustOptions {
@@ -199,6 +202,11 @@ struct CalibrateOptions {
   /// parameters still count as determined. Range: (0, 1).
   double observable_sigma = 0.1;
 
+  /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
+  bool HasGyroscopeAlone() const;
+  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes of
+  /// its known turns and rates. The leading triad's matrix is then full.
+  bool IsBodyKnown() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
   /// Every problem with its value, or ok.

@@ -86,6 +86,9 @@ struct ReferenceValues {
   bool field_estimated = false;              ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
+  /// Frame of the attitudes from outside <- world, where the fixture's rotation was estimated: x of
+  /// the world is magnetic north with a magnetometer, else along the fixture's x. qw, qx, qy, qz.
+  std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
 };
 
@@ -106,6 +109,19 @@ struct PoseResidual {
   double normalized = 0.0;    ///< sqrt of the deletion χ² over its degrees of freedom.
   double weight = 1.0;        ///< Robust weight; 0 = rejected.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
+};
+
+/// A turn that the operator stated, as this calibration sees it.
+struct TurnCheck {
+  std::string name;                                ///< "turn 1 (x_rot)".
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< Body frame.
+  double stated_rad = 0.0;
+  double stated_sigma_rad = 0.0;
+  double found_rad = 0.0;
+  /// Of found_rad: parameters and readings; of a turn that was used, smaller than its difference.
+  double found_sigma_rad = 0.0;
+  bool used = false;  ///< Else held out, rejected, or with a fault.
+  std::string fault;  ///< Why its readings tell nothing, or empty.
 };
 
 struct RejectedPose {
@@ -152,6 +168,7 @@ struct Quality {
   std::vector<WeakDirection> weak_directions;
   std::optional<HeldOut> held_out;
   std::vector<RejectedPose> rejected_poses;
+  std::vector<TurnCheck> turns;  ///< Those that were stated.
   std::vector<Coverage> coverage;
   std::vector<PoseResidual> pose_residuals;
   std::vector<LimitCheck> limits;

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "truetriad/base/result.h"
+#include "truetriad/data/known_motion.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/io/recording_writer.h"
@@ -68,6 +69,12 @@ class Simulation : public SampleSource {
   /// gyroscope averages part of the move. Whole once everything has been read. A rest shorter than
   /// its sampling is missing.
   virtual std::vector<PoseRange> rest_rows() const = 0;
+
+  /// What the operator of a table would state of the scenario's `turn` and `turntable` steps, with
+  /// rows as those of rests: a turn with a reading at rest before and after it, a rate while it was
+  /// held. Whole once everything has been read.
+  virtual std::vector<StatedTurn> turns() const = 0;
+  virtual std::vector<StatedRate> rates() const = 0;
 
   /// Attitude at a true time, held at the ends.
   virtual Eigen::Quaterniond WorldFromBody(double time_s) const = 0;

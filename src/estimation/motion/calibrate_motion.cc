@@ -199,7 +199,7 @@ double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad)
 
 // RMS of |C(y - b)| - reference and coverage, over all nodes.
 void StateFit(const PoseSet& poses, const MotionRun& run, Quality* quality) {
-  const Eigen::Vector4d reference = run.graph.reference();
+  const ReferenceVector reference = run.graph.reference();
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     if (!run.graph.layout.Has(triad)) continue;
     const TriadModel<double> model = ModelOf(run.graph, triad);

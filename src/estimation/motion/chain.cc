@@ -139,7 +139,7 @@ Eigen::Vector3d MotionChain::VectorResidual(Triad triad,
 
 double MotionChain::CostAt(const double* shared,
                            const std::vector<Eigen::Quaterniond>& attitudes) const {
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout_.reference);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   double sum = 0.0;
   for (const Triad triad : kVectorTriads) {
     if (!layout_.Has(triad)) continue;
@@ -172,7 +172,7 @@ double MotionChain::CostAt(const double* shared,
 
 void MotionChain::Linearise(const double* shared) {
   const int n = layout_.free_size();
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout_.reference);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   const GyroModel gyroscope = GyroscopeAt(shared);
   PerTriad<TriadModel<double>> models;
   PerTriad<Eigen::Vector3d> world;
@@ -358,7 +358,7 @@ std::vector<Eigen::Quaterniond> MotionChain::AttitudesAfter(const Eigen::VectorX
 }
 
 PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const double* shared) const {
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout_.reference);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   const auto count = static_cast<Eigen::Index>(nodes_.size());
   PerTriad<Residuals> all;
   for (const Triad triad : kTriads) {
@@ -410,7 +410,7 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const double* shared)
 }
 
 MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
-  const Eigen::Map<const Eigen::Vector4d> reference(shared + layout_.reference);
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   const TriadModel<double> model = ModelAt(layout_, triad, shared);
   const GyroModel gyroscope = GyroscopeAt(shared);
   const Eigen::Matrix3d correction = gyroscope.triad.Correction();

@@ -22,6 +22,7 @@
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/known_motion_file.h"
 #include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
@@ -130,8 +131,15 @@ Status WriteUnit(const Scenario& scenario,
       WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "attitudes.csv").string(),
                                                 AttitudesCsv((*simulation)->rests())));
-  return WriteFileAtomically((folder / "poses.yaml").string(),
-                             PoseRangesToYaml((*simulation)->rest_rows()));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "poses.yaml").string(),
+                                                PoseRangesToYaml((*simulation)->rest_rows())));
+  if (const std::vector<StatedTurn> turns = (*simulation)->turns(); !turns.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFileAtomically((folder / "turns.yaml").string(), StatedTurnsToYaml(turns)));
+  }
+  const std::vector<StatedRate> rates = (*simulation)->rates();
+  if (rates.empty()) return {};
+  return WriteFileAtomically((folder / "rates.yaml").string(), StatedRatesToYaml(rates));
 }
 
 /// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
@@ -250,7 +258,8 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
 Status CheckKeepsInputs(const Scenario& scenario) {
   if (scenario.count > 1) return {};
   const fs::path folder = FLAGS_output;
-  for (const char* name : {"recording.yaml", "truth.yaml", "poses.yaml"}) {
+  for (const char* name :
+       {"recording.yaml", "truth.yaml", "poses.yaml", "turns.yaml", "rates.yaml"}) {
     std::error_code missing;
     if (fs::equivalent(folder / name, FLAGS_config, missing)) {
       return UsageError("--output=" + FLAGS_output + " would replace the scenario by its " + name +
@@ -275,6 +284,12 @@ void Tell(const Scenario& scenario) {
                 (folder / "truth.yaml").c_str(),
                 (folder / "attitudes.csv").c_str(),
                 (folder / "poses.yaml").c_str());
+    for (const auto& [title, name] :
+         {std::pair("Turns:    ", "turns.yaml"), std::pair("Rates:    ", "rates.yaml")}) {
+      std::error_code missing;
+      if (fs::exists(folder / name, missing))
+        std::printf("%s %s\n", title, (folder / name).c_str());
+    }
     return;
   }
   std::printf(
@@ -325,7 +340,9 @@ Command SimulateCommand() {
           "--b=out/estimated/calibration.yaml",
       .details =
           "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (a calibration that is true),\n"
-          "DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (its rows); with\n"
+          "DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (its rows), and "
+          "where\n"
+          "the motion has `turn` or `turntable` steps DIR/turns.yaml and DIR/rates.yaml; with\n"
           "`count:` above 1 a folder for each unit. The same seed gives the same bytes.\n"
           "docs/simulation.md has all keys.\n",
       .flags = {{"config", "SCENARIO.yaml", true},

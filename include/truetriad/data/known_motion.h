@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+/// Rows first…last of the leading stream's file, 0-based, last included; empty: none.
+struct RowSpan {
+  std::int64_t first = 0;
+  std::int64_t last = -1;
+  bool empty() const { return last < first; }
+};
+
+/// Where in a recording a motion took place that somebody knows.
+struct MotionPlace {
+  RowSpan rows;
+  /// Without rows: StaticPose::number. A rate was held in that pose; a turn leads from it into the
+  /// next one.
+  int pose = 0;
+};
+
+/// A turn whose angle the operator states.
+struct StatedTurn {
+  MotionPlace at;
+  std::string id;
+  /// Unit vector, body frame, right-handed. The unit turned about it as nearly as it was held.
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  double angle_rad = 0.0;  ///< Whole turns count: 4 pi is two turns.
+  /// How well the unit came back to where the angle says, each axis. Range: > 0.
+  double sigma_rad = 0.0;
+  /// How well the axis is known, about each axis across it. Range: > 0.
+  double axis_sigma_rad = 0.0;
+  /// Do not use it: predict it, and say how far off it is.
+  bool held_out = false;
+};
+
+/// A rate at which a table is known to have turned the unit.
+struct StatedRate {
+  MotionPlace at;
+  std::string id;
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  ///< Body frame.
+  /// Covariance of the error of rate_radps, (rad/s)^2; errors of several are independent.
+  Eigen::Matrix3d covariance_radps2 = Eigen::Matrix3d::Zero();
+};
+
+}  // namespace truetriad

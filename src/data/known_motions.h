@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "data/given_poses.h"
+#include "data/move_recorder.h"
+#include "data/pose_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+
+namespace truetriad {
+
+/// Averages the readings over the rows of stated rates, as those of a rest are.
+class RateMeans {
+ public:
+  RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& info, Triad leading);
+
+  Status Validate() const;
+  void Add(const std::vector<SampleBlock>& blocks, double spacing_ns);
+
+  /// Takes the poses out of `set` that are no rests because a rate was held in them, and fills in
+  /// set->rates. The poses have their numbers and covariances; those of what remains are filled in
+  /// again. `moments[i]` belongs to set->poses[i]. Error: a rate without readings, or with the
+  /// number of a pose that is not there.
+  Status Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                std::vector<PerTriad<TriadPoseMoments>>* moments,
+                PoseSet* set);
+
+ private:
+  std::vector<StatedRate> rates_;
+  std::vector<std::size_t> by_row_;  // Those with rows, in the order of these.
+  std::optional<GivenPoses> means_;
+};
+
+/// Rows whose readings must not be dropped: those of turns, then those of rates.
+std::vector<RowSpan> SpansToKeep(const PoseSelection& selection);
+
+/// Fills in set->turns from what was recorded, and says of moves in which a rate was held that they
+/// are not to be used. Error: the number of a pose without a move into the next.
+Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
+
+}  // namespace truetriad
