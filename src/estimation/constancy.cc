@@ -19,6 +19,9 @@ constexpr std::size_t kFewestPoses = 4;
 constexpr std::size_t kMostPoses = 200;
 // So many left out by the robust step may be one side of a change.
 constexpr std::ptrdiff_t kManyRejected = 3;
+// Of a step on one of its sides, and of that share on the other; more than this of all is no
+// handful of poses beside a magnet.
+constexpr double kLeftOutShare = 0.25;
 // One explanation is named when its log likelihood is better by this: odds of 20.
 constexpr double kClearlyBetter = 6.0;
 // Below this share of the largest eigenvalue a component of a step is not seen.
@@ -123,6 +126,20 @@ PoseGraph WithoutWeights(const PoseGraph& graph, const std::vector<Place>& place
   return whole;
 }
 
+// A robust fit that takes the readings on one side of a step for disturbed leaves out a good part
+// of them and hardly any of the other side; single poses beside a magnet do not lie so.
+bool LooksLeftOut(const std::vector<Place>& places, std::size_t first) {
+  const auto share = [](auto from, auto to) {
+    const auto count = std::count_if(from, to, [](const Place& place) { return place.rejected; });
+    return static_cast<double>(count) / static_cast<double>(to - from);
+  };
+  const auto step = places.begin() + static_cast<std::ptrdiff_t>(first);
+  const double before = share(places.begin(), step), after = share(step, places.end());
+  if (share(places.begin(), places.end()) >= kLeftOutShare) return true;
+  return std::max(before, after) >= kLeftOutShare &&
+         std::min(before, after) <= kLeftOutShare * std::max(before, after);
+}
+
 }  // namespace
 
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
@@ -175,6 +192,7 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   double clearest = 0.0;
   std::optional<MagnetometerChange> found;
   for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
+    if (readmits && !LooksLeftOut(places, first)) continue;
     const StepTest bias = TestStep(system, places, by_bias, first);
     const StepTest field = TestStep(system, places, by_field, first);
     const double clear = std::max(clearness(bias), clearness(field));

@@ -45,9 +45,10 @@ inline constexpr double kChangeLevel = 0.01;
 // all places and both kinds (Bonferroni), so that it is kept whatever their correlation.
 //
 // Where the robust step has left out three poses or more, all count again, solved again, with the
-// noise as if estimated: that is how a step looks to a robust fit. Unset without a change, with
-// fewer than four poses on a side, or with more poses than people set down: neighbouring rows of a
-// motion share what disturbs them, which this test would take for a step.
+// noise as if estimated, unless it was a handful on both sides: that is how a
+// step looks to a robust fit. Unset without a change, with fewer than four poses on a side, or with
+// more poses than people set down: neighbouring rows of a motion share what disturbs them, which
+// this test would take for a step.
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
                                                          const NoiseState& noise);
 

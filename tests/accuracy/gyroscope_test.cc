@@ -75,7 +75,6 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
 // Turns that the gyroscope did not see while it was calibrated, in degrees off the stated 360 and
 // in their own σ.
 void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, double most_sigmas) {
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   ASSERT_EQ(run.exit_code, 0) << run.text;
   ASSERT_EQ(run.calibration.quality.turns.size(), 3U);
   const TurnCheck& turn = run.calibration.quality.turns[at];

@@ -149,7 +149,7 @@ TEST(MoveRecorder, HoldsNoMoreThanATurnMayTakeHoweverLongNothingRestsOrOneRestLa
   constexpr std::int64_t kDay = 8'640'000;
   constexpr std::int64_t kJudged = 163'840;
   constexpr std::int64_t kBlock = 4096;
-  MoveRecorder recorder;
+  MoveRecorder recorder(Triad::kAccelerometer, {});
   StaticPose first;
   first.start_ns = 0;
   first.end_ns = 500 * kStepNs;
@@ -178,7 +178,7 @@ TEST(MoveRecorder, HoldsNoMoreThanATurnMayTakeHoweverLongNothingRestsOrOneRestLa
   PoseSet set;
   set.poses = {first, second};
   set.streams.emplace_back().triad = Triad::kGyroscope;
-  const std::vector<RecordedMove> moves = recorder.Finish(set);
+  const std::vector<RecordedMove> moves = recorder.Moves(set);
   ASSERT_EQ(moves.size(), 1U);
   EXPECT_THAT(moves[0].fault, HasSubstr("longer than the 300 s that a turn may take"));
   EXPECT_THAT(moves[0].gyroscope_raw, IsEmpty());

@@ -45,7 +45,7 @@ class MotionWith : public ::testing::TestWithParam<std::pair<bool, double>> {
 
 // What is left is how well turns are followed between readings: the trapezoid's error of a rate
 // that swings by 1.6 rad/s with the period of a turn, 5 s, is dt^2 w'' / 12 = 3e-5 rad/s at its
-// largest, and changes sign within a turn.
+// largest, and changes sign within a turn: it adds up to 2.4e-5 rad, and of gravity to 2.4e-4 m/s^2.
 TEST_P(MotionWith, IsFollowedExactlyWithoutNoise) {
   Random random(5);
   const SixTurns unit = ShortUnit(&random);
@@ -54,7 +54,7 @@ TEST_P(MotionWith, IsFollowedExactlyWithoutNoise) {
   ASSERT_TRUE(summary) << summary.error().message;
   const Calibration& found = summary->calibration;
   ASSERT_TRUE(found.IsUsable()) << found.messages.back();
-  EXPECT_LT((found.sensors[kAccel]->model.bias - unit.accelerometer.bias).norm(), 1e-4);
+  EXPECT_LT((found.sensors[kAccel]->model.bias - unit.accelerometer.bias).norm(), 2.4e-4);
   EXPECT_LT((found.sensors[kGyro]->model.bias - unit.gyroscope.bias).norm(), 3e-5);
   EXPECT_LT((found.sensors[kMag]->model.bias - unit.magnetometer.bias).norm(), 1e-4 * 27.0);
   EXPECT_LT((found.sensors[kMag]->model.sensitivity - unit.magnetometer.sensitivity).norm(),

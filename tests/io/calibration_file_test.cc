@@ -32,7 +32,14 @@ Calibration Awkward() {
   calibration.outcome = Outcome::kConverged;
   calibration.within_limits = false;
   calibration.messages = {"yes", "", "- {[&*!|>'%@`"};
-  calibration.reference = {9.8174400000000001, 5e-4, 1.0 / 3.0, -kSubnormal, true, true, -273.15};
+  calibration.reference = {9.8174400000000001,
+                           5e-4,
+                           1.0 / 3.0,
+                           -kSubnormal,
+                           true,
+                           true,
+                           Eigen::Vector4d(0.5, -0.5, 0.1, 1.0 / 3.0),
+                           -273.15};
   calibration.gauge = Gauge::kSymmetric;
   calibration.gauge_sensor = Triad::kMagnetometer;
 
