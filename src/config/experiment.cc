@@ -440,6 +440,11 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   experiment.poses.moves = has_gyroscope;
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
+    if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
+      fail(
+          "turns: and rates: belong to recordings with rests, not to `poses: { motion }`; remove "
+          "one of them");
+    }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }
   experiment.input = Resolve(draft->input, experiment.path);

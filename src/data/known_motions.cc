@@ -102,6 +102,22 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   return {};
 }
 
+Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set) {
+  for (const StatedRate& rate : rates) {
+    if (!rate.at.rows.empty()) {
+      return BadInputError(set->source + ": is a table of means, but a rate is stated for rows " +
+                           std::to_string(rate.at.rows.first) + " to " +
+                           std::to_string(rate.at.rows.last) +
+                           "; state each for one row of it, as `pose: N` from 1 on");
+    }
+    const auto pose = FindPose(rate.at.pose, &set->poses);
+    if (pose == set->poses.end()) return NoSuchPose("rates", rate.at.pose, *set);
+    set->rates.push_back({rate, std::move(*pose)});
+    set->poses.erase(pose);
+  }
+  return {};
+}
+
 std::vector<RowSpan> SpansToKeep(const PoseSelection& selection) {
   std::vector<RowSpan> spans;
   for (const StatedTurn& turn : selection.turns) {

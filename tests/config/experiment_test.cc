@@ -369,6 +369,9 @@ TEST_F(ExperimentConfig, ReadsKnownTurnsAndRatesAndResolvesToTheSame) {
   }
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\nrates: { file: a.yaml }\n"),
               HasSubstr("not among the sensors"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {}, gyroscope: {} }\n"
+                      "poses: { motion: {} }\nturns: { file: a.yaml }\n"),
+              HasSubstr("recordings with rests"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { gyroscope: {} }\nturns: { sigma_deg: 1 }\n"),
               HasSubstr("`file:` with the turns"));
 }

@@ -204,6 +204,38 @@ TEST(KnownRates, OfAPoseAreTakenFromTheRests) {
   ExpectTruth(scenario, Calibrated(poses, options), 1e-9, 1e-5);
 }
 
+TEST(KnownRates, OfATableAreItsRows) {
+  const Scenario scenario = RateTable();
+  PoseSet table;
+  StreamSummary stream;
+  stream.triad = kGyro;
+  stream.unit = scenario.sensors[kGyro]->unit;
+  table.streams.push_back(stream);
+  const TriadModel<double> truth = TruthOf(scenario, 0).sensors[kGyro]->model;
+  std::vector<StatedRate> rates;
+  for (int row = 0; row < 7; ++row) {
+    StaticPose& pose = table.poses.emplace_back();
+    pose.number = row + 1;
+    Eigen::Vector3d rate = Eigen::Vector3d::Zero();
+    if (row > 0) rate[(row - 1) / 2] = row % 2 == 0 ? 2.0 : -2.0;
+    pose.triads[kGyro].emplace().mean_raw = truth.RawFromTruth(rate);
+    if (row == 0) continue;
+    rates.emplace_back().at.pose = pose.number;
+    rates.back().rate_radps = rate;
+  }
+  ASSERT_TRUE(TakeRates(rates, &table));
+  EXPECT_THAT(table.poses, SizeIs(1));
+  EXPECT_THAT(table.rates, SizeIs(6));
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].noise_sigma_raw = Eigen::Vector3d::Constant(1.0);
+  ExpectTruth(scenario, Calibrated(table, options), 1e-12, 1e-9);
+
+  rates.front().at.pose = 99;
+  EXPECT_THAT(TakeRates(rates, &table).error().message, HasSubstr("pose 99"));
+  rates.front().at.rows = {0, 9};
+  EXPECT_THAT(TakeRates(rates, &table).error().message, HasSubstr("`pose: N`"));
+}
+
 TEST(KnownTurns, GiveAGyroscopeAloneExactlyWithoutNoise) {
   const Scenario scenario = HandTurns();
   const PoseSet poses = Collect(scenario, SelectionOf(scenario));

@@ -329,6 +329,14 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   LoadedPoses loaded;
   loaded.poses = std::move(table->poses);
   loaded.inputs = std::move(table->inputs);
+  PoseSelection selection;
+  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
+  if (!selection.turns.empty()) {
+    return BadInputError(input +
+                         ": is a table of means, in which no turn can be followed; give the "
+                         "recording, or remove `turns:`");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
   return loaded;
 }
 

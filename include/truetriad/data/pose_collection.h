@@ -64,4 +64,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                              const StaticDetectorOptions& options = {},
                              const ProgressCallback& progress = {});
 
+/// Moves the poses at which a rate was held from set->poses to set->rates: for tables, whose poses
+/// nobody collects. Error (bad input): rows in place of a pose's number, or a number that is none.
+Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set);
+
 }  // namespace truetriad
