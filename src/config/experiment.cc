@@ -182,7 +182,13 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
-  if (triad == Triad::kGyroscope) reader.Optional("g_sensitivity", &options.g_sensitivity);
+  if (triad == Triad::kAccelerometer) {
+    ReadChoice(reader.Child("quadratic"), WantedTerms(), &options.quadratic);
+  }
+  if (triad == Triad::kGyroscope) {
+    ReadChoice(reader.Child("g_sensitivity"), WantedTerms(), &options.g_sensitivity);
+    ReadChoice(reader.Child("asymmetry"), WantedTerms(), &options.asymmetry);
+  }
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);

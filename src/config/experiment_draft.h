@@ -28,6 +28,8 @@ inline auto Models() {
       std::array{
           MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
 }
+/// Of the terms beyond bias and sensitivity.
+inline auto WantedTerms() { return Named(WantedName, std::array{Wanted::kNo, Wanted::kYes}); }
 inline auto NoiseSources() {
   return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
 }

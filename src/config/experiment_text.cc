@@ -47,9 +47,13 @@ void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
   const TriadOptions& options = experiment.options.triads[triad];
   out.Open(TriadName(triad));
   out.Line("model", Models().Name(options.model));
-  if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
+  if (triad == Triad::kAccelerometer) {
+    out.Line("sign", kSigns.Name(options.sign));
+    out.Line("quadratic", WantedName(options.quadratic));
+  }
   if (triad == Triad::kGyroscope) {
-    out.Line("g_sensitivity", options.g_sensitivity ? "true" : "false");
+    out.Line("g_sensitivity", WantedName(options.g_sensitivity));
+    out.Line("asymmetry", WantedName(options.asymmetry));
   }
   out.Open("noise");
   if (!draft.allan_files[triad].empty()) {

@@ -36,19 +36,30 @@ Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
       pose.temperature_rate_degcps};
 }
 
-// Variance of |C (y - b)| from the parameters: d|x| = -u^T C (dS x + db).
+// Derivative of the length of the truth by the reading: n^T C D^-1 with n its direction and D the
+// slope of the readings by what the axes feel.
+Eigen::RowVector3d LengthByReading(const TriadModel<double>& model, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d slope = model.Slope(model.sensitivity * truth);
+  return truth.normalized().transpose() * model.Correction() * slope.cwiseInverse().asDiagonal();
+}
+
+// Variance of |x| from the parameters: d|x| = -n^T C D^-1 (D dS x + u^2 dq + |u| da + db), u = S x.
 double ParameterVariance(const Calibration& calibration,
                          Triad triad,
                          const ModelAtPose& at,
                          const Eigen::Vector3d& truth) {
   const NamedCovariance& covariance = calibration.covariance;
-  const Eigen::RowVector3d weight = truth.normalized().transpose() * at.model.Correction();
+  const Eigen::Vector3d felt = at.model.sensitivity * truth;
+  const Eigen::Vector3d slope = at.model.Slope(felt);
+  const Eigen::RowVector3d weight = LengthByReading(at.model, truth);
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(covariance.matrix.rows());
   for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
     const auto name = ParameterName::Parse(covariance.parameters[i]);
     if (!name || name->triad != triad) continue;
     double factor = std::pow(at.tau_degc, name->power);
-    if (name->kind == ParameterKind::kSensitivity) factor *= truth[name->col];
+    if (name->kind == ParameterKind::kSensitivity) factor *= slope[name->row] * truth[name->col];
+    if (name->kind == ParameterKind::kQuadratic) factor = felt[name->row] * felt[name->row];
+    if (name->kind == ParameterKind::kAsymmetry) factor = std::abs(felt[name->row]);
     if (name->kind == ParameterKind::kRateLinear) factor = at.rate_degcps;
     if (name->kind == ParameterKind::kRateQuadratic) factor = at.rate_degcps * at.rate_degcps;
     if (name->kind == ParameterKind::kRateCross) factor = at.tau_degc * at.rate_degcps;
@@ -113,7 +124,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
       residual.norm_error_before =
           stream->unit.is_counts ? unknown : reading.norm() * stream->unit.truth_per_raw - strength;
       residual.residual = residual.norm_error * residual.direction;
-      const Eigen::RowVector3d weight = residual.direction.transpose() * at->model.Correction();
+      const Eigen::RowVector3d weight = LengthByReading(at->model, truth);
       const double excess = sensor.noise.excess_sigma;
       const Eigen::Matrix3d noise =
           pose.triads[triad]->has_covariance

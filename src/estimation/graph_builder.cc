@@ -234,8 +234,15 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     layout.sensitivity[triad] = size + 3;
     layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
     size += 12 + layout.thermal[triad].size();
+    for (const auto& [term, at] :
+         {std::pair(options.triads[triad].quadratic, &layout.quadratic[triad]),
+          std::pair(options.triads[triad].asymmetry, &layout.asymmetry[triad])}) {
+      if (term != Wanted::kYes) continue;
+      *at = size;
+      size += 3;
+    }
   }
-  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity) {
+  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
     layout.g_sensitivity = size;
     size += 9;
   }
@@ -279,7 +286,10 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
         free_matrix(thermal.matrix_at(i), entry);
       }
     }
-    if (triad == Triad::kGyroscope && sensor.g_sensitivity) {
+    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+      for (int i = 0; i < 3 && at >= 0; ++i) free_entry(at + i);
+    }
+    if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
       for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);
     }
     if (sensor.fixed_sensitivity) continue;

@@ -14,7 +14,7 @@ namespace truetriad {
 
 // What the gyroscope says about the turn from one pose to the next.
 //
-//   rows   Log(dR(b, S, G)^T R_k^T R_k+1)        rad, in the body frame of the second pose
+//   rows   Log(dR(b, S, G, a)^T R_k^T R_k+1)        rad, in the body frame of the second pose
 //
 // dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
 // moves that point.

@@ -5,7 +5,6 @@ namespace truetriad {
 
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>& accelerometer) {
   GyroMove move;
-  const Eigen::Matrix3d correction = accelerometer.Correction();
   move.time_s.reserve(recorded.time_ns.size());
   for (const std::int64_t time_ns : recorded.time_ns) {
     move.time_s.push_back(1e-9 * static_cast<double>(time_ns - recorded.time_ns.front()));
@@ -13,7 +12,7 @@ GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>& accelero
   move.reading_raw = recorded.gyroscope_raw;
   move.force_mps2.reserve(recorded.accelerometer_raw.size());
   for (const Eigen::Vector3d& raw : recorded.accelerometer_raw) {
-    move.force_mps2.emplace_back(correction * (raw - accelerometer.bias));
+    move.force_mps2.push_back(accelerometer.TruthFromRaw(raw));
   }
   return move;
 }

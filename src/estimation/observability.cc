@@ -35,6 +35,8 @@ std::string SpokenName(const std::string& text) {
     const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
     std::string spoken(TriadName(name->triad));
     if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
+    if (name->kind == ParameterKind::kQuadratic) return spoken + " quadratic term " + row;
+    if (name->kind == ParameterKind::kAsymmetry) return spoken + " asymmetry " + row;
     if (name->kind != ParameterKind::kSensitivity) {
       spoken += " bias " + row;
     } else {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "truetriad/base/named_values.h"
 #include "truetriad/estimation/calibrate.h"
@@ -24,7 +25,15 @@ constexpr NamedValues<ThermalMatrix, 3> kThermalMatrices = {{
     {ThermalMatrix::kScale, "scale"},
 }};
 
+constexpr NamedValues<Wanted, 3> kWanted = {{
+    {Wanted::kNo, "false"},
+    {Wanted::kYes, "true"},
+    {Wanted::kAuto, "auto"},
+}};
+
 }  // namespace
+
+std::string_view WantedName(Wanted wanted) { return kWanted.Name(wanted); }
 
 std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrices.Name(shape); }
 
@@ -48,6 +57,14 @@ bool CalibrateOptions::HasThermal() const {
   });
 }
 
+bool CalibrateOptions::HasChoice() const {
+  return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
+    return triad.enabled &&
+           (triad.model == MatrixModel::kAuto || triad.g_sensitivity == Wanted::kAuto ||
+            triad.quadratic == Wanted::kAuto || triad.asymmetry == Wanted::kAuto);
+  });
+}
+
 Status CalibrateOptions::Validate() const {
   std::string problems;
   const auto require = [&problems](bool good, const std::string& problem) {
@@ -65,6 +82,16 @@ Status CalibrateOptions::Validate() const {
             "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it");
     require(sensor.model != MatrixModel::kAuto,
             name + ": model `auto` is not available in this version");
+    for (const auto& [wanted, term, owner] :
+         {std::tuple(sensor.g_sensitivity, "g-sensitivity", Triad::kGyroscope),
+          std::tuple(sensor.asymmetry, "asymmetry", Triad::kGyroscope),
+          std::tuple(sensor.quadratic, "quadratic term", Triad::kAccelerometer)}) {
+      require(
+          wanted == Wanted::kNo || triad == owner,
+          name + ": a " + term + " is estimated of the " + std::string(TriadName(owner)) + " only");
+      require(wanted != Wanted::kAuto,
+              name + ": " + term + " `auto` is not available in this version");
+    }
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
             name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
     require(!sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),

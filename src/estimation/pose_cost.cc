@@ -17,6 +17,9 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   blocks->push_back({layout.sensitivity[triad], 9});
   const ThermalBlock& thermal = layout.thermal[triad];
   if (thermal.size() > 0) blocks->push_back({thermal.at, thermal.size()});
+  for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+    if (at >= 0) blocks->push_back({at, 3});
+  }
   if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
     blocks->push_back({layout.g_sensitivity, 9});
   }

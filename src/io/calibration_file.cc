@@ -79,10 +79,14 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
       << "    sensitivity: " << sensor.model.sensitivity << "\n"
       << "    correction: " << sensor.model.Correction() << "\n"
       << "    scale: " << sensor.Scale() << "\n"
-      << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n"
-      << "    sigma:\n"
+      << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n";
+  if (sensor.quadratic_sigma) out << "    quadratic: " << sensor.model.quadratic << "\n";
+  if (sensor.asymmetry_sigma) out << "    asymmetry: " << sensor.model.asymmetry << "\n";
+  out << "    sigma:\n"
       << "      bias: " << sensor.bias_sigma << "\n"
       << "      sensitivity: " << sensor.sensitivity_sigma << "\n";
+  if (sensor.quadratic_sigma) out << "      quadratic: " << *sensor.quadratic_sigma << "\n";
+  if (sensor.asymmetry_sigma) out << "      asymmetry: " << *sensor.asymmetry_sigma << "\n";
   if (sensor.g_sensitivity) out << "    g_sensitivity: " << *sensor.g_sensitivity << "\n";
   if (sensor.thermal) WriteThermal(out, *sensor.thermal);
   if (sensor.si_per_count) out << "    si_per_count: " << *sensor.si_per_count << "\n";
@@ -329,6 +333,16 @@ void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
   }
 }
 
+/// A term that need not be there: its values and their σ.
+void ReadTerm(YamlReader& sensor,
+              YamlReader& sigmas,
+              std::string_view key,
+              Eigen::Vector3d* values,
+              std::optional<Eigen::Vector3d>* sigma) {
+  if (!ReadVector(sensor.Child(key), values)) return;
+  ReadVector(sigmas.RequireChild(key), &sigma->emplace());
+}
+
 void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   reader.Require("input_unit", &sensor->input_unit);
   reader.Require("output_unit", &sensor->output_unit);
@@ -344,6 +358,8 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   if (YamlReader sigma = reader.RequireChild("sigma")) {
     ReadVector(sigma.RequireChild("bias"), &sensor->bias_sigma);
     ReadMatrix3(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
+    ReadTerm(reader, sigma, "quadratic", &sensor->model.quadratic, &sensor->quadratic_sigma);
+    ReadTerm(reader, sigma, "asymmetry", &sensor->model.asymmetry, &sensor->asymmetry_sigma);
     sigma.RejectUnknown();
   }
   Eigen::Matrix3d g_sensitivity;

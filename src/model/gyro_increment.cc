@@ -15,28 +15,42 @@ namespace {
 // Sums over the readings of weight * turned * (what the rate is multiplied with), with `turned`
 // the attitude against the begin.
 struct Sums {
-  Eigen::Matrix3d bias = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_rate{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
   std::array<Eigen::Matrix3d, 3> by_force = by_rate;
+  Eigen::Matrix3d by_size = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
 };
 
+// The sensor that the readings come from.
+struct Sensor {
+  const GyroModel& model;
+  Eigen::Matrix3d correction;
+  Eigen::Vector3d sigma_raw;
+};
+
 // What one reading adds: it turned the body by weight_s * rate while that stood at `turned`.
-void AddReading(const Eigen::Matrix3d& turned,
+void AddReading(const Sensor& sensor,
+                const Eigen::Matrix3d& turned,
                 double weight_s,
                 const Eigen::Vector3d& rate_radps,
                 const Eigen::Vector3d* force_mps2,
-                const Eigen::Matrix3d& noise_root,
                 Sums* sums) {
   const Eigen::Matrix3d weighted = weight_s * turned;
-  sums->bias += weighted;
+  Eigen::Matrix3d by_reading = weighted * sensor.correction;
+  if (sensor.model.has_asymmetry) {
+    const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
+    by_reading *= sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
+    sums->by_size += by_reading * felt.cwiseAbs().asDiagonal();
+  }
+  sums->by_reading += by_reading;
   for (std::size_t j = 0; j < 3; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
     sums->by_rate[j] += rate_radps[axis] * weighted;
-    if (force_mps2 != nullptr) sums->by_force[j] += (*force_mps2)[axis] * weighted;
+    if (force_mps2 != nullptr) sums->by_force[j] += (*force_mps2)[axis] * by_reading;
   }
-  const Eigen::Matrix3d noise = weighted * noise_root;
+  const Eigen::Matrix3d noise = by_reading * sensor.sigma_raw.asDiagonal();
   sums->noise.noalias() += noise * noise.transpose();
 }
 
@@ -75,14 +89,15 @@ GyroIncrement IntegrateMove(const GyroMove& move,
   CHECK_EQ(move.reading_raw.size(), count);
   const bool has_force = !move.force_mps2.empty();
   if (has_force) CHECK_EQ(move.force_mps2.size(), count);
+  CHECK(model.triad.quadratic.isZero(0.0));
+  CHECK(model.has_asymmetry || model.triad.asymmetry.isZero(0.0));
 
-  const Eigen::Matrix3d correction = model.triad.Correction();
-  const Eigen::Matrix3d noise_root = correction * sigma_raw.asDiagonal();
+  const Sensor sensor{model, model.triad.Correction(), sigma_raw};
   std::vector<Eigen::Vector3d> rates(count);
   for (std::size_t i = 0; i < count; ++i) {
     Eigen::Vector3d raw = move.reading_raw[i] - model.triad.bias;
     if (has_force) raw -= model.g_sensitivity * move.force_mps2[i];
-    rates[i] = correction * raw;
+    rates[i] = sensor.correction * model.triad.Felt(raw);
   }
   const auto force_at = [&](std::size_t i) { return has_force ? &move.force_mps2[i] : nullptr; };
 
@@ -98,31 +113,32 @@ GyroIncrement IntegrateMove(const GyroMove& move,
                                               : InstantaneousStep(move.time_s, rates, i - 1));
     turned = rotation.toRotationMatrix();
     if (is_mean) {
-      AddReading(0.5 * (turned_before + turned), step_s, rates[i], force_at(i), noise_root, &sums);
+      AddReading(sensor, 0.5 * (turned_before + turned), step_s, rates[i], force_at(i), &sums);
     } else {
-      AddReading(turned_before,
+      AddReading(sensor,
+                 turned_before,
                  half_step_before_s + 0.5 * step_s,
                  rates[i - 1],
                  force_at(i - 1),
-                 noise_root,
                  &sums);
       half_step_before_s = 0.5 * step_s;
     }
   }
   if (!is_mean) {
-    AddReading(turned, half_step_before_s, rates.back(), force_at(count - 1), noise_root, &sums);
+    AddReading(sensor, turned, half_step_before_s, rates.back(), force_at(count - 1), &sums);
   }
 
   GyroIncrement increment;
   increment.duration_s = move.time_s.back() - move.time_s.front();
   increment.rotation = rotation.normalized();
   const Eigen::Matrix3d to_end = turned.transpose();
-  // d rate = -C (db + dS rate + dG force).
-  increment.by_bias = -to_end * sums.bias * correction;
+  // d rate = -C dS rate - C D^-1 (db + dG force + |u| da) with D = d raw / d u.
+  increment.by_bias = -to_end * sums.by_reading;
+  increment.by_asymmetry = -to_end * sums.by_size;
   for (std::size_t j = 0; j < 3; ++j) {
     const Eigen::Index columns = 3 * static_cast<Eigen::Index>(j);
-    increment.by_sensitivity.middleCols<3>(columns) = -to_end * sums.by_rate[j] * correction;
-    increment.by_g_sensitivity.middleCols<3>(columns) = -to_end * sums.by_force[j] * correction;
+    increment.by_sensitivity.middleCols<3>(columns) = -to_end * sums.by_rate[j] * sensor.correction;
+    increment.by_g_sensitivity.middleCols<3>(columns) = -to_end * sums.by_force[j];
   }
   increment.covariance = to_end * sums.noise * turned;
   return increment;

@@ -327,14 +327,17 @@ TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
 }
 
 TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
-  const Result<Experiment> experiment =
-      Load("experiment: 1\nsensors: { accelerometer: {}, gyroscope: { g_sensitivity: true } }\n");
+  const Result<Experiment> experiment = Load(
+      "experiment: 1\nsensors: { accelerometer: { quadratic: true }, gyroscope: { "
+      "g_sensitivity: true, asymmetry: true } }\n");
   ASSERT_TRUE(experiment) << experiment.error().message;
-  EXPECT_TRUE(experiment->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_EQ(experiment->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
   EXPECT_TRUE(experiment->poses.moves);
   const Result<Experiment> again = Load(experiment->resolved_yaml);
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_TRUE(again->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_EQ(again->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kGyroscope].asymmetry, Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].quadratic, Wanted::kYes);
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
 }

@@ -14,7 +14,8 @@
 namespace truetriad {
 namespace {
 
-// A layout with both triads and one face, at a point that is nobody's optimum.
+// A layout with both triads, a higher term of each and one face, at a point that is nobody's
+// optimum.
 struct Fixture {
   SharedLayout layout;
   Eigen::VectorXd shared;
@@ -26,13 +27,16 @@ Fixture MakeFixture(Random* random) {
   fixture.layout.sensitivity[Triad::kAccelerometer] = 3;
   fixture.layout.bias[Triad::kMagnetometer] = 12;
   fixture.layout.sensitivity[Triad::kMagnetometer] = 15;
-  fixture.layout.reference = 24;
-  fixture.layout.face_tilt[3] = 28;
-  fixture.layout.size = 30;
-  fixture.layout.basis = Eigen::MatrixXd::Identity(30, 30);
-  fixture.shared.resize(30);
+  fixture.layout.quadratic[Triad::kAccelerometer] = 24;
+  fixture.layout.asymmetry[Triad::kMagnetometer] = 27;
+  fixture.layout.reference = 30;
+  fixture.layout.face_tilt[3] = 34;
+  fixture.layout.size = 36;
+  fixture.layout.basis = Eigen::MatrixXd::Identity(36, 36);
+  fixture.shared.resize(36);
   for (double& value : fixture.shared) value = random->Normal();
-  fixture.shared.segment<4>(24) << 9.8, 48.0, 1.1, 0.3;
+  fixture.shared.segment<3>(24) *= 0.1;
+  fixture.shared.segment<4>(30) << 9.8, 48.0, 1.1, 0.3;
   return fixture;
 }
 

@@ -43,6 +43,10 @@ Calibration Awkward() {
   full.model.bias = {32768.1, -1e-310, 1e300};
   full.bias_sigma = {kInfinity, 0.0, kSubnormal};
   full.sensitivity_sigma.setConstant(0.1);
+  full.model.quadratic = {1e-5 / 3.0, 0.0, -kSubnormal};
+  full.quadratic_sigma = {1e-6, 0.0, kInfinity};
+  full.model.asymmetry.setConstant(1e-3 / 7.0);
+  full.asymmetry_sigma = Eigen::Vector3d::Constant(0.1);
   full.g_sensitivity = Eigen::Matrix3d::Constant(-1.0 / 7.0);
   full.thermal = ThermalTerms{25.0,
                               {-40.0, 85.1},
