@@ -35,8 +35,8 @@ struct Parts {
   bool higher_terms = false;
 };
 void PrintTo(const Parts& parts, std::ostream* out) {
-  *out << (parts.g_sensitivity ? "G" : "") << (parts.magnetometer ? "M" : "")
-       << (parts.higher_terms ? "H" : "");
+  *out << "Gyroscope" << (parts.g_sensitivity ? "WithG" : "")
+       << (parts.magnetometer ? "AndMagnetometer" : "") << (parts.higher_terms ? "Bent" : "");
 }
 
 // A unit with a gyroscope in counts, axes permuted, that may follow gravity.
