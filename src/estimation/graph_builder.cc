@@ -210,6 +210,8 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
     edge.move = MoveOf(*turn.move, *start.models[Triad::kAccelerometer]);
+    edge.move.force_mps2.clear();
+    if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
     // Readings without noise still need weights.
     edge.sigma_raw =
         gyroscope->noise_sigma_raw.cwiseProduct(gyroscope->correlation_inflation.cwiseSqrt())

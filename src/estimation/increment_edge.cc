@@ -24,6 +24,18 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
 void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) {
   at = ModelAt(
       layout, shared, layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps));
+  if (!accelerometer_raw.empty()) {
+    const TriadModel<double> accelerometer = layout.ModelOf(
+        Triad::kAccelerometer,
+        shared,
+        layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps));
+    const Eigen::Matrix3d correction = accelerometer.Correction();
+    move.force_mps2.resize(accelerometer_raw.size());
+    for (std::size_t i = 0; i < accelerometer_raw.size(); ++i) {
+      move.force_mps2[i] =
+          correction * accelerometer.Felt(accelerometer_raw[i] - accelerometer.bias);
+    }
+  }
   increment = IntegrateMove(move, at, sigma_raw, sampling);
 }
 

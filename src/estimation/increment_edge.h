@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -21,6 +22,8 @@ namespace truetriad {
 struct IncrementEdge {
   std::size_t from = 0;  // index of the first node; the second is the next
   GyroMove move;
+  // The accelerometer at the same times; empty where there is no g-sensitivity.
+  std::vector<Eigen::Vector3d> accelerometer_raw;
   Eigen::Vector3d sigma_raw = Eigen::Vector3d::Ones();  // of one reading
   RateSampling sampling = RateSampling::kInstantaneous;
   // Mean of both poses; only read where there are temperature terms.
@@ -36,7 +39,8 @@ struct IncrementEdge {
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again, at the present parameters.
+  // Integrates again, at the present parameters; the forces are those of the present accelerometer,
+  // on whose own errors the turn hardly depends.
   void Integrate(const SharedLayout& layout, const double* shared);
 
   // As PoseNode::Evaluate, with the tangent spaces of both nodes.

@@ -136,6 +136,8 @@ bool IncrementCost::Evaluate(double const* const* parameters,
                  wants_jacobians ? &shared_jacobian : nullptr,
                  wants_jacobians ? &by_first : nullptr,
                  wants_jacobians ? &by_second : nullptr);
+  // An asymmetry that nothing determines may run beyond 1, where no rate gives the readings.
+  if (!residual.allFinite()) return false;
   const Eigen::Matrix3d root = edge_.SquareRootInformation();
   const Eigen::Vector3d whitened = root * residual;
   std::copy_n(whitened.data(), 3, residuals);
