@@ -32,14 +32,6 @@ constexpr double kNormalGravitySigmaMps2 = 5e-4;
 /// The file format has more than this version can do. Each of these goes when its feature comes.
 void RefuseUnavailable(YamlReader root) {
   constexpr std::string_view kVersion = " not available in this version; ";
-  YamlReader sensors = root.Child("sensors");
-  for (const Triad triad : kTriads) {
-    YamlReader sensor = sensors.Child(TriadName(triad));
-    if (YamlReader model = sensor.Child("model"); IsWord(model, "auto")) {
-      model.Fail("choosing the model automatically is" + std::string(kVersion) +
-                 "name one of bias, diagonal, symmetric, full");
-    }
-  }
   if (YamlReader motion = root.Child("poses").Child("motion")) {
     motion.Fail("calibration without rests is" + std::string(kVersion) +
                 "record rests and let them be detected");
@@ -399,6 +391,19 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
       }
     }
   }
+  // A model that is chosen is chosen as a whole, but for what the experiment says itself.
+  for (const Triad triad : kTriads) {
+    TriadOptions& sensor = options.triads[triad];
+    if (sensor.model != MatrixModel::kAuto) continue;
+    const auto leave_open = [&](const char* key, Wanted* term) {
+      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + key;
+      if (!draft->given.contains(name)) *term = Wanted::kAuto;
+    };
+    if (triad == Triad::kAccelerometer) leave_open("quadratic", &sensor.quadratic);
+    if (triad != Triad::kGyroscope) continue;
+    leave_open("g_sensitivity", &sensor.g_sensitivity);
+    leave_open("asymmetry", &sensor.asymmetry);
+  }
   if (!any_enabled) {
     fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
@@ -475,8 +480,14 @@ Result<Experiment> ReadExperiment(const std::string& path,
   documents->CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
-  draft.experiment.resolved_yaml = ResolvedYaml(draft);
-  return std::move(draft.experiment);
+  draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
+  Experiment experiment = draft.experiment;
+  experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return experiment;
+}
+
+std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {
+  return ResolvedYaml(*experiment.draft, chosen);
 }
 
 }  // namespace truetriad

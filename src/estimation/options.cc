@@ -80,8 +80,6 @@ Status CalibrateOptions::Validate() const {
     const std::string name(TriadName(triad));
     require(triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled,
             "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it");
-    require(sensor.model != MatrixModel::kAuto,
-            name + ": model `auto` is not available in this version");
     for (const auto& [wanted, term, owner] :
          {std::tuple(sensor.g_sensitivity, "g-sensitivity", Triad::kGyroscope),
           std::tuple(sensor.asymmetry, "asymmetry", Triad::kGyroscope),
@@ -89,8 +87,6 @@ Status CalibrateOptions::Validate() const {
       require(
           wanted == Wanted::kNo || triad == owner,
           name + ": a " + term + " is estimated of the " + std::string(TriadName(owner)) + " only");
-      require(wanted != Wanted::kAuto,
-              name + ": " + term + " `auto` is not available in this version");
     }
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
             name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");

@@ -162,6 +162,15 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   } else {
     out << "  held_out: null\n";
   }
+  if (!quality.model_choice.empty()) out << "  model_choice:\n";
+  for (const ModelAlternative& model : quality.model_choice) {
+    out << "    - { model: " << Quoted{model.description} << ", chosen: " << model.chosen
+        << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
+    if (model.p_value) out << ", p_value: " << *model.p_value;
+    out << ", bic: " << model.bic;
+    if (model.held_out) out << ", held_out: " << *model.held_out;
+    out << " }\n";
+  }
   WriteItem(out, "rejected_poses", quality.rejected_poses.empty());
   for (const RejectedPose& rejected : quality.rejected_poses) {
     out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
@@ -449,6 +458,19 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     ReadPerTriad(held_out.RequireChild("rms"), &result.rms);
     ReadPerTriad(held_out.Child("in_sample_rms"), &result.in_sample_rms);
     held_out.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("model_choice").Items()) {
+    ModelAlternative& model = quality->model_choice.emplace_back();
+    item.Require("model", &model.description);
+    item.Require("chosen", &model.chosen);
+    item.Require("parameters", &model.parameters);
+    ReadNumber(item.RequireChild("minus_2_log_l"), &model.minus_2_log_l);
+    ReadNumber(item.RequireChild("bic"), &model.bic);
+    for (const auto& [key, value] :
+         {std::pair("p_value", &model.p_value), std::pair("held_out", &model.held_out)}) {
+      if (double number = 0.0; ReadNumber(item.Child(key), &number)) *value = number;
+    }
+    item.RejectUnknown();
   }
   for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {
     RejectedPose& rejected = quality->rejected_poses.emplace_back();

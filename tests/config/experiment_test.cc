@@ -313,9 +313,7 @@ TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
 }
 
 TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
-  const std::string head = "experiment: 1\nsensors:\n";
-  for (const std::string& text : {head + "  magnetometer: { model: auto }\n",
-                                  kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
+  for (const std::string& text : {kMinimal + std::string("poses: { motion: { spacing_s: 0.1 } }\n"),
                                   kMinimal + std::string("attitudes: { file: a.csv, "
                                                          "fixture_rotation: unknown }\n")}) {
     const Result<Experiment> experiment = Load(text);
@@ -340,6 +338,31 @@ TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
   EXPECT_EQ(again->options.triads[Triad::kAccelerometer].quadratic, Wanted::kYes);
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
+}
+
+TEST_F(ExperimentConfig, AModelThatIsChosenLeavesItsTermsOpenUnlessTheyAreStated) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\nsensors: { accelerometer: { model: auto }, gyroscope: { model: auto, "
+      "g_sensitivity: false } }\n");
+  const TriadOptions& accelerometer = experiment.options.triads[Triad::kAccelerometer];
+  const TriadOptions& gyroscope = experiment.options.triads[Triad::kGyroscope];
+  EXPECT_EQ(accelerometer.model, MatrixModel::kAuto);
+  EXPECT_EQ(accelerometer.quadratic, Wanted::kAuto);
+  EXPECT_EQ(gyroscope.g_sensitivity, Wanted::kNo);
+  EXPECT_EQ(gyroscope.asymmetry, Wanted::kAuto);
+  const Experiment again = LoadWell(experiment.resolved_yaml);
+  EXPECT_EQ(again.resolved_yaml.find("chosen"), std::string::npos);
+  EXPECT_EQ(again.options.triads[Triad::kGyroscope].asymmetry, Wanted::kAuto);
+}
+
+TEST_F(ExperimentConfig, ResolvesWhatWasChosenAndSaysSo) {
+  const Experiment experiment =
+      LoadWell("experiment: 1\nsensors: { accelerometer: { model: auto, quadratic: false } }\n");
+  CalibrateOptions chosen = experiment.options;
+  chosen.triads[Triad::kAccelerometer].model = MatrixModel::kDiagonal;
+  const std::string text = ResolvedWithChoice(experiment, chosen);
+  EXPECT_THAT(text, HasSubstr("    model: diagonal  # chosen by auto\n    quadratic: false\n"));
+  EXPECT_EQ(LoadWell(text).options.triads[Triad::kAccelerometer].model, MatrixModel::kDiagonal);
 }
 
 TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {

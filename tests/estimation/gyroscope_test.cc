@@ -205,6 +205,47 @@ TEST(Gyroscope, IsRefusedWhereNothingTurns) {
   EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("turns"));
 }
 
+class ChoiceOfTheGyroscope : public ::testing::TestWithParam<Parts> {};
+
+// A unit of the kind of GyroscopeScenario, calibrated with everything left open.
+TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
+  Scenario scenario = GyroscopeScenario(GetParam());
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  if (scenario.sensors[kMag]) scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.cross_validation_folds = 5;
+  for (TriadOptions& triad : options.triads) triad.model = MatrixModel::kAuto;
+  options.triads[kAccel].quadratic = Wanted::kAuto;
+  options.triads[kGyro].asymmetry = Wanted::kAuto;
+  options.triads[kGyro].g_sensitivity = Wanted::kAuto;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const CalibrateOptions& chosen = summary->options;
+  const auto wanted = [](bool there) { return there ? Wanted::kYes : Wanted::kNo; };
+  EXPECT_EQ(chosen.triads[kGyro].g_sensitivity, wanted(GetParam().g_sensitivity));
+  EXPECT_EQ(chosen.triads[kGyro].asymmetry, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kAccel].quadratic, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
+  EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
+  ASSERT_FALSE(summary->calibration.quality.model_choice.empty());
+  // The same as if it had been asked for.
+  const auto again = Calibrate(Collect(scenario), chosen);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->calibration.sensors[kGyro]->model.sensitivity,
+            summary->calibration.sensors[kGyro]->model.sensitivity);
+  EXPECT_TRUE(again->calibration.quality.model_choice.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSet,
+                         ChoiceOfTheGyroscope,
+                         ::testing::Values(Parts{false, false, false},
+                                           Parts{true, false, false},
+                                           Parts{false, true, true},
+                                           Parts{true, true, true}),
+                         ::testing::PrintToStringParamName());
+
 TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
   const Scenario scenario = GyroscopeScenario({true, false, true});
   const PoseSet poses = Collect(scenario);
