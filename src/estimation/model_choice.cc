@@ -13,6 +13,7 @@
 #include <Eigen/QR>
 
 #include "estimation/graph_builder.h"
+#include "estimation/messages.h"
 #include "estimation/quality.h"
 #include "truetriad/math/distributions.h"
 
@@ -21,7 +22,9 @@ namespace {
 
 // Share of terms that are not there and yet would stay by the likelihood ratio alone.
 constexpr double kLevel = 0.01;
-// Higher terms are weighed only where as many residual degrees of freedom are left beside them.
+// Higher terms are weighed only where as many residual degrees of freedom are left beside them, and
+// nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
+// a model that is too small is wrong without saying so, one that is too large has large σ.
 constexpr double kLeastDof = 10.0;
 // Far more than there are terms: a choice that goes round in circles ends somewhere.
 constexpr int kMostSteps = 32;
@@ -383,8 +386,15 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     if (!summary || options.initialise.only) return summary;
     const bool usable = summary->calibration.IsUsable();
     const bool few = summary->calibration.quality.dof < kLeastDof;
-    if (usable && !(few && Shrink(options, true, &choice))) break;
-    if (!usable && !Shrink(options, false, &choice)) return summary;
+    if (usable && !few) break;
+    if (Shrink(options, usable, &choice)) continue;
+    if (usable) {
+      summary->calibration.messages.push_back(Format(
+          "`auto`: %.0f residual degrees of freedom are too few to weigh models; the largest "
+          "that the poses determine was taken, without higher terms",
+          summary->calibration.quality.dof));
+    }
+    return summary;
   }
   Candidates candidates(options, choice, std::move(settled));
   for (int step = 0; step < kMostSteps && Improve(options, &candidates, &choice); ++step) {

@@ -40,7 +40,8 @@ using CalibrateOnce =
 // same choice.
 //
 // The summary holds the alternatives, its options what was chosen. Where no model is determined it
-// is that of the smallest one that was tried.
+// is that of the smallest one that was tried; where the poses leave too few degrees of freedom to
+// weigh anything, that of the largest matrices they determine, and it says so.
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
                                                const CalibrateOnce& calibrate);
 

@@ -194,6 +194,7 @@ std::string Ratio(const std::optional<double>& numerator,
 Section ModelChoiceSection(const Quality& quality) {
   Section section{SectionKind::kModelChoice, "Choice of the model", {}};
   if (quality.model_choice.empty()) return section;
+  section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
   section.blocks.emplace_back(
       std::string("Below the chosen model those that differ from it by one step. A term is there "
                   "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
@@ -201,7 +202,7 @@ Section ModelChoiceSection(const Quality& quality) {
   Table table{{"model", "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
   for (const ModelAlternative& model : quality.model_choice) {
     const bool is_tiny = model.p_value && *model.p_value < 1e-12;
-    table.rows.push_back({model.chosen ? "chosen: " + model.description : model.description,
+    table.rows.push_back({model.chosen ? "chosen" : model.description,
                           std::to_string(model.parameters),
                           Fixed(model.minus_2_log_l, 1),
                           is_tiny ? "< 1e-12" : OptionalNumber(model.p_value),

@@ -52,8 +52,8 @@ Scenario GyroscopeScenario(const Parts& parts) {
     // In their own order the poses lie along a spiral, and every axis would turn one way only.
     std::get<PosesStep>(scenario.motion.front()).shuffle = true;
     gyroscope.nominal.asymmetry << 2e-3, -1e-3, 3e-3;
-    // 300 to 1000 ug/g^2.
-    scenario.sensors[kAccel]->nominal.quadratic << 3e-5, -1e-4, 6e-5;
+    // 1000 to 3000 ug/g^2.
+    scenario.sensors[kAccel]->nominal.quadratic << 1e-4, -3e-4, 2e-4;
   }
   if (parts.g_sensitivity) {
     gyroscope.g_sensitivity.emplace();

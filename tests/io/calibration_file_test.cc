@@ -79,6 +79,8 @@ Calibration Awkward() {
   quality.held_out.emplace();
   quality.held_out->folds = 5;
   quality.held_out->rms[Triad::kAccelerometer] = 0.1;
+  quality.model_choice = {{"gyroscope full, g-sensitivity", true, 12, 1e2 / 3.0, {}, 70.1, {}},
+                          {"gyroscope \"bias\"", false, 3, kInfinity, 0.1, -2.0 / 7.0, 1e-300}};
   quality.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
   quality.pose_residuals = {
