@@ -29,19 +29,6 @@ constexpr double kNormalGravitySigmaMps2 = 5e-4;
 
 // --------------------------------------------------------------------------------------- sections
 
-/// The file format has more than this version can do. Each of these goes when its feature comes.
-void RefuseUnavailable(YamlReader root) {
-  constexpr std::string_view kVersion = " not available in this version; ";
-  YamlReader sensors = root.Child("sensors");
-  for (const Triad triad : kTriads) {
-    YamlReader sensor = sensors.Child(TriadName(triad));
-    if (YamlReader model = sensor.Child("model"); IsWord(model, "auto")) {
-      model.Fail("choosing the model automatically is" + std::string(kVersion) +
-                 "name one of bias, diagonal, symmetric, full");
-    }
-  }
-}
-
 void ReadDevice(YamlReader reader, Experiment* experiment) {
   if (!reader) return;
   reader.Optional("serial", &experiment->serial);
@@ -173,7 +160,13 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
-  if (triad == Triad::kGyroscope) reader.Optional("g_sensitivity", &options.g_sensitivity);
+  if (triad == Triad::kAccelerometer) {
+    ReadChoice(reader.Child("quadratic"), WantedTerms(), &options.quadratic);
+  }
+  if (triad == Triad::kGyroscope) {
+    ReadChoice(reader.Child("g_sensitivity"), WantedTerms(), &options.g_sensitivity);
+    ReadChoice(reader.Child("asymmetry"), WantedTerms(), &options.asymmetry);
+  }
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
@@ -425,6 +418,22 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
       }
     }
   }
+  // A model that is chosen is chosen as a whole, but for what the experiment says itself.
+  for (const Triad triad : kTriads) {
+    TriadOptions& sensor = options.triads[triad];
+    if (sensor.model != MatrixModel::kAuto) continue;
+    const auto leave_open = [&](const char* key, Wanted* term) {
+      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + key;
+      if (!draft->given.contains(name)) *term = Wanted::kAuto;
+    };
+    if (triad == Triad::kAccelerometer) leave_open("quadratic", &sensor.quadratic);
+    if (triad != Triad::kGyroscope) continue;
+    // It shows only where gravity is seen.
+    if (options.triads[Triad::kAccelerometer].enabled) {
+      leave_open("g_sensitivity", &sensor.g_sensitivity);
+    }
+    leave_open("asymmetry", &sensor.asymmetry);
+  }
   if (!any_enabled) {
     fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
@@ -507,7 +516,6 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Result<Documents> documents = Documents::Of(*main, overrides);
   TRUETRIAD_RETURN_IF_ERROR(documents);
   std::vector<std::string> errors;
-  for (const YamlReader& document : documents->all()) RefuseUnavailable(document);
   documents->CollectErrors(&errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
 
@@ -519,8 +527,14 @@ Result<Experiment> ReadExperiment(const std::string& path,
   documents->CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
-  draft.experiment.resolved_yaml = ResolvedYaml(draft);
-  return std::move(draft.experiment);
+  draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
+  Experiment experiment = draft.experiment;
+  experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return experiment;
+}
+
+std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {
+  return ResolvedYaml(*experiment.draft, chosen);
 }
 
 }  // namespace truetriad

@@ -23,10 +23,16 @@ inline auto Gauges() {
                std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});
 }
 inline auto Models() {
-  return Named(
-      MatrixModelName,
-      std::array{
-          MatrixModel::kBias, MatrixModel::kDiagonal, MatrixModel::kSymmetric, MatrixModel::kFull});
+  return Named(MatrixModelName,
+               std::array{MatrixModel::kBias,
+                          MatrixModel::kDiagonal,
+                          MatrixModel::kSymmetric,
+                          MatrixModel::kFull,
+                          MatrixModel::kAuto});
+}
+/// Of the terms beyond bias and sensitivity.
+inline auto WantedTerms() {
+  return Named(WantedName, std::array{Wanted::kNo, Wanted::kYes, Wanted::kAuto});
 }
 inline auto NoiseSources() {
   return Named(NoiseSourceName, std::array{NoiseSource::kConfig, NoiseSource::kDatasheet});
@@ -73,6 +79,7 @@ struct ExperimentDraft {
 };
 
 /// The experiment with every default written out and marked; reads back with the same options.
-std::string ResolvedYaml(const ExperimentDraft& draft);
+/// Where `chosen` differs in what was `auto`, it has the models and terms of that, marked too.
+std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen);
 
 }  // namespace truetriad

@@ -42,15 +42,38 @@ void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
   out.Close();
 }
 
-void WriteSensor(ResolvedText& out, Triad triad, const ExperimentDraft& draft) {
+// Models and terms, those that were open as they were chosen.
+void WriteModel(ResolvedText& out,
+                Triad triad,
+                const TriadOptions& asked,
+                const TriadOptions& chosen) {
+  const auto write =
+      [&](std::string_view key, const auto& as_asked, const auto& as_chosen, auto name) {
+        if (as_asked == as_chosen) {
+          out.Line(key, name(as_asked));
+        } else {
+          out.ChosenLine(key, name(as_chosen));
+        }
+      };
+  write("model", asked.model, chosen.model, MatrixModelName);
+  if (triad == Triad::kAccelerometer) {
+    write("quadratic", asked.quadratic, chosen.quadratic, WantedName);
+  }
+  if (triad == Triad::kGyroscope) {
+    write("g_sensitivity", asked.g_sensitivity, chosen.g_sensitivity, WantedName);
+    write("asymmetry", asked.asymmetry, chosen.asymmetry, WantedName);
+  }
+}
+
+void WriteSensor(ResolvedText& out,
+                 Triad triad,
+                 const ExperimentDraft& draft,
+                 const CalibrateOptions& chosen) {
   const Experiment& experiment = draft.experiment;
   const TriadOptions& options = experiment.options.triads[triad];
   out.Open(TriadName(triad));
-  out.Line("model", Models().Name(options.model));
+  WriteModel(out, triad, options, chosen.triads[triad]);
   if (triad == Triad::kAccelerometer) out.Line("sign", kSigns.Name(options.sign));
-  if (triad == Triad::kGyroscope) {
-    out.Line("g_sensitivity", options.g_sensitivity ? "true" : "false");
-  }
   out.Open("noise");
   if (!draft.allan_files[triad].empty()) {
     out.Line("allan", Quoted{draft.allan_files[triad]});
@@ -151,7 +174,7 @@ void WriteKnownMotions(ResolvedText& out, const ExperimentDraft& draft) {
 
 }  // namespace
 
-std::string ResolvedYaml(const ExperimentDraft& draft) {
+std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen) {
   const Experiment& experiment = draft.experiment;
   const CalibrateOptions& options = experiment.options;
   ResolvedText out(draft.given);
@@ -167,7 +190,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft) {
   out.Line("gauge", Gauges().Name(options.gauge));
   out.Open("sensors");
   for (const Triad triad : kTriads) {
-    if (options.triads[triad].enabled) WriteSensor(out, triad, draft);
+    if (options.triads[triad].enabled) WriteSensor(out, triad, draft, chosen);
   }
   out.Close();
   WritePoses(out, draft);

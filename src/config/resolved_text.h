@@ -35,6 +35,11 @@ class ResolvedText {
     text_ << (given_.contains(path_ + std::string(key)) ? "\n" : "  # default\n");
   }
 
+  /// A value that took the place of `auto`.
+  void ChosenLine(std::string_view key, std::string_view value) {
+    Indent() << key << ": " << value << "  # chosen by auto\n";
+  }
+
   void Line(std::string_view key, const Stated& stated) {
     if (!stated.value) {
       Line(key, "unknown");

@@ -104,6 +104,11 @@ QuantityKeys GSensitivityKeys() {
           {"g_sensitivity_degps_g", kRadPerDeg / kStandardGravityMps2}};
 }
 
+/// One µg/g² adds 1e-6 g at 1 g.
+QuantityKeys QuadraticKeys() {
+  return {{"quadratic_per_mps2", 1.0}, {"quadratic_ug_g2", 1e-6 / kStandardGravityMps2}};
+}
+
 void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
   if (!reader) return;
   if (IsWord(reader, "none")) {
@@ -115,6 +120,10 @@ void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
   ReadQuantity(reader, AngleKeys("misalignment"), kNotNegative, &spread->misalignment_rad);
   if (triad == Triad::kGyroscope) {
     ReadQuantity(reader, GSensitivityKeys(), kNotNegative, &spread->g_sensitivity);
+    ReadQuantity(reader, ShareKeys("asymmetry"), kNotNegative, &spread->asymmetry);
+  }
+  if (triad == Triad::kAccelerometer) {
+    ReadQuantity(reader, QuadraticKeys(), kNotNegative, &spread->quadratic);
   }
   ReadQuantity(
       reader, TriadKeys("thermal_bias", triad, "_degc"), kNotNegative, &spread->thermal_bias);
@@ -221,11 +230,13 @@ void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSe
   ReadOutput(reader, triad, &draft);
   if (triad == Triad::kAccelerometer) {
     reader.Optional("lever_arm_m", &draft.settled.lever_arm_m);
+    ReadQuantity(reader, QuadraticKeys(), kAnyNumber, &draft.quadratic);
   }
   if (triad == Triad::kGyroscope) {
     if (Eigen::Matrix3d value; ReadQuantity(reader, GSensitivityKeys(), &value)) {
       draft.g_sensitivity = value;
     }
+    ReadQuantity(reader, ShareKeys("asymmetry"), kAnyNumber, &draft.settled.nominal.asymmetry);
     ReadChoice(reader.Child("output"), kGyroscopeOutputs, &draft.settled.gyroscope_output);
   }
   reader.RejectUnknown();
@@ -251,6 +262,7 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                                          (Eigen::Matrix3d::Identity() + sensor.misalignment_rad));
   triad.nominal.bias = sensor.zero_raw + gain * sensor.bias;
   if (sensor.g_sensitivity) triad.g_sensitivity = gain * *sensor.g_sensitivity;
+  triad.nominal.quadratic = sensor.quadratic / gain;
   triad.thermal = sensor.thermal;
   if (triad.thermal) {
     for (Eigen::Vector3d& term : triad.thermal->bias) term *= gain;

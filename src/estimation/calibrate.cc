@@ -11,6 +11,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/graph_builder.h"
+#include "estimation/model_choice.h"
 #include "estimation/motion/calibrate_motion.h"
 #include "estimation/noise.h"
 #include "estimation/noise_settling.h"
@@ -137,11 +138,12 @@ CalibrationSummary Refuse(Outcome outcome, const std::string& message, Calibrati
   return summary;
 }
 
-}  // namespace
-
-Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
-  TRUETRIAD_RETURN_IF_ERROR(options.Validate());
+// With options that leave nothing to be chosen; `settled` may be null.
+Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
+                                       const CalibrateOptions& options,
+                                       SettledModel* settled) {
   CalibrationSummary summary;
+  summary.options = options;
   Calibration& calibration = summary.calibration;
   calibration.gauge = options.gauge;
   calibration.gauge_sensor = LeadingTriad(options);
@@ -194,7 +196,19 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
   summary.final_cost = log.final_cost;
   TRUETRIAD_RETURN_IF_ERROR(
       StateVerdict({poses, options, *graph, noise, log.converged}, &calibration));
+  if (settled != nullptr) *settled = {*std::move(graph), std::move(noise)};
   return summary;
+}
+
+}  // namespace
+
+Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
+  TRUETRIAD_RETURN_IF_ERROR(options.Validate());
+  if (!options.HasChoice()) return CalibrateAs(poses, options, nullptr);
+  return CalibrateWithChoice(
+      options, [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
+        return CalibrateAs(poses, settled_options, settled);
+      });
 }
 
 }  // namespace truetriad

@@ -42,6 +42,10 @@ double ValueOf(const PresentedSolution& solution,
                                                                                  entry->col);
     case ParameterKind::kGSensitivity:
       return (*solution.g_sensitivity)(entry->row, entry->col);
+    case ParameterKind::kQuadratic:
+      return model.quadratic[entry->row];
+    case ParameterKind::kAsymmetry:
+      return model.asymmetry[entry->row];
     case ParameterKind::kRateLinear:
       return (*thermal->rate_linear)[entry->row];
     case ParameterKind::kRateQuadratic:
@@ -65,6 +69,8 @@ bool HoldsItsTerms(const Calibration& calibration) {
         entry->kind == ParameterKind::kBias            ? power <= thermal.bias.size()
         : entry->kind == ParameterKind::kSensitivity   ? power <= thermal.sensitivity.size()
         : entry->kind == ParameterKind::kGSensitivity  ? sensor->g_sensitivity.has_value()
+        : entry->kind == ParameterKind::kQuadratic     ? sensor->quadratic_sigma.has_value()
+        : entry->kind == ParameterKind::kAsymmetry     ? sensor->asymmetry_sigma.has_value()
         : entry->kind == ParameterKind::kRateLinear    ? thermal.rate_linear.has_value()
         : entry->kind == ParameterKind::kRateQuadratic ? thermal.rate_quadratic.has_value()
                                                        : thermal.rate_cross.has_value();

@@ -9,22 +9,32 @@
 namespace truetriad {
 namespace {
 
-// dx = -C (dS x + db + dG f).
+// d truth / d reading: C D^-1 with D the slope of the readings by what the axes feel.
+Eigen::Matrix3d TruthByReading(const TriadModel<double>& model, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d slope = model.Slope(model.sensitivity * truth);
+  return model.Correction() * slope.cwiseInverse().asDiagonal();
+}
+
+// dx = -C D^-1 (D dS x + u^2 dq + |u| da + db + dG f), u = S x.
 Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
                                    Triad triad,
                                    const ModelAtPose& at,
                                    const Eigen::Vector3d& truth,
                                    const Eigen::Vector3d& force_mps2) {
   const NamedCovariance& covariance = calibration.covariance;
-  const Eigen::Matrix3d correction = at.model.Correction();
+  const Eigen::Matrix3d by_reading = TruthByReading(at.model, truth);
+  const Eigen::Vector3d felt = at.model.sensitivity * truth;
+  const Eigen::Vector3d slope = at.model.Slope(felt);
   Eigen::Matrix3Xd derivative = Eigen::Matrix3Xd::Zero(3, covariance.matrix.rows());
   for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
     const auto name = ParameterName::Parse(covariance.parameters[i]);
     if (!name || name->triad != triad) continue;
     double factor = at.FactorOf(*name);
-    if (name->kind == ParameterKind::kSensitivity) factor *= truth[name->col];
+    if (name->kind == ParameterKind::kSensitivity) factor *= slope[name->row] * truth[name->col];
+    if (name->kind == ParameterKind::kQuadratic) factor *= felt[name->row] * felt[name->row];
+    if (name->kind == ParameterKind::kAsymmetry) factor *= std::abs(felt[name->row]);
     if (name->kind == ParameterKind::kGSensitivity) factor *= force_mps2[name->col];
-    derivative.col(static_cast<Eigen::Index>(i)) = -factor * correction.col(name->row);
+    derivative.col(static_cast<Eigen::Index>(i)) = -factor * by_reading.col(name->row);
   }
   return derivative;
 }
@@ -37,6 +47,8 @@ double ModelAtPose::FactorOf(const ParameterName& name) const {
     case ParameterKind::kSensitivity:
       return std::pow(tau_degc, name.power);
     case ParameterKind::kGSensitivity:
+    case ParameterKind::kQuadratic:
+    case ParameterKind::kAsymmetry:
       return 1.0;
     case ParameterKind::kRateLinear:
       return rate_degcps;
@@ -96,13 +108,13 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
   EvaluatedReading evaluated;
   evaluated.truth = at->model.TruthFromRaw(reading);
   evaluated.by_parameters = TruthByParameters(calibration, triad, *at, evaluated.truth, force);
-  const Eigen::Matrix3d correction = at->model.Correction();
+  const Eigen::Matrix3d by_reading = TruthByReading(at->model, evaluated.truth);
   const Eigen::Matrix3d mean = seen->has_covariance
                                    ? seen->mean_covariance_raw
                                    : Eigen::Matrix3d(sensor->noise.sigma.cwiseAbs2().asDiagonal());
   const double excess = sensor->noise.excess_sigma;
   evaluated.noise =
-      correction * mean * correction.transpose() + excess * excess * Eigen::Matrix3d::Identity();
+      by_reading * mean * by_reading.transpose() + excess * excess * Eigen::Matrix3d::Identity();
   evaluated.is_clamped = at->is_clamped;
   return std::optional(std::move(evaluated));
 }

@@ -212,7 +212,9 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     const PoseNode& second = graph->nodes[turn.from + 1];
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
-    edge.move = MoveOf(*turn.move, &*start.models[Triad::kAccelerometer]);
+    // Forces are those of the present accelerometer, each time it is integrated.
+    edge.move = MoveOf(*turn.move, nullptr);
+    if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
     edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);
     edge.temperature_degc = 0.5 * (first.temperature_degc + second.temperature_degc);
     edge.temperature_rate_degcps =
@@ -234,8 +236,15 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     layout.sensitivity[triad] = size + 3;
     layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
     size += 12 + layout.thermal[triad].size();
+    for (const auto& [term, at] :
+         {std::pair(options.triads[triad].quadratic, &layout.quadratic[triad]),
+          std::pair(options.triads[triad].asymmetry, &layout.asymmetry[triad])}) {
+      if (term != Wanted::kYes) continue;
+      *at = size;
+      size += 3;
+    }
   }
-  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity) {
+  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
     layout.g_sensitivity = size;
     size += 9;
   }
@@ -279,7 +288,10 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
         free_matrix(thermal.matrix_at(i), entry);
       }
     }
-    if (triad == Triad::kGyroscope && sensor.g_sensitivity) {
+    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+      for (int i = 0; i < 3 && at >= 0; ++i) free_entry(at + i);
+    }
+    if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
       for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);
     }
     if (sensor.fixed_sensitivity) continue;

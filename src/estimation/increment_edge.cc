@@ -15,6 +15,7 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
   if (layout.g_sensitivity >= 0) {
     model.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(shared + layout.g_sensitivity);
   }
+  model.has_asymmetry = layout.asymmetry[kGyroscope] >= 0;
   return model;
 }
 
@@ -23,6 +24,18 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
 void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) {
   at = ModelAt(
       layout, shared, layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps));
+  if (!accelerometer_raw.empty()) {
+    const TriadModel<double> accelerometer = layout.ModelOf(
+        Triad::kAccelerometer,
+        shared,
+        layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps));
+    const Eigen::Matrix3d correction = accelerometer.Correction();
+    move.force_mps2.resize(accelerometer_raw.size());
+    for (std::size_t i = 0; i < accelerometer_raw.size(); ++i) {
+      move.force_mps2[i] =
+          correction * accelerometer.Felt(accelerometer_raw[i] - accelerometer.bias);
+    }
+  }
   increment = IntegrateMove(move, at, sigma_raw, sampling);
 }
 
@@ -43,7 +56,8 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
       increment.by_sensitivity *
           Eigen::Matrix3d(model.triad.sensitivity - at.triad.sensitivity).reshaped() +
       increment.by_g_sensitivity *
-          Eigen::Matrix3d(model.g_sensitivity - at.g_sensitivity).reshaped();
+          Eigen::Matrix3d(model.g_sensitivity - at.g_sensitivity).reshaped() +
+      increment.by_asymmetry * (model.triad.asymmetry - at.triad.asymmetry);
   const Eigen::Quaterniond turned = increment.rotation * RotationExp(change);
   *residual = RotationLog(turned.conjugate() * first.conjugate() * second);
 
@@ -64,6 +78,9 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
                           *shared_jacobian);
   if (layout.g_sensitivity >= 0) {
     shared_jacobian->block<3, 9>(0, layout.g_sensitivity) = by_change * increment.by_g_sensitivity;
+  }
+  if (const int place = layout.asymmetry[kGyroscope]; place >= 0) {
+    shared_jacobian->middleCols<3>(place) = by_change * increment.by_asymmetry;
   }
 }
 

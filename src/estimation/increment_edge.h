@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -14,7 +15,7 @@ namespace truetriad {
 
 // What the gyroscope says about the turn from one pose to the next.
 //
-//   rows   Log(dR(b, S, G)^T R_k^T R_k+1)        rad, in the body frame of the second pose
+//   rows   Log(dR(b, S, G, a)^T R_k^T R_k+1)        rad, in the body frame of the second pose
 //
 // A turn that the operator states leads from one held attitude to another: no turn, and Exp(angle *
 // axis). Both are known but for whole turns, which nobody can tell from where the unit ends up.
@@ -24,6 +25,8 @@ namespace truetriad {
 struct IncrementEdge {
   std::size_t from = 0;  // index of the first node; the second is the next
   GyroMove move;
+  // The accelerometer at the same times; empty where there is no g-sensitivity.
+  std::vector<Eigen::Vector3d> accelerometer_raw;
   Eigen::Vector3d sigma_raw = Eigen::Vector3d::Ones();  // of one reading
   RateSampling sampling = RateSampling::kInstantaneous;
   // Mean of both poses; only read where there are temperature terms.
@@ -43,7 +46,8 @@ struct IncrementEdge {
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again, at the present parameters.
+  // Integrates again, at the present parameters; the forces are those of the present accelerometer,
+  // on whose own errors the turn hardly depends.
   void Integrate(const SharedLayout& layout, const double* shared);
 
   // As PoseNode::Evaluate, with the tangent spaces of both nodes.

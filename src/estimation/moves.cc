@@ -14,7 +14,7 @@ GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelero
   const Eigen::Matrix3d correction = accelerometer->Correction();
   move.force_mps2.reserve(recorded.accelerometer_raw.size());
   for (const Eigen::Vector3d& raw : recorded.accelerometer_raw) {
-    move.force_mps2.emplace_back(correction * (raw - accelerometer->bias));
+    move.force_mps2.push_back(accelerometer->TruthFromRaw(raw));
   }
   return move;
 }

@@ -261,20 +261,21 @@ double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
   return 2.0 * total * total / estimate.covariance(s, s);
 }
 
-JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
+namespace {
+
+// `changes`: relative change of the tested parameters' covariance with each variance.
+JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
+                          const std::vector<Eigen::MatrixXd>& changes,
+                          double q) {
   JointTest test;
-  const auto count = static_cast<Eigen::Index>(estimate.components.size());
-  const double q = system.size();
   double a1 = 0.0;
   double a2 = 0.0;
-  for (Eigen::Index s = 0; s < count; ++s) {
-    const Eigen::MatrixXd Ms =
-        system.covariance() * estimate.sensitivities[static_cast<std::size_t>(s)];
-    for (Eigen::Index t = 0; t < count; ++t) {
-      const Eigen::MatrixXd Mt =
-          system.covariance() * estimate.sensitivities[static_cast<std::size_t>(t)];
-      a1 += estimate.covariance(s, t) * Ms.trace() * Mt.trace();
-      a2 += estimate.covariance(s, t) * (Ms * Mt).trace();
+  for (std::size_t s = 0; s < changes.size(); ++s) {
+    for (std::size_t t = 0; t < changes.size(); ++t) {
+      const double weight =
+          variance_covariance(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(t));
+      a1 += weight * changes[s].trace() * changes[t].trace();
+      a2 += weight * (changes[s] * changes[t]).trace();
     }
   }
   // Nothing was estimated, or nothing that matters: χ².
@@ -301,6 +302,37 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& 
   }
   test.dof = std::max(1.0, 2.0 * q * q / std::max(a1, 2.0 * q * a2));
   return test;
+}
+
+}  // namespace
+
+JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
+  std::vector<Eigen::MatrixXd> changes;
+  for (const Eigen::MatrixXd& sensitivity : estimate.sensitivities) {
+    changes.emplace_back(system.covariance() * sensitivity);
+  }
+  return ApproximateTest(estimate.covariance, changes, system.size());
+}
+
+JointTest KenwardRogerTest(const ExcessEstimate& estimate,
+                           const ReducedSystem& system,
+                           const PoseGraph& graph,
+                           const Eigen::MatrixXd& tested) {
+  const Eigen::MatrixXd covariance = system.covariance() * tested;
+  const Eigen::FullPivLU<Eigen::MatrixXd> own(tested.transpose() * covariance);
+  std::vector<Eigen::MatrixXd> changes(estimate.components.size(),
+                                       Eigen::MatrixXd::Zero(tested.cols(), tested.cols()));
+  for (const VariancePart& part : PartsOf(graph)) {
+    const auto at =
+        std::find(estimate.components.begin(), estimate.components.end(), part.component);
+    if (part.rejected || at == estimate.components.end()) continue;
+    const Eigen::MatrixXd rows =
+        system.factors()[part.factor].B.middleRows<3>(part.row) * covariance;
+    changes[static_cast<std::size_t>(at - estimate.components.begin())] +=
+        rows.transpose() * part.unit * rows / part.weight;
+  }
+  for (Eigen::MatrixXd& change : changes) change = own.solve(change).eval();
+  return ApproximateTest(estimate.covariance, changes, static_cast<double>(tested.cols()));
 }
 
 // With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by

@@ -105,6 +105,14 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
+// The same for some of them: `tested` spans, by its columns, the directions of the free coordinates
+// that are tested; the variances may come from a larger model than `graph`, with whose present
+// variances `system` was made. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
+JointTest KenwardRogerTest(const ExcessEstimate& estimate,
+                           const ReducedSystem& system,
+                           const PoseGraph& graph,
+                           const Eigen::MatrixXd& tested);
+
 // A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
 // fit by 1e-5 σ), but its pose stays determined.
 inline constexpr double kRejectedWeight = 1e-8;

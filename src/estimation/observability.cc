@@ -36,6 +36,8 @@ std::string SpokenName(const std::string& text) {
     const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
     std::string spoken(TriadName(name->triad));
     if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
+    if (name->kind == ParameterKind::kQuadratic) return spoken + " quadratic term " + row;
+    if (name->kind == ParameterKind::kAsymmetry) return spoken + " asymmetry " + row;
     if (name->kind != ParameterKind::kSensitivity) {
       spoken += " bias " + row;
     } else {
@@ -225,8 +227,8 @@ Observability AnalyseObservability(const PoseGraph& graph,
 
   const std::vector<std::string> names = ParameterNames(graph.layout);
   const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
-  const bool alone = !graph.layout.Has(Triad::kAccelerometer) &&
-                     !graph.layout.Has(Triad::kMagnetometer);
+  const bool alone =
+      !graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer);
   // Information of every candidate pose, once.
   PoseGraph extended = graph;
   const std::vector<CandidatePose> candidates = CandidatePoses(graph);

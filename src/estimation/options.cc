@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "truetriad/base/named_values.h"
 #include "truetriad/estimation/calibrate.h"
@@ -24,7 +25,15 @@ constexpr NamedValues<ThermalMatrix, 3> kThermalMatrices = {{
     {ThermalMatrix::kScale, "scale"},
 }};
 
+constexpr NamedValues<Wanted, 3> kWanted = {{
+    {Wanted::kNo, "false"},
+    {Wanted::kYes, "true"},
+    {Wanted::kAuto, "auto"},
+}};
+
 }  // namespace
+
+std::string_view WantedName(Wanted wanted) { return kWanted.Name(wanted); }
 
 std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrices.Name(shape); }
 
@@ -57,6 +66,14 @@ bool CalibrateOptions::HasThermal() const {
   });
 }
 
+bool CalibrateOptions::HasChoice() const {
+  return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
+    return triad.enabled &&
+           (triad.model == MatrixModel::kAuto || triad.g_sensitivity == Wanted::kAuto ||
+            triad.quadratic == Wanted::kAuto || triad.asymmetry == Wanted::kAuto);
+  });
+}
+
 Status CalibrateOptions::Validate() const {
   std::string problems;
   const auto require = [&problems](bool good, const std::string& problem) {
@@ -74,12 +91,18 @@ Status CalibrateOptions::Validate() const {
         triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled || HasGyroscopeAlone(),
         "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it, or "
         "calibrate it alone from known turns and rates");
-    require(!sensor.g_sensitivity || triads[Triad::kAccelerometer].enabled,
+    require(sensor.g_sensitivity == Wanted::kNo || triads[Triad::kAccelerometer].enabled,
             name +
                 ": how it follows gravity shows only where gravity is seen; calibrate the "
                 "accelerometer with it, or drop `g_sensitivity`");
-    require(sensor.model != MatrixModel::kAuto,
-            name + ": model `auto` is not available in this version");
+    for (const auto& [wanted, term, owner] :
+         {std::tuple(sensor.g_sensitivity, "g-sensitivity", Triad::kGyroscope),
+          std::tuple(sensor.asymmetry, "asymmetry", Triad::kGyroscope),
+          std::tuple(sensor.quadratic, "quadratic term", Triad::kAccelerometer)}) {
+      require(
+          wanted == Wanted::kNo || triad == owner,
+          name + ": a " + term + " is estimated of the " + std::string(TriadName(owner)) + " only");
+    }
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
             name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
     require(!sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),
@@ -120,6 +143,11 @@ Status CalibrateOptions::Validate() const {
     require(attitudes.kind == AttitudeKind::kNone,
             "motion: a tumbling unit has no known attitudes; remove `attitudes:`");
     require(!HasThermal(), "motion: temperature terms need rests; remove `thermal:`");
+    require(!HasChoice(),
+            "motion: choosing a model needs rests; name the models and terms instead of `auto`");
+    require(triads[Triad::kAccelerometer].quadratic == Wanted::kNo &&
+                triads[Triad::kGyroscope].asymmetry == Wanted::kNo,
+            "motion: a quadratic term and an asymmetry need rests; remove them");
     require(!initialise.only && initialise.method == InitialiseMethod::kAuto,
             "motion: only `initialise: { method: auto }` starts without rests");
   }

@@ -10,13 +10,15 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kAxes = "xyz";
-constexpr NamedValues<ParameterKind, 6> kKinds = {{
+constexpr NamedValues<ParameterKind, 8> kKinds = {{
     {ParameterKind::kBias, "bias"},
     {ParameterKind::kSensitivity, "sensitivity"},
     {ParameterKind::kGSensitivity, "g_sensitivity"},
     {ParameterKind::kRateLinear, "rate.linear"},
     {ParameterKind::kRateQuadratic, "rate.quadratic"},
     {ParameterKind::kRateCross, "rate.cross"},
+    {ParameterKind::kQuadratic, "quadratic"},
+    {ParameterKind::kAsymmetry, "asymmetry"},
 }};
 
 bool IsMatrix(ParameterKind kind) {

@@ -14,7 +14,9 @@ enum class ParameterKind {
   kGSensitivity,
   kRateLinear,
   kRateQuadratic,
-  kRateCross
+  kRateCross,
+  kQuadratic,
+  kAsymmetry,
 };
 
 // One entry of a sensor's model, by the name that it has in a covariance:
@@ -22,7 +24,8 @@ enum class ParameterKind {
 //   accelerometer.bias.x                        magnetometer.sensitivity.xy
 //   accelerometer.thermal.bias.2.x              magnetometer.thermal.sensitivity.1.xy
 //   accelerometer.thermal.rate.linear.x         (quadratic, cross)
-//   gyroscope.g_sensitivity.xy
+//   gyroscope.g_sensitivity.xy                  accelerometer.quadratic.x
+//   gyroscope.asymmetry.x
 struct ParameterName {
   Triad triad = Triad::kAccelerometer;
   ParameterKind kind = ParameterKind::kBias;

@@ -31,6 +31,12 @@ TriadModel<double> SharedLayout::ModelOf(Triad triad,
   TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + sensitivity[triad]),
                            Eigen::Map<const Eigen::Vector3d>(shared + bias[triad])};
   thermal[triad].AddTerms(factors, shared, &model);
+  if (quadratic[triad] >= 0) {
+    model.quadratic = Eigen::Map<const Eigen::Vector3d>(shared + quadratic[triad]);
+  }
+  if (asymmetry[triad] >= 0) {
+    model.asymmetry = Eigen::Map<const Eigen::Vector3d>(shared + asymmetry[triad]);
+  }
   return model;
 }
 
@@ -130,6 +136,9 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     for (int i = 0; i < thermal.terms.matrix_order; ++i) {
       sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
     }
+    if (layout.quadratic[triad] >= 0) {
+      sizes.segment<3>(layout.quadratic[triad]) = (gain * strength).cwiseInverse();
+    }
   }
   if (layout.g_sensitivity >= 0) {
     // As large a rate from the pull of gravity as the typical one.
@@ -178,6 +187,12 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
       if (wanted) name_vector(thermal.vector_at(i++), kind, 0);
     }
     for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
+    if (layout.quadratic[triad] >= 0) {
+      name_vector(layout.quadratic[triad], ParameterKind::kQuadratic, 0);
+    }
+    if (layout.asymmetry[triad] >= 0) {
+      name_vector(layout.asymmetry[triad], ParameterKind::kAsymmetry, 0);
+    }
   }
   if (layout.g_sensitivity >= 0) {
     for (int i = 0; i < 9; ++i) {

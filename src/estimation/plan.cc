@@ -176,6 +176,9 @@ Status PlanOptions::Validate() const {
   expect(!program || !program->poses.empty(), "the program has no poses");
   expect(!calibrate.triads[Triad::kGyroscope].enabled,
          "planning for the gyroscope is not available in this version");
+  expect(!calibrate.HasChoice(),
+         "`auto` chooses a model by what readings say, and there are none yet: name the models and "
+         "terms to plan for");
   if (!problems.empty()) return UsageError(problems);
   return calibrate.Validate();
 }

@@ -17,6 +17,9 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   blocks->push_back({layout.sensitivity[triad], 9});
   const ThermalBlock& thermal = layout.thermal[triad];
   if (thermal.size() > 0) blocks->push_back({thermal.at, thermal.size()});
+  for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+    if (at >= 0) blocks->push_back({at, 3});
+  }
   if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
     blocks->push_back({layout.g_sensitivity, 9});
   }
@@ -133,6 +136,8 @@ bool IncrementCost::Evaluate(double const* const* parameters,
                  wants_jacobians ? &shared_jacobian : nullptr,
                  wants_jacobians ? &by_first : nullptr,
                  wants_jacobians ? &by_second : nullptr);
+  // An asymmetry that nothing determines may run beyond 1, where no rate gives the readings.
+  if (!residual.allFinite()) return false;
   const Eigen::Matrix3d root = edge_.SquareRootInformation();
   const Eigen::Vector3d whitened = root * residual;
   std::copy_n(whitened.data(), 3, residuals);

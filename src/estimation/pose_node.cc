@@ -67,28 +67,36 @@ void PoseNode::Evaluate(const SharedLayout& layout,
     const ThermalFactors factors =
         layout.FactorsOf(observation.triad, temperature_degc, temperature_rate_degcps);
     const TriadModel<double> model = layout.ModelOf(observation.triad, shared, factors);
-    const Eigen::Matrix3d& sensitivity = model.sensitivity;
     const Eigen::Vector3d field = FieldInBody(observation.triad, reference, state_values);
-    residual->segment<3>(row) = sensitivity * field + model.bias - observation.mean_raw;
+    residual->segment<3>(row) = model.RawFromTruth(field) - observation.mean_raw;
+    const Eigen::Vector3d felt = model.sensitivity * field;
+    const Eigen::Vector3d slope = model.Slope(felt);
+    const Eigen::Matrix3d by_field = slope.asDiagonal() * model.sensitivity;
     if (shared_jacobian != nullptr) {
       Eigen::Matrix<double, 3, 9> by_sensitivity;
       for (int axis = 0; axis < 3; ++axis) {
-        by_sensitivity.middleCols<3>(3 * axis) = field[axis] * Eigen::Matrix3d::Identity();
+        by_sensitivity.middleCols<3>(3 * axis) = (field[axis] * slope).asDiagonal();
       }
       layout.SetModelJacobian(observation.triad,
                               factors,
                               Eigen::Matrix3d::Identity(),
                               by_sensitivity,
                               shared_jacobian->middleRows<3>(row));
+      if (const int at = layout.quadratic[observation.triad]; at >= 0) {
+        shared_jacobian->block<3, 3>(row, at) = felt.cwiseAbs2().asDiagonal();
+      }
+      if (const int at = layout.asymmetry[observation.triad]; at >= 0) {
+        shared_jacobian->block<3, 3>(row, at) = felt.cwiseAbs().asDiagonal();
+      }
       const auto world_jacobian = WorldVectorJacobian(observation.triad, reference);
       if (kind == PoseKind::kDirection) {
         // Only the strength of the one field matters: d|v|/dp = v^T/|v| dv/dp.
         const Eigen::Vector3d world = WorldVector(observation.triad, reference);
         shared_jacobian->block<3, kReferenceSize>(row, layout.reference) =
-            sensitivity * state_direction * (world.normalized().transpose() * world_jacobian);
+            by_field * state_direction * (world.normalized().transpose() * world_jacobian);
       } else {
         shared_jacobian->block<3, kReferenceSize>(row, layout.reference) =
-            sensitivity * world_from_body.conjugate().toRotationMatrix() * world_jacobian;
+            by_field * world_from_body.conjugate().toRotationMatrix() * world_jacobian;
       }
     }
     if (observation.triad == Triad::kGyroscope) {
@@ -96,10 +104,10 @@ void PoseNode::Evaluate(const SharedLayout& layout,
           layout, shared, state_values, row, residual, shared_jacobian, tangent_jacobian);
     } else if (tangent_jacobian != nullptr && kind == PoseKind::kDirection) {
       tangent_jacobian->middleRows<3>(row) =
-          sensitivity * tangent_basis * WorldVector(observation.triad, reference).norm();
+          by_field * tangent_basis * WorldVector(observation.triad, reference).norm();
     } else if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
       // (R Exp(d))^T v = x + [x]_x d with x = R^T v.
-      tangent_jacobian->middleRows<3>(row) = sensitivity * Skew(field);
+      tangent_jacobian->middleRows<3>(row) = by_field * Skew(field);
     }
     row += 3;
   }

@@ -14,8 +14,8 @@
 namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
-// Three triads with all temperature terms, g-sensitivity, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize) + 9 + kReferenceSize + 12;
+// Three triads with all temperature and higher terms, g-sensitivity, reference, six tilts.
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize + 6) + 9 + kReferenceSize + 12;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -60,10 +60,11 @@ struct Observation {
 // One pose of the graph: its observations, what is known of its attitude, its attitude.
 //
 // Rows, unwhitened (model.md §2):
-//   static triad      S * R^T v - (y - b)      v: specific force or field in the world; S and b at
-//                                              the pose's temperature
+//   static triad      h(S * R^T v) - (y - b)   v: specific force or field in the world; S and b at
+//                                              the pose's temperature; h: higher terms,
+//                                              triad_model.h
 //   attitude prior    Log(R_prior^T R)         about the body axes
-//   static gyroscope  S w + b + G f - y        w: the known rate, zero at rest: the earth stands
+//   static gyroscope  h(S w) + b + G f - y       w: the known rate, zero at rest: the earth stands
 //                                              still; f: specific force in the body
 //   heading           Log(R R_held^T) about the vertical: for the first pose of a chain in which
 //                     nothing tells the heading; with nothing against it, it takes no part in χ²

@@ -75,7 +75,7 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
       };
   for (const Triad triad : kTriads) {
     if (!layout.Has(triad)) continue;
-    solution.models[triad] = {graph.sensitivity(triad), graph.bias(triad)};
+    solution.models[triad] = layout.ModelOf(triad, graph.shared.data(), ThermalFactors());
     for (int i = 0; i < 3; ++i) {
       list(layout.bias[triad] + i, layout.basis.row(layout.bias[triad] + i));
     }
@@ -84,8 +84,9 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
       list(at, layout.basis.row(at));
     }
     const ThermalBlock& thermal = layout.thermal[triad];
-    if (thermal.size() == 0) continue;
-    solution.thermal[triad] = thermal.TermsInTau(layout.thermal_scale, graph.shared.data());
+    if (thermal.size() > 0) {
+      solution.thermal[triad] = thermal.TermsInTau(layout.thermal_scale, graph.shared.data());
+    }
     const Eigen::MatrixXd vectors = thermal.ListedFromVectors(layout.thermal_scale);
     for (int i = 0; i < thermal.vector_count(); ++i) {
       for (int axis = 0; axis < 3; ++axis) list_term(vectors, i, thermal.at, 3, axis);
@@ -95,6 +96,9 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
       for (int entry = 0; entry < 9; ++entry) {
         list_term(matrices, i, thermal.matrix_at(0), 9, RowMajorPlace(entry));
       }
+    }
+    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+      for (int i = 0; i < 3 && at >= 0; ++i) list(at + i, layout.basis.row(at + i));
     }
   }
   if (layout.g_sensitivity >= 0) {

@@ -10,7 +10,7 @@ namespace truetriad {
 
 // A solution in one body frame: models, and the covariance of all their entries by name (a sensor's
 // twelve entries stand together: bias x y z, then the rows of the sensitivity; then its temperature
-// terms in tau, likewise; then its g-sensitivity by rows).
+// terms in tau, likewise; its higher terms; its g-sensitivity by rows).
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;  // at the reference temperature
   PerTriad<std::optional<ThermalTerms>> thermal;
@@ -33,10 +33,10 @@ PresentedSolution SolutionOf(const Calibration& calibration);
 // Place of an entry in the covariance's list, or -1.
 int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 
-// Restates in `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases and reference unchanged. Q is that of
-// the reference temperature for the temperature terms too. The covariance goes through the full
-// derivative of this map, dQ/dS_lead included, for all triads and their cross terms. Entries that
-// the gauge fixes or ties are exactly so. model.md §1.
+// Restates in `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases, higher terms and reference
+// unchanged. Q is that of the reference temperature for the temperature terms too. The covariance
+// goes through the full derivative of this map, dQ/dS_lead included, for all triads and their cross
+// terms. Entries that the gauge fixes or ties are exactly so. model.md §1.
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
 
 }  // namespace truetriad

@@ -152,6 +152,62 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& t
   return result;
 }
 
+std::optional<double> HeldOutError(const PoseGraph& graph, int folds) {
+  if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
+  RootMeanSquare error;
+  const auto is_left_out = [folds](std::size_t index, int fold) {
+    return static_cast<int>(index) % folds == fold;
+  };
+  const auto solve = [](PoseGraph* part) {
+    SolveGraph(part, kRoundTolerance);
+    return ReducedSystem(*part).rank() == part->layout.free_size();
+  };
+  for (int fold = 0; fold < folds; ++fold) {
+    PoseGraph part = graph;
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      if (!is_left_out(k, fold)) continue;
+      for (Observation& seen : part.nodes[k].observations) seen.weight = kRejectedWeight;
+    }
+    if (!solve(&part)) return std::nullopt;
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      if (!is_left_out(k, fold)) continue;
+      PoseResidual12 residual;
+      part.nodes[k].Evaluate(
+          part.layout, part.shared.data(), part.nodes[k].state.data(), &residual, nullptr, nullptr);
+      residual = graph.nodes[k].SquareRootInformation() * residual;
+      Eigen::Index row = 0;
+      for (const Observation& seen : graph.nodes[k].observations) {
+        for (int axis = 0; axis < 3 && !seen.rejected; ++axis) error.Add(residual[row + axis]);
+        row += 3;
+      }
+    }
+  }
+  if (graph.increments.size() < 2 * static_cast<std::size_t>(folds)) return error.value();
+  for (int fold = 0; fold < folds; ++fold) {
+    PoseGraph part = graph;
+    for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+      if (is_left_out(i, fold)) part.increments[i].weight = kRejectedWeight;
+    }
+    if (!solve(&part)) return std::nullopt;
+    for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+      const IncrementEdge& edge = graph.increments[i];
+      if (!is_left_out(i, fold) || edge.rejected) continue;
+      Eigen::Vector3d residual;
+      part.increments[i].Evaluate(part.layout,
+                                  part.shared.data(),
+                                  part.nodes[edge.from].state.data(),
+                                  part.nodes[edge.from + 1].state.data(),
+                                  &residual,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr);
+      residual = edge.SquareRootInformation() * residual;
+      for (const double value : residual) error.Add(value);
+    }
+  }
+  return error.value();
+}
+
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
                                             const PoseSet& poses,
                                             const LimitOptions& limits) {

@@ -29,6 +29,12 @@ void FillPoseQuality(const PoseGraph& graph,
 // determined.
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds);
 
+// RMS of held-out residuals in units of their noise: poses, then turns, left out in folds of every
+// n-th, compared with where the rest of the graph puts them; weights and noise held. A pose that no
+// turn ties to others is put where it fits best, so that the parameters alone are tested. Unset
+// when there are too few, or a fold would not be determined.
+std::optional<double> HeldOutError(const PoseGraph& graph, int folds);
+
 // Judges the wanted limits. Error (usage): an unknown name or one that needs SI units.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
                                             const PoseSet& poses,

@@ -130,10 +130,15 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
   } else if (options.model == MatrixModel::kDiagonal) {
     needed = 6;
   }
+  std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
+  if (options.quadratic == Wanted::kYes) {
+    // A pose says three things with its attitude, one without.
+    needed += attitudes ? 1 : 3;
+    model += " with a quadratic term";
+  }
   if (poses >= needed) return {};
   return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
-                        " poses, but model `" + std::string(MatrixModelName(options.model)) +
-                        "` needs at least " + std::to_string(needed) +
+                        " poses, but " + model + " needs at least " + std::to_string(needed) +
                         "; add poses, or ask for a smaller model");
 }
 

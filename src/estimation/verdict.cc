@@ -369,6 +369,13 @@ TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolu
       sensor.sensitivity_sigma(i, j) = std::sqrt(std::max(variance[3 + 3 * i + j], 0.0));
     }
   }
+  const auto term_sigma = [&](ParameterKind kind) -> std::optional<Eigen::Vector3d> {
+    const int place = PlaceOf(solution.covariance, {triad, kind, 0, 0, 0});
+    if (place < 0) return std::nullopt;
+    return solution.covariance.matrix.diagonal().segment<3>(place).cwiseMax(0.0).cwiseSqrt();
+  };
+  sensor.quadratic_sigma = term_sigma(ParameterKind::kQuadratic);
+  sensor.asymmetry_sigma = term_sigma(ParameterKind::kAsymmetry);
   return sensor;
 }
 

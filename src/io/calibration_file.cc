@@ -79,10 +79,14 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
       << "    sensitivity: " << sensor.model.sensitivity << "\n"
       << "    correction: " << sensor.model.Correction() << "\n"
       << "    scale: " << sensor.Scale() << "\n"
-      << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n"
-      << "    sigma:\n"
+      << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n";
+  if (sensor.quadratic_sigma) out << "    quadratic: " << sensor.model.quadratic << "\n";
+  if (sensor.asymmetry_sigma) out << "    asymmetry: " << sensor.model.asymmetry << "\n";
+  out << "    sigma:\n"
       << "      bias: " << sensor.bias_sigma << "\n"
       << "      sensitivity: " << sensor.sensitivity_sigma << "\n";
+  if (sensor.quadratic_sigma) out << "      quadratic: " << *sensor.quadratic_sigma << "\n";
+  if (sensor.asymmetry_sigma) out << "      asymmetry: " << *sensor.asymmetry_sigma << "\n";
   if (sensor.g_sensitivity) out << "    g_sensitivity: " << *sensor.g_sensitivity << "\n";
   if (sensor.thermal) WriteThermal(out, *sensor.thermal);
   if (sensor.si_per_count) out << "    si_per_count: " << *sensor.si_per_count << "\n";
@@ -176,6 +180,15 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     if (quality.held_out->turns) WriteHeldOutTurns(out, *quality.held_out->turns);
   } else {
     out << "  held_out: null\n";
+  }
+  if (!quality.model_choice.empty()) out << "  model_choice:\n";
+  for (const ModelAlternative& model : quality.model_choice) {
+    out << "    - { model: " << Quoted{model.description} << ", chosen: " << model.chosen
+        << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
+    if (model.p_value) out << ", p_value: " << *model.p_value;
+    out << ", bic: " << model.bic;
+    if (model.held_out) out << ", held_out: " << *model.held_out;
+    out << " }\n";
   }
   WriteItem(out, "rejected_poses", quality.rejected_poses.empty());
   for (const RejectedPose& rejected : quality.rejected_poses) {
@@ -358,6 +371,16 @@ void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
   }
 }
 
+/// A term that need not be there: its values and their σ.
+void ReadTerm(YamlReader& sensor,
+              YamlReader& sigmas,
+              std::string_view key,
+              Eigen::Vector3d* values,
+              std::optional<Eigen::Vector3d>* sigma) {
+  if (!ReadVector(sensor.Child(key), values)) return;
+  ReadVector(sigmas.RequireChild(key), &sigma->emplace());
+}
+
 void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   reader.Require("input_unit", &sensor->input_unit);
   reader.Require("output_unit", &sensor->output_unit);
@@ -373,6 +396,8 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   if (YamlReader sigma = reader.RequireChild("sigma")) {
     ReadVector(sigma.RequireChild("bias"), &sensor->bias_sigma);
     ReadMatrix3(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
+    ReadTerm(reader, sigma, "quadratic", &sensor->model.quadratic, &sensor->quadratic_sigma);
+    ReadTerm(reader, sigma, "asymmetry", &sensor->model.asymmetry, &sensor->asymmetry_sigma);
     sigma.RejectUnknown();
   }
   Eigen::Matrix3d g_sensitivity;
@@ -477,6 +502,19 @@ void ReadQuality(YamlReader reader, Quality* quality) {
       turns.RejectUnknown();
     }
     held_out.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("model_choice").Items()) {
+    ModelAlternative& model = quality->model_choice.emplace_back();
+    item.Require("model", &model.description);
+    item.Require("chosen", &model.chosen);
+    item.Require("parameters", &model.parameters);
+    ReadNumber(item.RequireChild("minus_2_log_l"), &model.minus_2_log_l);
+    ReadNumber(item.RequireChild("bic"), &model.bic);
+    for (const auto& [key, value] :
+         {std::pair("p_value", &model.p_value), std::pair("held_out", &model.held_out)}) {
+      if (double number = 0.0; ReadNumber(item.Child(key), &number)) *value = number;
+    }
+    item.RejectUnknown();
   }
   for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {
     RejectedPose& rejected = quality->rejected_poses.emplace_back();

@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// Corrects the readings of one triad: truth = S(T)^-1 (raw - b(T) - G f). model.md §3.
+/// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
+/// raw - b(T) - G f (triad_model.h). model.md §3.
 class Corrector {
  public:
   /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
@@ -56,7 +57,7 @@ class Corrector {
     if (is_thermal()) SetTemperature(temperature_degc);
     Eigen::Vector3d reading = raw_scale_ * raw - bias_;
     if (needs_force()) reading -= *calibration_.g_sensitivity * force_mps2;
-    return correction_ * reading;
+    return correction_ * calibration_.model.Felt(reading);
   }
 
   /// True when the last correction used an end of the calibrated temperature range.

@@ -15,28 +15,42 @@ namespace {
 // Sums over the readings of weight * turned * (what the rate is multiplied with), with `turned`
 // the attitude against the begin.
 struct Sums {
-  Eigen::Matrix3d bias = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_rate{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
   std::array<Eigen::Matrix3d, 3> by_force = by_rate;
+  Eigen::Matrix3d by_size = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
 };
 
+// The sensor that the readings come from.
+struct Sensor {
+  const GyroModel& model;
+  Eigen::Matrix3d correction;
+  Eigen::Vector3d sigma_raw;
+};
+
 // What one reading adds: it turned the body by weight_s * rate while that stood at `turned`.
-void AddReading(const Eigen::Matrix3d& turned,
+void AddReading(const Sensor& sensor,
+                const Eigen::Matrix3d& turned,
                 double weight_s,
                 const Eigen::Vector3d& rate_radps,
                 const Eigen::Vector3d* force_mps2,
-                const Eigen::Matrix3d& noise_root,
                 Sums* sums) {
   const Eigen::Matrix3d weighted = weight_s * turned;
-  sums->bias += weighted;
+  Eigen::Matrix3d by_reading = weighted * sensor.correction;
+  if (sensor.model.has_asymmetry) {
+    const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
+    by_reading *= sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
+    sums->by_size += by_reading * felt.cwiseAbs().asDiagonal();
+  }
+  sums->by_reading += by_reading;
   for (std::size_t j = 0; j < 3; ++j) {
     const auto axis = static_cast<Eigen::Index>(j);
     sums->by_rate[j] += rate_radps[axis] * weighted;
-    if (force_mps2 != nullptr) sums->by_force[j] += (*force_mps2)[axis] * weighted;
+    if (force_mps2 != nullptr) sums->by_force[j] += (*force_mps2)[axis] * by_reading;
   }
-  const Eigen::Matrix3d noise = weighted * noise_root;
+  const Eigen::Matrix3d noise = by_reading * sensor.sigma_raw.asDiagonal();
   sums->noise.noalias() += noise * noise.transpose();
 }
 
@@ -46,9 +60,8 @@ class RateWindow {
  public:
   RateWindow(const GyroReadings& readings, const GyroModel& model)
       : readings_(readings),
+        model_(model),
         correction_(model.triad.Correction()),
-        bias_(model.triad.bias),
-        g_sensitivity_(model.g_sensitivity),
         has_force_(!readings.force_mps2.empty()),
         begin_(RateOf(0)),
         end_(readings.time_s.size() > 1 ? RateOf(1) : begin_) {}
@@ -82,15 +95,14 @@ class RateWindow {
 
  private:
   Eigen::Vector3d RateOf(std::size_t i) const {
-    Eigen::Vector3d raw = readings_.reading_raw[i] - bias_;
-    if (has_force_) raw -= g_sensitivity_ * readings_.force_mps2[i];
-    return correction_ * raw;
+    Eigen::Vector3d raw = readings_.reading_raw[i] - model_.triad.bias;
+    if (has_force_) raw -= model_.g_sensitivity * readings_.force_mps2[i];
+    return correction_ * (model_.has_asymmetry ? model_.triad.Felt(raw) : raw);
   }
 
   const GyroReadings& readings_;
+  const GyroModel& model_;
   Eigen::Matrix3d correction_;
-  Eigen::Vector3d bias_;
-  Eigen::Matrix3d g_sensitivity_;
   bool has_force_;
   Eigen::Vector3d begin_, end_, after_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
@@ -115,9 +127,10 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   CHECK_EQ(readings.reading_raw.size(), count);
   const bool has_force = !readings.force_mps2.empty();
   if (has_force) CHECK_EQ(readings.force_mps2.size(), count);
+  CHECK(model.triad.quadratic.isZero(0.0));
+  CHECK(model.has_asymmetry || model.triad.asymmetry.isZero(0.0));
 
-  const Eigen::Matrix3d correction = model.triad.Correction();
-  const Eigen::Matrix3d noise_root = correction * sigma_raw.asDiagonal();
+  const Sensor sensor{model, model.triad.Correction(), sigma_raw};
   const auto force_at = [&](std::size_t i) {
     return has_force ? &readings.force_mps2[i] : nullptr;
   };
@@ -136,32 +149,32 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
                                               : rates.InstantaneousStep(step_s));
     turned = rotation.toRotationMatrix();
     if (is_mean) {
-      AddReading(
-          0.5 * (turned_before + turned), step_s, rates.end(), force_at(i), noise_root, &sums);
+      AddReading(sensor, 0.5 * (turned_before + turned), step_s, rates.end(), force_at(i), &sums);
     } else {
-      AddReading(turned_before,
+      AddReading(sensor,
+                 turned_before,
                  half_step_before_s + 0.5 * step_s,
                  rates.begin(),
                  force_at(i - 1),
-                 noise_root,
                  &sums);
       half_step_before_s = 0.5 * step_s;
     }
   }
   if (!is_mean) {
-    AddReading(turned, half_step_before_s, rates.end(), force_at(count - 1), noise_root, &sums);
+    AddReading(sensor, turned, half_step_before_s, rates.end(), force_at(count - 1), &sums);
   }
 
   GyroIncrement increment;
   increment.duration_s = readings.time_s.back() - readings.time_s.front();
   increment.rotation = rotation.normalized();
   const Eigen::Matrix3d to_end = turned.transpose();
-  // d rate = -C (db + dS rate + dG force).
-  increment.by_bias = -to_end * sums.bias * correction;
+  // d rate = -C dS rate - C D^-1 (db + dG force + |u| da) with D = d raw / d u.
+  increment.by_bias = -to_end * sums.by_reading;
+  increment.by_asymmetry = -to_end * sums.by_size;
   for (std::size_t j = 0; j < 3; ++j) {
     const Eigen::Index columns = 3 * static_cast<Eigen::Index>(j);
-    increment.by_sensitivity.middleCols<3>(columns) = -to_end * sums.by_rate[j] * correction;
-    increment.by_g_sensitivity.middleCols<3>(columns) = -to_end * sums.by_force[j] * correction;
+    increment.by_sensitivity.middleCols<3>(columns) = -to_end * sums.by_rate[j] * sensor.correction;
+    increment.by_g_sensitivity.middleCols<3>(columns) = -to_end * sums.by_force[j];
   }
   increment.covariance = to_end * sums.noise * turned;
   return increment;

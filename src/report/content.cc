@@ -194,6 +194,28 @@ std::string Ratio(const std::optional<double>& numerator,
                                                         : "–";
 }
 
+Section ModelChoiceSection(const Quality& quality) {
+  Section section{SectionKind::kModelChoice, "Choice of the model", {}};
+  if (quality.model_choice.empty()) return section;
+  section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
+  section.blocks.emplace_back(
+      std::string("Below the chosen model those that differ from it by one step. A term is there "
+                  "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
+                  "lower error of held-out poses and turns (RMS, in units of their noise)."));
+  Table table{{"model", "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
+  for (const ModelAlternative& model : quality.model_choice) {
+    const bool is_tiny = model.p_value && *model.p_value < 1e-12;
+    table.rows.push_back({model.chosen ? "chosen" : model.description,
+                          std::to_string(model.parameters),
+                          Fixed(model.minus_2_log_l, 1),
+                          is_tiny ? "< 1e-12" : OptionalNumber(model.p_value),
+                          Fixed(model.bic, 1),
+                          model.held_out ? Significant(*model.held_out, 5) : "–"});
+  }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
 Section HeldOutSection(const Quality& quality) {
   Section section{SectionKind::kHeldOut, "Held-out error (cross-validation)", {}};
   if (!quality.held_out) {
@@ -391,6 +413,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
                                                MessagesSection(calibration),
                                                ParametersSection(calibration),
                                                WeakDirectionsSection(quality),
+                                               ModelChoiceSection(quality),
                                                HeldOutSection(quality),
                                                ResidualsSection(calibration),
                                                CoverageSection(quality)}) {

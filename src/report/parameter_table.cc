@@ -79,6 +79,7 @@ class ParameterRows {
     } else {
       AddSensitivity();
     }
+    AddHigherTerms();
     if (sensor.g_sensitivity) {
       for (int row = 0; row < 3; ++row) {
         AddTerm("g-sensitivity " + AxisName(row),
@@ -196,6 +197,30 @@ class ParameterRows {
           return sigma ? Entry(values(i), *sigma) : Significant(values(i), 4);
         },
         unit);
+  }
+
+  void AddHigherTerms() {
+    const auto add = [&](const std::string& label,
+                         const Eigen::Vector3d& values,
+                         const std::optional<Eigen::Vector3d>& sigma,
+                         const Eigen::Vector3d& factor,
+                         const std::string& unit) {
+      if (!sigma) return;
+      Add(
+          label,
+          [&](int i) { return Entry(factor[i] * values[i], factor[i] * (*sigma)[i]); },
+          unit);
+    };
+    const TriadModel<double>& model = sensor_.model;
+    // As data sheets have them; the σ of the gain in the factor is far below that of the term.
+    const Eigen::Vector3d ug_per_g2 =
+        1e6 * kStandardGravityMps2 * model.sensitivity.rowwise().norm();
+    add("quadratic term", model.quadratic, sensor_.quadratic_sigma, ug_per_g2, "µg/g²");
+    add("asymmetry ±",
+        model.asymmetry,
+        sensor_.asymmetry_sigma,
+        Eigen::Vector3d::Constant(1e6),
+        "ppm");
   }
 
   void AddThermal(const ThermalTerms& thermal) {

@@ -44,6 +44,10 @@ TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
       triad.thermal->sensitivity[0].diagonal() += thermal_scale;
     }
   }
+  const Eigen::Vector3d quadratic = spread.quadratic * random.Normal3();
+  const Eigen::Vector3d asymmetry = spread.asymmetry * random.Normal3();
+  triad.model.quadratic += quadratic.cwiseQuotient(size);
+  triad.model.asymmetry += asymmetry;
   return triad;
 }
 
@@ -73,6 +77,8 @@ void NameParameters(Triad triad, const TriadCalibration& sensor, std::vector<std
       matrix(term + ".sensitivity." + std::to_string(power));
     }
   }
+  if (sensor.quadratic_sigma) vector(name + ".quadratic");
+  if (sensor.asymmetry_sigma) vector(name + ".asymmetry");
   if (sensor.g_sensitivity) matrix(name + ".g_sensitivity");
 }
 
@@ -124,6 +130,8 @@ Calibration TruthOf(const Scenario& scenario, int index) {
     sensor.model = unit.triads[triad]->model;
     sensor.g_sensitivity = unit.triads[triad]->g_sensitivity;
     sensor.thermal = unit.triads[triad]->thermal;
+    if (!sensor.model.quadratic.isZero(0.0)) sensor.quadratic_sigma = Eigen::Vector3d::Zero();
+    if (!sensor.model.asymmetry.isZero(0.0)) sensor.asymmetry_sigma = Eigen::Vector3d::Zero();
     sensor.si_per_count = simulated.si_per_count;
     sensor.noise.source = NoiseSource::kConfig;
     if (sensor.thermal) {

@@ -72,6 +72,23 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
   EXPECT_LT(AngleDeg(with), 0.12);
 }
 
+// Of all that could be there the unit has the g-sensitivity, by far, and nothing else.
+TEST_F(GyroscopeRecordings, XsensIsFoundToFollowGravity) {
+  const Outcomes run = Run("xsens-imu-tk-pair",
+                           Manifest("xsens-imu-tk-pair"),
+                           "sensors.accelerometer.model=auto,sensors.gyroscope.model=auto,"
+                           "sensors.gyroscope.g_sensitivity=auto");
+  ASSERT_EQ(run.exit_code, 0) << run.text;
+  EXPECT_TRUE(run.calibration.sensors[kGyro]->g_sensitivity.has_value());
+  EXPECT_FALSE(run.calibration.sensors[kGyro]->asymmetry_sigma.has_value());
+  EXPECT_FALSE(run.calibration.sensors[Triad::kAccelerometer]->quadratic_sigma.has_value());
+  ASSERT_FALSE(run.calibration.quality.model_choice.empty());
+  for (const ModelAlternative& model : run.calibration.quality.model_choice) {
+    if (model.description != "gyroscope without g-sensitivity") continue;
+    EXPECT_LT(*model.p_value, 1e-6);
+  }
+}
+
 // Turns that the gyroscope did not see while it was calibrated, in degrees off the stated 360 and
 // in their own σ.
 void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, double most_sigmas) {

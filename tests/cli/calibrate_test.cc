@@ -205,6 +205,26 @@ TEST_F(CalibrateVerb, HoldsTheMatrixOfABiasModelAtOneInTheLogsUnit) {
   EXPECT_NEAR(sensor["bias"][1].as<double>(), -0.2 * kMgPerMps2, 0.01 * kMgPerMps2);
 }
 
+TEST_F(CalibrateVerb, ChoosesTheModelAndResolvesToTheChoice) {
+  const Finished run = Calibrate(LogText({.rests = 24, .magnetometer = false}),
+                                 {"--set=sensors.accelerometer.model=auto"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("Choice of the model"), HasSubstr("Chosen: accelerometer full.")));
+  const YAML::Node first = Written();
+  EXPECT_TRUE(first["quality"]["model_choice"][0]["chosen"].as<bool>());
+  EXPECT_EQ(first["config"]["sensors"]["accelerometer"]["model"].as<std::string>(), "full");
+  EXPECT_EQ(first["config"]["sensors"]["accelerometer"]["quadratic"].as<std::string>(), "false");
+  const Finished again = RunTruetriad({"calibrate",
+                                       "--config=" + folder_.Path("result/calibration.yaml"),
+                                       "--input=" + log_,
+                                       "--output=" + folder_.Path("again")});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const YAML::Node second = YAML::LoadFile(folder_.Path("again/calibration.yaml"));
+  EXPECT_EQ(YAML::Dump(second["sensors"]), YAML::Dump(first["sensors"]));
+  EXPECT_FALSE(second["quality"]["model_choice"]);
+}
+
 TEST_F(CalibrateVerb, WarnsOfEmptyFieldsAndStuckStretchesButGoesOn) {
   std::vector<LogRow> rows = LogRows({.rests = 24, .magnetometer = false});
   for (std::size_t i = 500; i < 700; ++i) rows[i] = {rows[i][0], 1.0, 2.0, 9.0};

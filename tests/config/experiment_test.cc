@@ -326,26 +326,18 @@ TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
               HasSubstr("out of range"));
 }
 
-TEST_F(ExperimentConfig, RefusesWhatThisVersionCannotDo) {
-  const std::string head = "experiment: 1\nsensors:\n";
-  for (const std::string& text : {head + "  magnetometer: { model: auto }\n"}) {
-    const Result<Experiment> experiment = Load(text);
-    ASSERT_FALSE(experiment) << text;
-    EXPECT_EQ(experiment.error().code, ErrorCode::kBadInput);
-    EXPECT_THAT(experiment.error().message,
-                AllOf(HasSubstr("not available in this version"), HasSubstr("experiment.yaml:3")));
-  }
-}
-
 TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
-  const Result<Experiment> experiment =
-      Load("experiment: 1\nsensors: { accelerometer: {}, gyroscope: { g_sensitivity: true } }\n");
+  const Result<Experiment> experiment = Load(
+      "experiment: 1\nsensors: { accelerometer: { quadratic: true }, gyroscope: { "
+      "g_sensitivity: true, asymmetry: true } }\n");
   ASSERT_TRUE(experiment) << experiment.error().message;
-  EXPECT_TRUE(experiment->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_EQ(experiment->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
   EXPECT_TRUE(experiment->poses.moves);
   const Result<Experiment> again = Load(experiment->resolved_yaml);
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_TRUE(again->options.triads[Triad::kGyroscope].g_sensitivity);
+  EXPECT_EQ(again->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kGyroscope].asymmetry, Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].quadratic, Wanted::kYes);
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
 }
@@ -383,6 +375,31 @@ TEST_F(ExperimentConfig, ReadsAnUnknownFixtureRotationAndResolvesToTheSame) {
   EXPECT_TRUE(LoadWell(experiment.resolved_yaml).options.attitudes.unknown_fixture_rotation);
   EXPECT_FALSE(LoadWell(kMinimal + std::string("attitudes: { file: a.csv }\n"))
                    .options.attitudes.unknown_fixture_rotation);
+}
+
+TEST_F(ExperimentConfig, AModelThatIsChosenLeavesItsTermsOpenUnlessTheyAreStated) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\nsensors: { accelerometer: { model: auto }, gyroscope: { model: auto, "
+      "g_sensitivity: false } }\n");
+  const TriadOptions& accelerometer = experiment.options.triads[Triad::kAccelerometer];
+  const TriadOptions& gyroscope = experiment.options.triads[Triad::kGyroscope];
+  EXPECT_EQ(accelerometer.model, MatrixModel::kAuto);
+  EXPECT_EQ(accelerometer.quadratic, Wanted::kAuto);
+  EXPECT_EQ(gyroscope.g_sensitivity, Wanted::kNo);
+  EXPECT_EQ(gyroscope.asymmetry, Wanted::kAuto);
+  const Experiment again = LoadWell(experiment.resolved_yaml);
+  EXPECT_EQ(again.resolved_yaml.find("chosen"), std::string::npos);
+  EXPECT_EQ(again.options.triads[Triad::kGyroscope].asymmetry, Wanted::kAuto);
+}
+
+TEST_F(ExperimentConfig, ResolvesWhatWasChosenAndSaysSo) {
+  const Experiment experiment =
+      LoadWell("experiment: 1\nsensors: { accelerometer: { model: auto, quadratic: false } }\n");
+  CalibrateOptions chosen = experiment.options;
+  chosen.triads[Triad::kAccelerometer].model = MatrixModel::kDiagonal;
+  const std::string text = ResolvedWithChoice(experiment, chosen);
+  EXPECT_THAT(text, HasSubstr("    model: diagonal  # chosen by auto\n    quadratic: false\n"));
+  EXPECT_EQ(LoadWell(text).options.triads[Triad::kAccelerometer].model, MatrixModel::kDiagonal);
 }
 
 TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <ostream>
 
 #include <ceres/gradient_checker.h>
 #include <ceres/manifold.h>
@@ -27,16 +28,34 @@ constexpr Triad kGyro = Triad::kGyroscope;
 constexpr Triad kMag = Triad::kMagnetometer;
 constexpr double kRateHz = 100.0;
 
-// A unit with a gyroscope in counts, axes permuted, that follows gravity.
-Scenario GyroscopeScenario(bool g_sensitivity, bool with_magnetometer) {
+// What a set and its unit have.
+struct Parts {
+  bool g_sensitivity = false;
+  bool magnetometer = false;
+  bool higher_terms = false;
+};
+void PrintTo(const Parts& parts, std::ostream* out) {
+  *out << "Gyroscope" << (parts.g_sensitivity ? "WithG" : "")
+       << (parts.magnetometer ? "AndMagnetometer" : "") << (parts.higher_terms ? "Bent" : "");
+}
+
+// A unit with a gyroscope in counts, axes permuted, that may follow gravity.
+Scenario GyroscopeScenario(const Parts& parts) {
   Scenario scenario = QuietScenario();
-  if (!with_magnetometer) scenario.sensors[kMag].reset();
+  if (!parts.magnetometer) scenario.sensors[kMag].reset();
   SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
   gyroscope.unit = {"counts", 1.0, true};
   gyroscope.nominal.sensitivity << 60.0, 4700.0, -30.0, -4800.0, 90.0, 200.0, -100.0, 60.0, 4600.0;
   gyroscope.nominal.bias << 32768.0, 32400.0, 32900.0;
   gyroscope.gyroscope_output = GyroscopeOutput::kInstantaneous;
-  if (g_sensitivity) {
+  if (parts.higher_terms) {
+    // In their own order the poses lie along a spiral, and every axis would turn one way only.
+    std::get<PosesStep>(scenario.motion.front()).shuffle = true;
+    gyroscope.nominal.asymmetry << 2e-3, -1e-3, 3e-3;
+    // 1000 to 3000 ug/g^2.
+    scenario.sensors[kAccel]->nominal.quadratic << 1e-4, -3e-4, 2e-4;
+  }
+  if (parts.g_sensitivity) {
     gyroscope.g_sensitivity.emplace();
     *gyroscope.g_sensitivity << 3.0, -1.0, 0.5, 0.2, 2.0, -0.7, 1.1, 0.4, -2.0;
   }
@@ -52,7 +71,11 @@ CalibrateOptions OptionsFor(const Scenario& scenario) {
     options.triads[triad].enabled = scenario.sensors[triad].has_value();
     options.triads[triad].excess = ExcessNoise::kNone;
   }
-  options.triads[kGyro].g_sensitivity = scenario.sensors[kGyro]->g_sensitivity.has_value();
+  if (scenario.sensors[kGyro]->g_sensitivity) options.triads[kGyro].g_sensitivity = Wanted::kYes;
+  if (!scenario.sensors[kGyro]->nominal.asymmetry.isZero(0.0)) {
+    options.triads[kGyro].asymmetry = Wanted::kYes;
+    options.triads[kAccel].quadratic = Wanted::kYes;
+  }
   return options;
 }
 
@@ -72,9 +95,9 @@ PoseSet Collect(const Scenario& scenario) {
   return *std::move(poses);
 }
 
-class GyroscopeOf : public ::testing::TestWithParam<std::pair<bool, bool>> {
+class GyroscopeOf : public ::testing::TestWithParam<Parts> {
  protected:
-  Scenario scenario() const { return GyroscopeScenario(GetParam().first, GetParam().second); }
+  Scenario scenario() const { return GyroscopeScenario(GetParam()); }
 };
 
 // Readings of mean rates: integrating them is exact for turns about a fixed axis, but for the
@@ -99,6 +122,12 @@ TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
   if (found.g_sensitivity) {
     EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
   }
+  EXPECT_LT((found.model.asymmetry - expected.model.asymmetry).norm(), 1e-7);
+  EXPECT_EQ(found.asymmetry_sigma.has_value(), GetParam().higher_terms);
+  const TriadCalibration& accelerometer = *summary->calibration.sensors[kAccel];
+  // Norms of 9.8 m/s^2, solved to 1e-9, over the squares of what the axes feel.
+  EXPECT_LT((accelerometer.model.quadratic - truth.sensors[kAccel]->model.quadratic).norm(), 1e-10);
+  EXPECT_EQ(accelerometer.quadratic_sigma.has_value(), GetParam().higher_terms);
   EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
 }
 
@@ -131,13 +160,16 @@ TEST_P(GyroscopeOf, HasTheErrorsThatItStates) {
 
 INSTANTIATE_TEST_SUITE_P(EachSet,
                          GyroscopeOf,
-                         ::testing::Values(std::pair(false, false),
-                                           std::pair(true, false),
-                                           std::pair(false, true),
-                                           std::pair(true, true)));
+                         ::testing::Values(Parts{false, false, false},
+                                           Parts{true, false, false},
+                                           Parts{false, true, false},
+                                           Parts{true, true, false},
+                                           Parts{false, false, true},
+                                           Parts{true, true, true}),
+                         ::testing::PrintToStringParamName());
 
 TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
-  Scenario scenario = GyroscopeScenario(false, false);
+  Scenario scenario = GyroscopeScenario({});
   scenario.sensors[kAccel]->noise.density.setConstant(0.003);
   scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
   // Half a turn in 1.2 s with minimum jerk reaches 1.875 pi / 1.2 = 4.9 rad/s.
@@ -157,7 +189,7 @@ TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
 
 // Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
 Scenario NoisyGyroscopeScenario(std::uint64_t seed) {
-  Scenario scenario = GyroscopeScenario(true, false);
+  Scenario scenario = GyroscopeScenario({true, false, false});
   scenario.sensors[kAccel]->noise.density.setConstant(0.003);
   scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
   scenario.seed = seed;
@@ -231,7 +263,7 @@ TEST(Gyroscope, IsNotCalibratedWithAMagnetometerAlone) {
 }
 
 TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
-  const Scenario scenario = GyroscopeScenario(false, false);
+  const Scenario scenario = GyroscopeScenario({});
   CalibrateOptions options = OptionsFor(scenario);
   options.triads[kAccel].enabled = false;
   const auto summary = Calibrate(Collect(scenario), options);
@@ -241,7 +273,7 @@ TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
 }
 
 TEST(Gyroscope, IsRefusedWhereNothingTurns) {
-  Scenario scenario = GyroscopeScenario(false, false);
+  Scenario scenario = GyroscopeScenario({});
   PoseSet poses = Collect(scenario);
   poses.moves.clear();
   const auto summary = Calibrate(poses, OptionsFor(scenario));
@@ -250,20 +282,63 @@ TEST(Gyroscope, IsRefusedWhereNothingTurns) {
   EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("turns"));
 }
 
+class ChoiceOfTheGyroscope : public ::testing::TestWithParam<Parts> {};
+
+// A unit of the kind of GyroscopeScenario, calibrated with everything left open.
+TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
+  Scenario scenario = GyroscopeScenario(GetParam());
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  if (scenario.sensors[kMag]) scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.cross_validation_folds = 5;
+  for (TriadOptions& triad : options.triads) triad.model = MatrixModel::kAuto;
+  options.triads[kAccel].quadratic = Wanted::kAuto;
+  options.triads[kGyro].asymmetry = Wanted::kAuto;
+  options.triads[kGyro].g_sensitivity = Wanted::kAuto;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const CalibrateOptions& chosen = summary->options;
+  const auto wanted = [](bool there) { return there ? Wanted::kYes : Wanted::kNo; };
+  EXPECT_EQ(chosen.triads[kGyro].g_sensitivity, wanted(GetParam().g_sensitivity));
+  EXPECT_EQ(chosen.triads[kGyro].asymmetry, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kAccel].quadratic, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
+  EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
+  ASSERT_FALSE(summary->calibration.quality.model_choice.empty());
+  // The same as if it had been asked for.
+  const auto again = Calibrate(Collect(scenario), chosen);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->calibration.sensors[kGyro]->model.sensitivity,
+            summary->calibration.sensors[kGyro]->model.sensitivity);
+  EXPECT_TRUE(again->calibration.quality.model_choice.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSet,
+                         ChoiceOfTheGyroscope,
+                         ::testing::Values(Parts{false, false, false},
+                                           Parts{true, false, false},
+                                           Parts{false, true, true},
+                                           Parts{true, true, true}),
+                         ::testing::PrintToStringParamName());
+
 TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
-  const Scenario scenario = GyroscopeScenario(true, false);
+  const Scenario scenario = GyroscopeScenario({true, false, true});
   const PoseSet poses = Collect(scenario);
   SharedLayout layout;
   layout.bias[kGyro] = 0;
   layout.sensitivity[kGyro] = 3;
   layout.g_sensitivity = 12;
-  layout.reference = 21;
-  layout.size = 21 + kReferenceSize;
+  layout.asymmetry[kGyro] = 21;
+  layout.reference = 24;
+  layout.size = 24 + kReferenceSize;
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
   const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
   shared.segment<3>(0) = gyroscope.nominal.bias;
   shared.segment<9>(3) = gyroscope.nominal.sensitivity.reshaped();
   shared.segment<9>(12) = gyroscope.g_sensitivity->reshaped();
+  shared.segment<3>(21) = gyroscope.nominal.asymmetry;
   IncrementEdge edge;
   const RecordedMove& recorded = poses.moves.front();
   for (std::size_t i = 0; i < recorded.time_ns.size(); ++i) {
@@ -276,15 +351,20 @@ TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
   // Away from where it was integrated, and with a residual.
   shared.segment<3>(0) += Eigen::Vector3d(20.0, -30.0, 10.0);
   shared[4] += 50.0;
+  shared[22] += 0.02;
   const Eigen::Quaterniond first = RotationExp(Eigen::Vector3d(0.3, -0.2, 0.5));
   const Eigen::Quaterniond second =
       first * edge.increment.rotation * RotationExp(Eigen::Vector3d(0.05, 0.1, -0.08));
   const IncrementCost cost(layout, edge);
   const ceres::EigenQuaternionManifold quaternion;
   std::vector<const ceres::Manifold*> manifolds = {
-      nullptr, nullptr, nullptr, &quaternion, &quaternion};
-  std::vector<const double*> parameters = {
-      &shared[0], &shared[3], &shared[12], first.coeffs().data(), second.coeffs().data()};
+      nullptr, nullptr, nullptr, nullptr, &quaternion, &quaternion};
+  std::vector<const double*> parameters = {&shared[0],
+                                           &shared[3],
+                                           &shared[21],
+                                           &shared[12],
+                                           first.coeffs().data(),
+                                           second.coeffs().data()};
   ceres::NumericDiffOptions numeric;
   ceres::GradientChecker checker(&cost, &manifolds, numeric);
   ceres::GradientChecker::ProbeResults results;

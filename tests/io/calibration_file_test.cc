@@ -50,6 +50,10 @@ Calibration Awkward() {
   full.model.bias = {32768.1, -1e-310, 1e300};
   full.bias_sigma = {kInfinity, 0.0, kSubnormal};
   full.sensitivity_sigma.setConstant(0.1);
+  full.model.quadratic = {1e-5 / 3.0, 0.0, -kSubnormal};
+  full.quadratic_sigma = {1e-6, 0.0, kInfinity};
+  full.model.asymmetry.setConstant(1e-3 / 7.0);
+  full.asymmetry_sigma = Eigen::Vector3d::Constant(0.1);
   full.g_sensitivity = Eigen::Matrix3d::Constant(-1.0 / 7.0);
   full.thermal = ThermalTerms{25.0,
                               {-40.0, 85.1},
@@ -83,6 +87,8 @@ Calibration Awkward() {
   quality.held_out->folds = 5;
   quality.held_out->rms[Triad::kAccelerometer] = 0.1;
   quality.held_out->turns = HeldOutTurns{{0.1 + 0.2, 1e-17, 0.003}, 0.003, 1.0 / 7.0, 0.01};
+  quality.model_choice = {{"gyroscope full, g-sensitivity", true, 12, 1e2 / 3.0, {}, 70.1, {}},
+                          {"gyroscope \"bias\"", false, 3, kInfinity, 0.1, -2.0 / 7.0, 1e-300}};
   quality.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
   quality.pose_residuals = {

@@ -144,6 +144,16 @@ TEST_F(CorrectedLog, TakesTheGSensitivityOutOfTheGyroscope) {
               HasSubstr("needs the accelerometer"));
 }
 
+TEST_F(CorrectedLog, TakesTheHigherTermsOut) {
+  TriadCalibration& accelerometer = Calibrate(Triad::kAccelerometer, "m/s^2");
+  accelerometer.model.sensitivity *= 2.0;
+  accelerometer.model.quadratic << 0.25, 0.0, 0.25;
+  accelerometer.model.asymmetry << 0.0, 0.5, 0.0;
+  // The axes feel 4, -4 and nothing: no u + u^2 / 4 is below -1.
+  ASSERT_TRUE(WriteCsv("accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n8,-2,-2\n"));
+  EXPECT_EQ(Output(), "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n2,-2,\n");
+}
+
 TEST_F(CorrectedLog, LeavesOutTriadsWithoutCalibration) {
   Calibrate(Triad::kAccelerometer, "g");
   const auto summary =

@@ -37,6 +37,7 @@ const std::vector<std::string> kReadingOrder = {"USABLE, within limits",
                                                 "Limits",
                                                 "Parameters and predicted uncertainty",
                                                 "Weak directions",
+                                                "Choice of the model",
                                                 "Held-out error",
                                                 "A small residual alone proves nothing",
                                                 "Pose coverage"};

@@ -115,6 +115,10 @@ inline Calibration SampleCalibration(int poses = 24) {
   q.weak_directions = {{"magnetometer bias z and scale z cannot be told apart",
                         "add poses with z up and down",
                         0.012}};
+  q.model_choice = {
+      {"accelerometer full; magnetometer full", true, 22, 51.2, std::nullopt, 160.4, 1.021},
+      {"accelerometer with quadratic term", false, 25, 48.9, 0.51, 172.7, 1.043},
+      {"magnetometer symmetric", false, 19, 4711.0, 1e-14, 4805.2, 9.3}};
   q.held_out = HeldOut{5, {}, {}, {}};
   q.held_out->rms[Triad::kAccelerometer] = 0.00171;
   q.held_out->in_sample_rms[Triad::kAccelerometer] = 0.00130;

@@ -83,6 +83,7 @@ TEST(Simulation, TruthListsEveryTermOfAUnitInTheOrderOfACalibration) {
   SimulatedTriad& gyroscope = scenario.sensors[kGyro].emplace();
   gyroscope.unit = *ParseTriadUnit(kGyro, "rad/s");
   gyroscope.g_sensitivity = Eigen::Matrix3d::Zero();
+  gyroscope.spread.asymmetry = 1e-4;
   ThermalTerms& thermal = gyroscope.thermal.emplace();
   thermal.bias = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   thermal.sensitivity = {Eigen::Matrix3d::Zero()};
@@ -102,11 +103,12 @@ TEST(Simulation, TruthListsEveryTermOfAUnitInTheOrderOfACalibration) {
                                       "gyroscope.thermal.rate.quadratic",
                                       "gyroscope.thermal.rate.cross",
                                       "gyroscope.thermal.sensitivity.1",
+                                      "gyroscope.asymmetry",
                                       "gyroscope.g_sensitivity"}));
-  ASSERT_EQ(covariance.parameters.size(), 45U);
-  EXPECT_EQ(covariance.parameters[37], "gyroscope.g_sensitivity.xy");
+  ASSERT_EQ(covariance.parameters.size(), 48U);
+  EXPECT_EQ(covariance.parameters[40], "gyroscope.g_sensitivity.xy");
   EXPECT_TRUE(covariance.matrix.isZero(0.0));
-  EXPECT_EQ(covariance.matrix.rows(), 45);
+  EXPECT_EQ(covariance.matrix.rows(), 48);
 }
 
 TEST(Simulation, FailsWithTheReadingThatIsBeyondAllNumbers) {

@@ -163,6 +163,13 @@ const std::vector<Regime>& Regimes() {
          Eigen::Matrix3d& S = trial->unit.models[kMag]->sensitivity;
          S = (0.5 * (S + S.transpose())).eval();
        }},
+      {"Quadratic",
+       "quadratic terms of 100 µg/g² estimated",
+       {},
+       [](Trial* trial, Random* random) {
+         trial->options.triads[kAccel].quadratic = Wanted::kYes;
+         trial->unit.models[kAccel]->quadratic = 1e-5 * random->Normal3();
+       }},
       {"SixFace",
        "accelerometer on six faces, tilt 0.1°, seat 0.05°",
        {},

@@ -108,6 +108,8 @@ inline Eigen::VectorXd Errors(const Calibration& calibration, const SyntheticUni
         errors.push_back(estimate.sensitivity(row, col) - truth.sensitivity(row, col));
       }
     }
+    if (!calibration.sensors[triad]->quadratic_sigma) continue;
+    for (int i = 0; i < 3; ++i) errors.push_back(estimate.quadratic[i] - truth.quadratic[i]);
   }
   for (const std::string& name : calibration.covariance.parameters) {
     if (name.rfind("reference.", 0) != 0) continue;

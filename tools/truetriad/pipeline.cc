@@ -201,17 +201,25 @@ Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
 Status HoldMatrices(const LoadedPoses& loaded, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];
-    const bool held = experiment->fixed_identity[triad] ||
-                      (options.model == MatrixModel::kBias && !options.fixed_sensitivity);
+    const bool may_be_held =
+        options.model == MatrixModel::kBias || options.model == MatrixModel::kAuto;
+    const bool held =
+        experiment->fixed_identity[triad] || (may_be_held && !options.fixed_sensitivity);
     if (!options.enabled || !held || loaded.poses.Find(triad) == nullptr) continue;
+    const bool is_candidate =
+        options.model == MatrixModel::kAuto && !experiment->fixed_identity[triad];
+    std::optional<Eigen::Matrix3d>& matrix =
+        is_candidate ? options.nominal_sensitivity : options.fixed_sensitivity;
     const bool has_prior = options.prior && options.prior->sensitivity_sigma.allFinite();
     if (has_prior && !experiment->fixed_identity[triad]) {
-      options.fixed_sensitivity = options.prior->sensitivity;
+      matrix = options.prior->sensitivity;
       continue;
     }
     const Result<Eigen::Matrix3d> identity = IdentitySensitivity(loaded, triad, options);
+    // Counts of unknown size have no nominal matrix to choose.
+    if (!identity && is_candidate) continue;
     TRUETRIAD_RETURN_IF_ERROR(identity);
-    options.fixed_sensitivity = *identity;
+    matrix = *identity;
   }
   return {};
 }
@@ -309,9 +317,17 @@ Calibration NotEnough(const Experiment& experiment, const Error& reason) {
 }
 
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
-  if (loaded.not_enough) return NotEnough(experiment, *loaded.not_enough);
+  if (loaded.not_enough) {
+    Calibration calibration = NotEnough(experiment, *loaded.not_enough);
+    calibration.config_yaml = experiment.resolved_yaml;
+    return calibration;
+  }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
   TRUETRIAD_RETURN_IF_ERROR(summary);
+  // A choice that failed leaves it to the next run to choose.
+  summary->calibration.config_yaml = summary->calibration.IsUsable()
+                                         ? ResolvedWithChoice(experiment, summary->options)
+                                         : experiment.resolved_yaml;
   return std::move(summary->calibration);
 }
 
@@ -393,7 +409,6 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   calibration->inputs = std::move(loaded->inputs);
   calibration->messages.insert(
       calibration->messages.end(), loaded->poses.warnings.begin(), loaded->poses.warnings.end());
-  calibration->config_yaml = std::move(experiment.resolved_yaml);
   for (const Triad triad : kTriads) {
     if (std::optional<TriadCalibration>& sensor = calibration->sensors[triad]) {
       sensor->si_per_count = loaded->si_per_count[triad];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,12 +28,12 @@ struct KnownMotionsConfig {
 struct PosesConfig {
   /// Detect unless said; kRanges reads `file`.
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
-  bool given = false;       ///< The experiment has a `poses:` key (else a manifest's own is used).
+  bool given = false;  ///< The experiment has a `poses:` key (else a manifest's own is used).
   std::int64_t every = 0;
   std::string column;
-  std::string file;         ///< Resolved against the experiment file.
+  std::string file;               ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;  ///< Of kMotion.
-  bool moves = false;       ///< The gyroscope's readings between the poses are wanted, too.
+  bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
 };
 
@@ -44,35 +45,42 @@ struct SitePosition {
   std::string date;       ///< "2026-01-31"; empty when not given.
 };
 
+struct ExperimentDraft;
+
 /// One experiment YAML, resolved. interface.md "Experiment files".
 struct Experiment {
   std::string path;
-  std::string input;             ///< Resolved against the experiment file; empty when not given.
+  std::string input;  ///< Resolved against the experiment file; empty when not given.
   std::string serial;
   std::string model;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
   CalibrateOptions options;
   PosesConfig poses;
-  std::string attitudes_file;    ///< `attitudes: {file: …}`, resolved; empty when not given.
+  std::string attitudes_file;  ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
   /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
   /// the recording's unit.
   PerTriad<bool> fixed_identity{};
   PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
   std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration reads over.
-  std::string forces_file;       ///< `initialise: {forces: …}`, resolved; empty when not given.
+  std::string forces_file;  ///< `initialise: {forces: …}`, resolved; empty when not given.
   /// The experiment with every default written out and presets filled in; paths as they were
   /// written. Reads back as an experiment with the same options.
   std::string resolved_yaml;
+  std::shared_ptr<const ExperimentDraft> draft;  ///< What resolved_yaml was made of.
 };
+
+/// `resolved_yaml` with what was `auto` as it was chosen; reads back as an experiment that gives
+/// the same result without choosing.
+std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
 /// Reads an experiment, or the one inside a calibration.yaml.
 ///
-/// `overrides` are `key.sub=value` pairs (the `--set` flag), the value in YAML flow style; they take
-/// the place of what the file says before anything is checked. Paths are relative to the file, in
-/// overrides too. A sensor's `preset:` names a file of defaults for that sensor (configs/sensors).
-/// Errors (bad input), all of them at once: unknown and duplicate keys, wrong types and values out
-/// of range, with file:line or the override; what this version cannot do.
+/// `overrides` are `key.sub=value` pairs (the `--set` flag), the value in YAML flow style; they
+/// take the place of what the file says before anything is checked. Paths are relative to the file,
+/// in overrides too. A sensor's `preset:` names a file of defaults for that sensor
+/// (configs/sensors). Errors (bad input), all of them at once: unknown and duplicate keys, wrong
+/// types and values out of range, with file:line or the override; what this version cannot do.
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 

@@ -30,6 +30,14 @@ enum class MatrixModel {
 std::string_view MatrixModelName(MatrixModel model);
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name);
 
+/// Whether a term beyond bias and sensitivity is estimated.
+enum class Wanted {
+  kNo,  ///< There is none: it is zero.
+  kYes,
+  kAuto,  ///< Chosen by comparing models with and without it.
+};
+std::string_view WantedName(Wanted wanted);  ///< "false", "true", "auto".
+
 /// +g on the axis that points up (specific force), or the opposite (gravity).
 enum class AccelerometerSign { kSpecificForce, kGravity };
 
@@ -110,12 +118,18 @@ struct TriadOptions {
   std::optional<TriadPrior> prior;
   /// Hold the sensitivity at this value (raw per true unit).
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
+  /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: there is no such one.
+  std::optional<Eigen::Matrix3d> nominal_sensitivity;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
   /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
-  /// Gyroscope only: estimate how its readings follow the specific force.
-  bool g_sensitivity = false;
   ThermalOptions thermal;
+  /// Gyroscope only: how its readings follow the specific force.
+  Wanted g_sensitivity = Wanted::kNo;
+  /// Accelerometer only, triad_model.h. Poses with axes halfway up tell it from bias and gain.
+  Wanted quadratic = Wanted::kNo;
+  /// Gyroscope only, triad_model.h. Turns both ways about each axis tell it from the gain.
+  Wanted asymmetry = Wanted::kNo;
 };
 
 struct ReferenceOptions {
@@ -209,6 +223,8 @@ struct CalibrateOptions {
   bool IsBodyKnown() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
+  /// Some model or term is to be chosen.
+  bool HasChoice() const;
   /// Every problem with its value, or ok.
   Status Validate() const;
 };
@@ -220,6 +236,7 @@ struct CalibrationSummary {
   int rounds = 0;           ///< Rounds of weights and excess noise.
   double initial_cost = -1.0;
   double final_cost = -1.0;
+  CalibrateOptions options;  ///< Those of the call, with what was `auto` chosen.
 };
 
 /// Estimates everything that `options` asks for from the poses. Errors: options that contradict

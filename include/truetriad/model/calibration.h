@@ -57,12 +57,14 @@ struct ThermalTerms {
 struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
-  TriadModel<double> model;              ///< Bias (raw) and sensitivity (raw per true unit).
+  TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), higher terms.
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
+  /// Set where the model has the term.
+  std::optional<Eigen::Vector3d> quadratic_sigma, asymmetry_sigma;
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<ThermalTerms> thermal;
-  std::optional<double> si_per_count;    ///< True units per count, when the recording stated it.
+  std::optional<double> si_per_count;  ///< True units per count, when the recording stated it.
   TriadNoise noise;
 
   /// Gains: the diagonal of the sensitivity.
@@ -73,7 +75,8 @@ struct TriadCalibration {
 
 /// Covariance of every entry listed, in the stated gauge; singular where entries are fixed or tied.
 struct NamedCovariance {
-  std::vector<std::string> parameters;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.zz", …
+  std::vector<std::string>
+      parameters;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.zz", …
   Eigen::MatrixXd matrix;
 };
 
@@ -81,9 +84,9 @@ struct NamedCovariance {
 struct ReferenceValues {
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> gravity_sigma_mps2;  ///< Prior σ, when not exact.
-  std::optional<double> field_ut;            ///< Strength used or estimated; only with a magnetometer.
+  std::optional<double> field_ut;  ///< Strength used or estimated; only with a magnetometer.
   std::optional<double> dip_rad;
-  bool field_estimated = false;              ///< Strength or dip was estimated.
+  bool field_estimated = false;  ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
   /// Frame of the attitudes from outside <- world, where the fixture's rotation was estimated: x of
@@ -101,13 +104,14 @@ struct WeakDirection {
 
 /// One triad at one pose after the fit.
 struct PoseResidual {
-  int pose = 0;                                       ///< StaticPose::number.
+  int pose = 0;  ///< StaticPose::number.
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< C(y - b) - predicted, true unit.
-  double norm_error = 0.0;    ///< |C(y - b)| - reference, true unit.
-  double norm_error_before = 0.0;  ///< The same with the uncalibrated nominal model; NaN if unknown.
-  double normalized = 0.0;    ///< sqrt of the deletion χ² over its degrees of freedom.
-  double weight = 1.0;        ///< Robust weight; 0 = rejected.
+  double norm_error = 0.0;                             ///< |C(y - b)| - reference, true unit.
+  double norm_error_before =
+      0.0;                  ///< The same with the uncalibrated nominal model; NaN if unknown.
+  double normalized = 0.0;  ///< sqrt of the deletion χ² over its degrees of freedom.
+  double weight = 1.0;      ///< Robust weight; 0 = rejected.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
 };
 
@@ -150,23 +154,40 @@ struct HeldOut {
 };
 
 struct LimitCheck {
-  std::string name;    ///< "accelerometer.bias".
+  std::string name;  ///< "accelerometer.bias".
   double limit = 0.0;
   double worst = 0.0;  ///< Largest |value| judged.
   double sigma = 0.0;  ///< Its σ.
   bool pass = false;
 };
 
+/// The chosen model of a choice among nested ones, or one that differs from it by one step.
+struct ModelAlternative {
+  std::string description;  ///< "gyroscope without g-sensitivity".
+  bool chosen = false;
+  int parameters = 0;  ///< Free ones, all sensors together.
+  double minus_2_log_l =
+      0.0;  ///< -2 log L, all alternatives with the same noise; without constants.
+  /// Probability of so large a likelihood ratio between this and the chosen model, were the smaller
+  /// of the two true. Unset for the chosen one.
+  std::optional<double> p_value;
+  double bic = 0.0;  ///< Bayesian information criterion.
+  /// RMS of what held-out poses and turns say against the prediction, in units of their noise;
+  /// unset where there are too few to hold some out.
+  std::optional<double> held_out;
+};
+
 struct Quality {
   int poses = 0;
   PerTriad<std::optional<double>> residual_rms;         ///< RMS of |C(y-b)| - reference, true unit.
   PerTriad<std::optional<double>> residual_rms_before;  ///< The same, uncalibrated.
-  double reduced_chi2 = 0.0;         ///< After excess noise.
-  double reduced_chi2_before = 0.0;  ///< With the noise inside the rests alone.
-  double dof = 0.0;                  ///< Residuals minus parameters.
-  double effective_dof = 0.0;        ///< Satterthwaite ν for intervals and joint tests.
+  double reduced_chi2 = 0.0;                            ///< After excess noise.
+  double reduced_chi2_before = 0.0;                     ///< With the noise inside the rests alone.
+  double dof = 0.0;                                     ///< Residuals minus parameters.
+  double effective_dof = 0.0;  ///< Satterthwaite ν for intervals and joint tests.
   std::vector<WeakDirection> weak_directions;
   std::optional<HeldOut> held_out;
+  std::vector<ModelAlternative> model_choice;  ///< Empty unless something was chosen; chosen first.
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;  ///< Those that were stated.
   std::vector<Coverage> coverage;
@@ -179,7 +200,7 @@ struct Calibration {
   std::string serial;
   std::string model;
   std::string software_version;
-  std::string created;                 ///< ISO 8601, UTC.
+  std::string created;  ///< ISO 8601, UTC.
   std::vector<InputFile> inputs;
   Outcome outcome = Outcome::kNotCalled;
   std::optional<bool> within_limits;
@@ -190,7 +211,7 @@ struct Calibration {
   PerTriad<std::optional<TriadCalibration>> sensors;
   NamedCovariance covariance;
   Quality quality;
-  std::string config_yaml;             ///< The resolved experiment, as YAML text.
+  std::string config_yaml;  ///< The resolved experiment, as YAML text.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
 };

@@ -27,6 +27,8 @@ struct UnitSpread {
   double g_sensitivity = 0.0;     ///< Each entry, true unit per m/s^2. Gyroscope only.
   double thermal_bias = 0.0;      ///< Each axis of the linear term of the bias, true unit / degC.
   double thermal_scale = 0.0;     ///< Each gain of the linear term of S, relative / degC.
+  double quadratic = 0.0;         ///< Each axis, true unit / (true unit)^2. Accelerometer only.
+  double asymmetry = 0.0;         ///< Each axis, relative. Gyroscope only.
 };
 
 /// Noise of one triad, per axis, as if added to the true quantity: the readings have it times the
@@ -70,7 +72,9 @@ struct SimulatedTriad {
   Unit unit;                           ///< Of the readings.
   std::optional<double> si_per_count;  ///< Stated in the recording; readings in counts only.
 
-  TriadModel<double> nominal;                    ///< Bias in raw, sensitivity in raw per true unit.
+  /// Bias in raw, sensitivity in raw per true unit. The quadratic term is of an accelerometer, the
+  /// asymmetry of a gyroscope only.
+  TriadModel<double> nominal;
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< Raw per m/s^2. Gyroscope only.
   /// Terms in the temperature of the element; `range_degc` is ignored: nothing is clamped.
   std::optional<ThermalTerms> thermal;

@@ -91,7 +91,7 @@ void GatherAgain(const CalibrateOptions& options,
                  MotionTrack* track,
                  MotionRun* run) {
   const GyroModel gyroscope = GyroscopeOf(run->graph);
-  if (options.triads[Triad::kGyroscope].g_sensitivity) {
+  if (options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
     track->SetForces(ModelOf(run->graph, Triad::kAccelerometer));
   }
   std::vector<MotionNode> nodes = track->Gather(spacing_s, &gyroscope);
@@ -117,7 +117,7 @@ MotionRun FirstFit(const PoseSet& poses,
   LayOutParameters(options, start, &run.graph);
   AddPriors(options, &run.graph);
   const GyroModel gyroscope = GyroscopeOf(run.graph);
-  if (options.triads[Triad::kGyroscope].g_sensitivity) {
+  if (options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
     track->SetForces(*start.models[Triad::kAccelerometer]);
   }
   run.nodes = track->Gather(spacing_s, &gyroscope);
