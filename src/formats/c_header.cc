@@ -120,16 +120,10 @@ Table TableOf(const TriadCalibration& sensor) {
 
 // ---------------------------------------------------------------------------------------- writing
 
-std::string Literal(float value) {
-  std::string text = NumberText(value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text + "f";
-}
-
 std::string Row(const float* values, std::size_t count) {
   std::string text = "{";
   for (std::size_t i = 0; i < count; ++i) {
-    text += (i == 0 ? "" : i % 5 == 0 ? ",\n     " : ", ") + Literal(values[i]);
+    text += (i == 0 ? "" : i % 5 == 0 ? ",\n     " : ", ") + FloatLiteral(values[i]);
   }
   return text + "}";
 }
@@ -298,8 +292,8 @@ std::string SelfTest(Triad triad, float tolerance) {
                      ArrayName(triad, "correct") + "(&" + test + "[i][0], " +
                      (triad == Triad::kGyroscope ? "&" + test + "[i][3], " : "") + test +
                      "[i][6], truth);\n    for (j = 0; j < 3; ++j) {\n      error = truth[j] - " +
-                     test + "[i][7 + j];\n      if (!(error <= " + Literal(tolerance) +
-                     " && error >= -" + Literal(tolerance) + ")) return 0;\n    }\n  }\n";
+                     test + "[i][7 + j];\n      if (!(error <= " + FloatLiteral(tolerance) +
+                     " && error >= -" + FloatLiteral(tolerance) + ")) return 0;\n    }\n  }\n";
   return text;
 }
 

@@ -32,6 +32,7 @@ struct TriadCapacity {
   MatrixForm matrix = MatrixForm::kFull;
   int bias_order = 0;           // powers of the temperature in the bias
   bool matrix_thermal = false;  // powers of the temperature in the sensitivity, any order
+  bool rate_thermal = false;    // bias by the rate of temperature
   bool g_sensitivity = false;
   // Unit of the readings that the consumer corrects; empty: that of the calibration.
   std::string_view reading_unit = {};
@@ -57,6 +58,7 @@ struct Carried {
   PerTriad<Equation> equations;  // empty for a triad that is not in the file
   // The same as our model, in the consumer's units; for formats that can be imported.
   PerTriad<std::optional<TriadCalibration>> sensors;
+  std::optional<double> field_ut;  // strength of the field that it was made with
   std::vector<std::string> notes;
 };
 
@@ -77,7 +79,17 @@ struct Format {
 // One a file.
 Format Px4Format();
 Format ArduPilotFormat();
+Format KalibrFormat();
+Format OpenVinsFormat();
+Format BasaltFormat();
 Format ImuTkFormat();
+Format ImuCalibFormat();
+Format RealSenseFormat();
+Format BetaflightFormat();
+Format InavFormat();
+Format FusionFormat();
+Format MatlabFormat();
+Format JsonFormat();
 Format CHeaderFormat();
 
 std::span<const Format> AllFormats();

@@ -8,8 +8,20 @@
 namespace truetriad {
 
 std::span<const Format> AllFormats() {
-  static const auto& formats =
-      *new std::vector<Format>{Px4Format(), ArduPilotFormat(), ImuTkFormat(), CHeaderFormat()};
+  static const auto& formats = *new std::vector<Format>{Px4Format(),
+                                                        ArduPilotFormat(),
+                                                        BetaflightFormat(),
+                                                        InavFormat(),
+                                                        KalibrFormat(),
+                                                        OpenVinsFormat(),
+                                                        BasaltFormat(),
+                                                        ImuTkFormat(),
+                                                        ImuCalibFormat(),
+                                                        RealSenseFormat(),
+                                                        FusionFormat(),
+                                                        MatlabFormat(),
+                                                        JsonFormat(),
+                                                        CHeaderFormat()};
   return formats;
 }
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace truetriad {
 
@@ -20,6 +21,13 @@ template <typename Number>
 std::string PlainNumberText(Number value) {
   char text[512];  // 1e-308 has that many digits
   return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed).ptr};
+}
+
+// A float constant of C.
+inline std::string FloatLiteral(float value) {
+  std::string text = NumberText(value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text + "f";
 }
 
 // `digits` significant digits, for people.

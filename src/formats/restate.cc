@@ -10,6 +10,7 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
+#include "estimation/parameter_name.h"
 #include "formats/number_text.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
@@ -73,7 +74,10 @@ Status HoldThermal(Triad triad,
   TRUETRIAD_RETURN_IF_ERROR(at);
   const std::string where = " at " + RoundedText(*at, 6) + " degC";
   const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, *at);
-  if (thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross) {
+  const auto has_rate = [&thermal] {
+    return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
+  };
+  if (has_rate() && !capacity.rate_thermal) {
     notes->emplace_back(Name(triad) + ": dropped: bias by the rate of temperature");
     thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
   }
@@ -93,7 +97,7 @@ Status HoldThermal(Triad triad,
                         std::to_string(capacity.bias_order));
     LowerBiasOrder(capacity.bias_order, sensor);
   }
-  if (thermal.bias.empty() && thermal.sensitivity.empty()) sensor->thermal.reset();
+  if (thermal.bias.empty() && thermal.sensitivity.empty() && !has_rate()) sensor->thermal.reset();
   return {};
 }
 
@@ -226,6 +230,22 @@ std::optional<double> TruthPerRaw(Triad triad, const TriadCalibration& sensor) {
   return unit->is_counts ? sensor.si_per_count : unit->truth_per_raw;
 }
 
+/// The rows and columns of a triad's entries in its new units.
+void ScaleCovariance(Triad triad,
+                     double reading_per_raw,
+                     double result_per_truth,
+                     NamedCovariance* covariance) {
+  for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(covariance->parameters[i]);
+    if (!name || name->triad != triad) continue;
+    const double factor = name->kind == ParameterKind::kSensitivity
+                              ? reading_per_raw / result_per_truth
+                              : reading_per_raw;
+    covariance->matrix.row(static_cast<Eigen::Index>(i)) *= factor;
+    covariance->matrix.col(static_cast<Eigen::Index>(i)) *= factor;
+  }
+}
+
 /// Restates readings and results in the format's units.
 Status HoldUnits(Triad triad,
                  const Format& format,
@@ -286,6 +306,7 @@ Status HoldUnits(Triad triad,
     }
   }
   sensor = InUnits(sensor, reading_per_raw, 1.0 / truth_per_result);
+  ScaleCovariance(triad, reading_per_raw, 1.0 / truth_per_result, &restated->held.covariance);
   sensor.input_unit = reading;
   sensor.output_unit = result;
   if (capacity.matrix == MatrixForm::kNone) sensor.model.sensitivity.setIdentity();

@@ -39,8 +39,10 @@ TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {
 TEST(Export, SaysInEveryFileWhatItIs) {
   setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
   for (const FormatInfo& format : Formats()) {
-    const Result<Export> result = ExportCalibration(
-        RandomUnitCalibration({.counts = true}, 1), format.name, {.software_version = "0.9.8"});
+    const Result<Export> result =
+        ExportCalibration(RandomUnitCalibration({.counts = true}, 1),
+                          format.name,
+                          {.software_version = "0.9.8", .file_name = "unit.m"});
     ASSERT_TRUE(result) << format.name << ": " << result.error().message;
     for (const ExportedFile& file : result->files) {
       EXPECT_THAT(file.text,

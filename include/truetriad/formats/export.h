@@ -31,6 +31,8 @@ std::vector<FormatInfo> Formats();
 struct ExportOptions {
   /// The program that exports, for the comment: "0.1.0".
   std::string software_version = {};
+  /// Name that the file will have: whether MATLAB gets a script (.m) or a .mat.
+  std::string file_name = {};
   /// Where a temperature-dependent calibration is evaluated for a format that holds constants only,
   /// degC; unset: at the calibration's reference. Range: inside the calibrated one.
   std::optional<double> temperature_degc = {};

@@ -60,6 +60,7 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
 Result<ExportOptions> ParseOptions() {
   ExportOptions options;
   options.software_version = Version();
+  options.file_name = FLAGS_output;
   if (!FLAGS_max_loss.empty()) {
     const Result<double> share = ParseReal("max-loss", FLAGS_max_loss);
     TRUETRIAD_RETURN_IF_ERROR(share);
