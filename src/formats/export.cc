@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/loss.h"
 #include "formats/number_text.h"
@@ -34,8 +35,7 @@ std::vector<std::string> Comment(const Format& format,
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = held.sensors[triad];
     if (!sensor) continue;
-    lines.push_back(std::string(TriadName(triad)) + ": readings in " + sensor->input_unit +
-                    ", result in " + sensor->output_unit + ".");
+    lines.push_back(UnitComment(triad, sensor->input_unit, sensor->output_unit));
   }
   for (std::string& line : lines) {
     for (char& c : line) {

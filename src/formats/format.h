@@ -91,6 +91,7 @@ Format FusionFormat();
 Format MatlabFormat();
 Format JsonFormat();
 Format CHeaderFormat();
+Format RecordFormat();
 
 std::span<const Format> AllFormats();
 

@@ -21,7 +21,8 @@ std::span<const Format> AllFormats() {
                                                         FusionFormat(),
                                                         MatlabFormat(),
                                                         JsonFormat(),
-                                                        CHeaderFormat()};
+                                                        CHeaderFormat(),
+                                                        RecordFormat()};
   return formats;
 }
 

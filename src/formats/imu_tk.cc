@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "formats/comment.h"
 #include "formats/format.h"
 #include "formats/number_text.h"
 
@@ -106,6 +107,7 @@ Result<Carried> Read(const ReadRequest& request) {
       return TK * (reading - B);
     };
     TriadCalibration& sensor = carried.sensors[kind->triad].emplace();
+    sensor.input_unit = UnitFromComment(file.text, kind->triad);
     sensor.output_unit = TruthUnitName(kind->triad);
     sensor.model = {TK.inverse(), B};
     if (TK.isUpperTriangular(0.0)) {

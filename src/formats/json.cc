@@ -1,16 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <cmath>
-
-#include <Eigen/LU>
-
 #include "formats/format.h"
 #include "formats/list_text.h"
-#include "truetriad/model/thermal.h"
+#include "formats/sensor_json.h"
 
-// Everything that calibration.yaml says of the sensors, in JSON, in the calibration's units:
-//
-//   truth = C(T) (raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
+// Everything that calibration.yaml says of the sensors, in JSON, in the calibration's units.
 
 namespace truetriad {
 namespace {
@@ -18,73 +11,16 @@ namespace {
 constexpr std::string_view kFormat = "truetriad/export/1";
 constexpr int kAnyOrder = 99;
 
-std::string Member(std::string_view indent, std::string_view name, const std::string& value) {
-  return std::string(indent) + JsonText(name) + ": " + value + ",\n";
-}
-
-/// Members end with a comma; the last one of an object must not.
-std::string Closed(std::string members, std::string_view end) {
-  members.erase(members.rfind(','), 1);
-  return members.append(end);
-}
-
-std::string ThermalText(const ThermalTerms& thermal) {
-  constexpr std::string_view kIndent = "        ";
-  std::string bias;
-  for (const Eigen::Vector3d& term : thermal.bias) {
-    bias += (bias.empty() ? "" : ", ") + ListText(term);
-  }
-  std::string sensitivity;
-  for (const Eigen::Matrix3d& term : thermal.sensitivity) {
-    sensitivity += (sensitivity.empty() ? "" : ", ") + RowsText(term);
-  }
-  std::string text = Member(kIndent, "reference_degc", NumberText(thermal.reference_degc)) +
-                     Member(kIndent,
-                            "range_degc",
-                            "[" + NumberText(thermal.range_degc[0]) + ", " +
-                                NumberText(thermal.range_degc[1]) + "]") +
-                     Member(kIndent, "bias", "[" + bias + "]") +
-                     Member(kIndent, "sensitivity", "[" + sensitivity + "]");
-  if (thermal.rate_linear) text += Member(kIndent, "rate_linear", ListText(*thermal.rate_linear));
-  if (thermal.rate_quadratic) {
-    text += Member(kIndent, "rate_quadratic", ListText(*thermal.rate_quadratic));
-  }
-  if (thermal.rate_cross) text += Member(kIndent, "rate_cross", ListText(*thermal.rate_cross));
-  return "{\n" + Closed(text, "      }");
-}
-
-std::string SensorText(const TriadCalibration& sensor) {
-  constexpr std::string_view kIndent = "      ";
-  std::string text = Member(kIndent, "input_unit", JsonText(sensor.input_unit)) +
-                     Member(kIndent, "output_unit", JsonText(sensor.output_unit)) +
-                     Member(kIndent, "bias", ListText(sensor.model.bias)) +
-                     Member(kIndent, "sensitivity", RowsText(sensor.model.sensitivity)) +
-                     Member(kIndent, "correction", RowsText(sensor.model.Correction())) +
-                     Member(kIndent, "bias_sigma", ListText(sensor.bias_sigma)) +
-                     Member(kIndent, "sensitivity_sigma", RowsText(sensor.sensitivity_sigma));
-  if (sensor.g_sensitivity) {
-    text += Member(kIndent, "g_sensitivity", RowsText(*sensor.g_sensitivity));
-  }
-  if (sensor.si_per_count) {
-    text += Member(kIndent, "si_per_count", NumberText(*sensor.si_per_count));
-  }
-  if (sensor.thermal) text += Member(kIndent, "thermal", ThermalText(*sensor.thermal));
-  return "{\n" + Closed(text, "    }");
-}
-
 Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
                                         std::vector<std::string>* /*warnings*/) {
   const Calibration& calibration = request.calibration;
   std::string sensors;
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad]) continue;
-    sensors += Member("    ", TriadName(triad), SensorText(*calibration.sensors[triad]));
+    sensors += Member(
+        "    ", TriadName(triad), Object(SensorMembers(*calibration.sensors[triad]), "    "));
   }
-  std::string names;
-  for (const std::string& name : calibration.covariance.parameters) {
-    names += (names.empty() ? "" : ", ") + JsonText(name);
-  }
-  std::string text =
+  const std::string text =
       Member("  ", "format", JsonText(kFormat)) +
       Member("  ", "comment", JsonText(request.comment)) +
       Member("  ", "serial", JsonText(calibration.serial)) +
@@ -94,63 +30,13 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       Member("  ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor))) +
       Member("  ", "gravity_mps2", NumberText(calibration.reference.gravity_mps2)) +
       Member("  ", "temperature_degc", NumberText(calibration.reference.temperature_degc)) +
-      Member("  ", "sensors", "{\n" + Closed(sensors, "  }")) +
-      Member("  ",
-             "covariance",
-             "{\n    \"parameters\": [" + names +
-                 "],\n    \"matrix\": " + RowsText(calibration.covariance.matrix) + "\n  }");
-  return std::vector<ExportedFile>{{"", "{\n" + Closed(text, "}\n")}};
-}
-
-/// What a consumer needs of a sensor's block.
-TriadCalibration ReadSensor(YamlReader* sensor) {
-  TriadCalibration read;
-  const std::vector<double> bias = ReadList(sensor->RequireChild("bias"), 3);
-  if (!bias.empty()) read.model.bias = Eigen::Map<const Eigen::Vector3d>(bias.data());
-  read.model.sensitivity = ReadRows(sensor->RequireChild("sensitivity"));
-  if (YamlReader G = sensor->Child("g_sensitivity")) read.g_sensitivity = ReadRows(G);
-  if (YamlReader block = sensor->Child("thermal")) {
-    ThermalTerms& thermal = read.thermal.emplace();
-    block.Require("reference_degc", &thermal.reference_degc);
-    const std::vector<double> range = ReadList(block.RequireChild("range_degc"), 2);
-    if (!range.empty()) thermal.range_degc = {range[0], range[1]};
-    for (YamlReader& item : block.RequireChild("bias").Items()) {
-      const std::vector<double> term = ReadList(item, 3);
-      if (!term.empty()) thermal.bias.emplace_back(term[0], term[1], term[2]);
-    }
-    for (YamlReader& item : block.RequireChild("sensitivity").Items()) {
-      thermal.sensitivity.push_back(ReadRows(item));
-    }
-  }
-  return read;
+      Member("  ", "sensors", Object(sensors, "  ")) +
+      Member("  ", "covariance", CovarianceText(calibration.covariance));
+  return std::vector<ExportedFile>{{"", Object(text, "") + "\n"}};
 }
 
 Result<Carried> Read(const ReadRequest& request) {
-  const ExportedFile& file = request.files[0];
-  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  YamlReader sensors = root->RequireChild("sensors");
-  Carried carried;
-  for (const Triad triad : kTriads) {
-    YamlReader block = sensors.Child(TriadName(triad));
-    if (!block) continue;
-    const TriadCalibration sensor = ReadSensor(&block);
-    carried.equations[triad] = [sensor](const Eigen::Vector3d& reading,
-                                        const Eigen::Vector3d& force_mps2,
-                                        double temperature_degc) -> Eigen::Vector3d {
-      TriadModel<double> model = sensor.model;
-      if (sensor.thermal) {
-        const Eigen::Vector2d& range = sensor.thermal->range_degc;
-        model = ModelAtTemperature(
-            model, *sensor.thermal, std::clamp(temperature_degc, range[0], range[1]));
-      }
-      Eigen::Vector3d raw = reading;
-      if (sensor.g_sensitivity) raw -= *sensor.g_sensitivity * force_mps2;
-      return model.TruthFromRaw(raw);
-    };
-  }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
-  return carried;
+  return ReadSensorsJson(request.files[0].text, request.files[0].suffix);
 }
 
 }  // namespace

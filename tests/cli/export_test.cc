@@ -58,6 +58,44 @@ TEST(ExportVerb, RefusesACalibrationThatIsNotUsable) {
   EXPECT_EQ(folder.FileCount(), 1U);
 }
 
+TEST(ImportVerb, WritesWhatCompareAndApplyTake) {
+  const TemporaryFolder folder;
+  const std::string carried = folder.Path("imu.yaml");
+  ASSERT_EQ(
+      RunTruetriad(
+          {"export", std::string("--calibration=") + kDemo, "--to=kalibr", "--output=" + carried})
+          .exit_code,
+      0);
+  const Finished run = RunTruetriad(
+      {"import", "--from=kalibr", "--input=" + carried, "--output=" + folder.Path("back")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string file = folder.Path("back/calibration.yaml");
+  EXPECT_EQ(run.out, file + "\n");
+  EXPECT_THAT(run.err, IsEmpty());
+  const Finished compared = RunTruetriad({"compare", std::string("--a=") + kDemo, "--b=" + file});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  // Neither has a σ; the values are the same to the last digit.
+  EXPECT_THAT(compared.out,
+              AllOf(HasSubstr("share no parameter with a σ"),
+                    HasSubstr("accelerometer.sensitivity.zx        -0.009        -0.009")));
+}
+
+TEST(ImportVerb, RefusesWhatItCannotRead) {
+  const TemporaryFolder folder;
+  const Finished missing = RunTruetriad({"import",
+                                         "--from=px4",
+                                         "--input=" + folder.Path("none.params"),
+                                         "--output=" + folder.Path("back")});
+  EXPECT_EQ(missing.exit_code, 2);
+  const Finished format = RunTruetriad({"import",
+                                        "--from=json",
+                                        std::string("--input=") + kDemo,
+                                        "--output=" + folder.Path("back")});
+  EXPECT_EQ(format.exit_code, 1);
+  EXPECT_THAT(format.err, HasSubstr("`json` cannot be imported"));
+  EXPECT_EQ(folder.FileCount(), 0U);
+}
+
 TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
   const TemporaryFolder folder;
   const auto error = [&folder](const std::string& flag) {

@@ -30,6 +30,7 @@ const std::vector<Command>& Commands() {
                                                           SimulateCommand(),
                                                           PlanCommand(),
                                                           ExportCommand(),
+                                                          ImportCommand(),
                                                           ReportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

@@ -52,6 +52,7 @@ Command AllanCommand();
 Command SimulateCommand();
 Command PlanCommand();
 Command ExportCommand();
+Command ImportCommand();
 Command ReportCommand();
 Command HelpCommand();
 Command VersionCommand();
