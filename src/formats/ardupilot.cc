@@ -276,8 +276,10 @@ struct ArduPilotThermal {
 void ReadImu(const ParameterList& list, int instance, Carried* carried) {
   const ImuNames names(instance);
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
-    const std::string& prefix = names.offset[triad == Triad::kAccelerometer ? 0 : 1];
-    if (!list.HasVector(prefix, "")) continue;
+    const std::size_t number = triad == Triad::kAccelerometer ? 0 : 1;
+    const std::string& prefix = names.offset[number];
+    // 0: there is no such IMU.
+    if (!list.HasVector(prefix, "") || list.Get(names.id[number], 1.0F) == 0.0F) continue;
     const Eigen::Vector3f offset = list.GetVector(prefix, "", 0.0F);
     const Eigen::Vector3f scale = triad == Triad::kAccelerometer
                                       ? list.GetVector(names.scale, "", 1.0F)
@@ -302,7 +304,7 @@ void ReadImu(const ParameterList& list, int instance, Carried* carried) {
 
 void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
   const CompassNames names(instance);
-  if (!list.HasVector(names.offset, "")) return;
+  if (!list.HasVector(names.offset, "") || list.Get(names.id, 1.0F) == 0.0F) return;
   const Eigen::Vector3f offset = list.GetVector(names.offset, "", 0.0F);
   Eigen::Vector3f diagonal = list.GetVector(names.diagonal, "", 1.0F);
   if (diagonal.isZero(0.0F)) diagonal.setOnes();  // 0: off

@@ -184,7 +184,8 @@ Result<Carried> Read(const ReadRequest& request) {
   Carried carried;
   for (const Px4Triad& names : kPx4Triads) {
     const std::string prefix = CalibrationPrefix(names, *instance);
-    if (!list->HasVector(prefix, "OFF")) continue;
+    // 0: the slot belongs to no sensor.
+    if (!list->HasVector(prefix, "OFF") || list->Get(prefix + "ID", 1.0F) == 0.0F) continue;
     const Eigen::Vector3f offset = list->GetVector(prefix, "OFF", 0.0F);
     Eigen::Matrix3f D = Eigen::Matrix3f::Identity();
     if (names.triad != Triad::kGyroscope) {
