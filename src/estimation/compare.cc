@@ -228,6 +228,8 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
     return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
   });
 
+  if (common.empty()) return comparison;  // Neither states an uncertainty.
+
   // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
   const auto n = static_cast<Eigen::Index>(common.size());
   Eigen::MatrixXd sum(n, n);

@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
     OfEach,
     CommandLineHelp,
     ::testing::Values(
-        "inspect", "calibrate", "apply", "evaluate", "compare", "report", "help", "version"),
+        "inspect", "calibrate", "apply", "evaluate", "compare", "export", "import", "report", "help", "version"),
     [](const auto& test) { return test.param; });
 
 }  // namespace

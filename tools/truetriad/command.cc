@@ -10,9 +10,15 @@ namespace truetriad {
 namespace {
 
 /// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 3> kUnavailable = {"convert", "export", "fleet"};
+constexpr std::array<std::string_view, 2> kUnavailable = {"convert", "fleet"};
 
 }  // namespace
+
+std::string GflagsName(std::string_view flag) {
+  std::string name(flag);
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
 
 const std::vector<Command>& Commands() {
   static const auto& commands = *new std::vector<Command>{InspectCommand(),
@@ -23,6 +29,8 @@ const std::vector<Command>& Commands() {
                                                           AllanCommand(),
                                                           SimulateCommand(),
                                                           PlanCommand(),
+                                                          ExportCommand(),
+                                                          ImportCommand(),
                                                           ReportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

@@ -15,10 +15,13 @@ inline constexpr int kExitOutsideLimits = 4;
 
 /// A flag that a verb takes. Its value and description are gflags'.
 struct CommandFlag {
-  std::string_view name;
+  std::string_view name;         ///< With hyphens where gflags' has underscores.
   std::string_view placeholder;  ///< What stands for the value in help: "LOG".
   bool required = false;
 };
+
+/// The flag's name in gflags.
+std::string GflagsName(std::string_view flag);
 
 /// One verb of the command line.
 struct Command {
@@ -48,6 +51,8 @@ Command CompareCommand();
 Command AllanCommand();
 Command SimulateCommand();
 Command PlanCommand();
+Command ExportCommand();
+Command ImportCommand();
 Command ReportCommand();
 Command HelpCommand();
 Command VersionCommand();

@@ -26,14 +26,15 @@ bool IsHelp(const std::string& argument) { return argument == "--help" || argume
 bool IsFlag(const std::string& argument) { return argument.size() > 1 && argument[0] == '-'; }
 
 const CommandFlag* FindFlag(const Command& command, std::string_view name) {
-  const auto found = std::find_if(
-      command.flags.begin(), command.flags.end(), [&](const auto& f) { return f.name == name; });
+  const auto found = std::find_if(command.flags.begin(), command.flags.end(), [&](const auto& f) {
+    return GflagsName(f.name) == GflagsName(name);
+  });
   return found == command.flags.end() ? nullptr : &*found;
 }
 
 bool IsBoolean(const std::string& name) {
   gflags::CommandLineFlagInfo info;
-  return gflags::GetCommandLineFlagInfo(name.c_str(), &info) && info.type == "bool";
+  return gflags::GetCommandLineFlagInfo(GflagsName(name).c_str(), &info) && info.type == "bool";
 }
 
 Error UnknownFlag(const Command& command, const std::string& name) {
@@ -66,7 +67,7 @@ Status SetFlags(const Command& command,
     if (begin > 2 || begin >= equals) return UsageError("`" + arguments[i] + "` is not a flag");
     const std::string name = arguments[i].substr(begin, equals - begin);
     if (name != kVerbosity && FindFlag(command, name) == nullptr) return UnknownFlag(command, name);
-    if (!given.insert(name).second) {
+    if (!given.insert(GflagsName(name)).second) {
       return UsageError("--" + name + " is given twice; lists are comma-separated");
     }
     std::string value;
@@ -78,13 +79,13 @@ Status SetFlags(const Command& command,
       value = arguments[++i];
     }
     if (value.empty()) return UsageError("--" + name + " has no value; expected one after `=`");
-    if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
+    if (gflags::SetCommandLineOption(GflagsName(name).c_str(), value.c_str()).empty()) {
       return UsageError("`" + arguments[i] + "` is wrong; expected " +
                         (IsBoolean(name) ? "true or false" : "a number"));
     }
   }
   for (const CommandFlag& flag : command.flags) {
-    if (flag.required && !given.contains(std::string(flag.name))) {
+    if (flag.required && !given.contains(GflagsName(flag.name))) {
       return UsageError("--" + std::string(flag.name) + "=" + std::string(flag.placeholder) +
                         " is missing");
     }

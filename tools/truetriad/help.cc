@@ -79,7 +79,7 @@ std::string HelpText(const Command& command) {
   for (const CommandFlag& flag : command.flags) {
     const std::string name(flag.name);
     flags.emplace_back("--" + name + "=" + std::string(flag.placeholder),
-                       gflags::GetCommandLineFlagInfoOrDie(name.c_str()).description +
+                       gflags::GetCommandLineFlagInfoOrDie(GflagsName(name).c_str()).description +
                            (flag.required ? " (required)" : ""));
   }
   if (!flags.empty()) text += "\nFlags:\n" + Listed(flags);

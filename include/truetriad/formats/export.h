@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/allan.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// The numbers that a consumer computes with.
+enum class Arithmetic { kFloat32, kFloat64, kIntegers };
+
+/// A parameter file that other programs read.
+struct FormatInfo {
+  std::string_view name;         ///< "px4", as in --to.
+  std::string_view description;  ///< "PX4 parameters (QGroundControl .params)".
+  Arithmetic arithmetic = Arithmetic::kFloat64;
+  bool can_import = false;
+};
+
+/// All formats, in the order of the documentation.
+std::vector<FormatInfo> Formats();
+
+struct ExportOptions {
+  /// The program that exports, for the comment: "0.1.0".
+  std::string software_version = {};
+  /// Name that the file will have: whether MATLAB gets a script (.m) or a .mat.
+  std::string file_name = {};
+  /// Where a temperature-dependent calibration is evaluated for a format that holds constants only,
+  /// degC; unset: at the calibration's reference. Range: inside the calibrated one.
+  std::optional<double> temperature_degc = {};
+  /// Refuse when some reading would be off by more than this share of the signal. Range: >= 0.
+  std::optional<double> max_loss = {};
+  /// Units of the readings that the consumer is fed, for formats that leave them open.
+  PerTriad<std::optional<std::string>> units = {};
+  /// Which of several equal sensors, as the consumer numbers them; unset: its first.
+  std::optional<int> instance = {};
+  /// The consumer's identification of the sensor, for formats that have one.
+  PerTriad<std::optional<std::int64_t>> device_ids = {};
+  /// Noise densities and rates for formats that hold them.
+  std::optional<AllanResult> allan = {};
+};
+
+/// How far the consumer's result is from C(T) (y - b(T)) over a sphere of inputs and the calibrated
+/// temperatures, in the consumer's arithmetic, true unit.
+struct ExportLoss {
+  double signal = 0.0;   ///< Radius of the sphere.
+  double largest = 0.0;  ///< Largest length of the difference.
+  double rms = 0.0;
+  /// Largest ratio of the difference to the σ with which the calibration predicts that reading;
+  /// unset when the calibration states none.
+  std::optional<double> in_sigmas;
+
+  double share() const { return largest / signal; }
+};
+
+/// A file of an export; `suffix` is appended to the name that the user gave.
+struct ExportedFile {
+  std::string suffix;
+  std::string text;
+};
+
+struct Export {
+  std::vector<ExportedFile> files;
+  PerTriad<std::optional<ExportLoss>> loss;
+  std::vector<std::string> notes;     ///< What the format cannot hold, and what its user must do.
+  std::vector<std::string> warnings;  ///< What makes the result worse than the calibration.
+};
+
+/// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
+/// it does not have (usage); a calibration that is not usable or does not fit the format, a loss
+/// above options.max_loss (bad input).
+Result<Export> ExportCalibration(const Calibration& calibration,
+                                 std::string_view format,
+                                 const ExportOptions& options = {});
+
+}  // namespace truetriad

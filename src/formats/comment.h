@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+// The line of an exported file that says which units a sensor's numbers are for.
+std::string UnitComment(Triad triad, std::string_view reading_unit, std::string_view result_unit);
+
+// The unit of the readings that such a line of `text` states; empty when there is none.
+std::string UnitFromComment(const std::string& text, Triad triad);
+
+}  // namespace truetriad

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/formats/export.h"
+
+#include "formats/comment.h"
+#include "formats/format.h"
+#include "formats/loss.h"
+#include "formats/number_text.h"
+#include "formats/restate.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+std::string LossText(Triad triad, const ExportLoss& loss) {
+  std::string text = std::string(TriadName(triad)) + ": off by at most " +
+                     RoundedText(loss.largest, 2) + " " + std::string(TruthUnitName(triad)) +
+                     " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
+  if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
+  return text;
+}
+
+/// What a reader of the file must know, a line each.
+std::vector<std::string> Comment(const Format& format,
+                                 const Restated& restated,
+                                 const ExportOptions& options) {
+  const Calibration& held = restated.held;
+  std::vector<std::string> lines = {
+      "Calibration of " + (held.serial.empty() ? "a unit without serial number" : held.serial) +
+          (held.model.empty() ? "" : " (" + held.model + ")") + ", for " +
+          std::string(format.info.name) + ".",
+      "Exported by truetriad " + options.software_version + " at " + TimestampUtc() +
+          "; calibrated " + (held.created.empty() ? "at an unknown time" : held.created) + ".",
+      "Gauge " + std::string(GaugeName(held.gauge)) + " of the " +
+          std::string(TriadName(held.gauge_sensor)) + "."};
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = held.sensors[triad];
+    if (!sensor) continue;
+    lines.push_back(UnitComment(triad, sensor->input_unit, sensor->output_unit));
+  }
+  for (std::string& line : lines) {
+    for (char& c : line) {
+      // A serial number must not end the comment.
+      if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    }
+  }
+  return lines;
+}
+
+ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& options) {
+  ReadRequest request;
+  request.files = files;
+  request.instance = options.instance;
+  return request;
+}
+
+}  // namespace
+
+Result<Export> ExportCalibration(const Calibration& calibration,
+                                 std::string_view format_name,
+                                 const ExportOptions& options) {
+  const Result<const Format*> found = FindFormat(format_name);
+  TRUETRIAD_RETURN_IF_ERROR(found);
+  const Format& format = **found;
+  const Result<Restated> restated = Restate(calibration, format, options);
+  TRUETRIAD_RETURN_IF_ERROR(restated);
+  Export result;
+  result.notes = restated->notes;
+  result.warnings = restated->warnings;
+  std::vector<std::string> comment = Comment(format, *restated, options);
+
+  // Written, read back and compared; then written again with what was found.
+  std::vector<std::string> said_twice;
+  const Result<std::vector<ExportedFile>> draft =
+      format.write({restated->held, options, comment}, &said_twice);
+  TRUETRIAD_RETURN_IF_ERROR(draft);
+  const Result<Carried> carried = format.read(AsRead(*draft, options));
+  TRUETRIAD_RETURN_IF_ERROR(carried);
+  for (const Triad triad : kTriads) {
+    if (!restated->held.sensors[triad] || !carried->equations[triad]) continue;
+    const ExportLoss loss = LossOf(triad, carried->equations[triad], *restated, calibration);
+    const std::string text = LossText(triad, loss);
+    comment.push_back(text + ".");
+    if (options.max_loss && !(loss.share() <= *options.max_loss)) {
+      return BadInputError(text + ": more than --max-loss=" + RoundedText(*options.max_loss, 6) +
+                           " of it allows; nothing is written");
+    }
+    if (loss.in_sigmas && *loss.in_sigmas > 1.0) {
+      result.warnings.push_back(text + ": " + std::string(format.info.name) +
+                                " loses more than the calibration is uncertain by");
+    }
+    result.loss[triad] = loss;
+  }
+  for (const std::string& note : result.notes) comment.push_back(note + ".");
+  Result<std::vector<ExportedFile>> files =
+      format.write({restated->held, options, comment}, &result.warnings);
+  TRUETRIAD_RETURN_IF_ERROR(files);
+  result.files = *std::move(files);
+  return result;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/gauge.h"
+
+namespace truetriad {
+
+// What a format can hold of one triad; shared code (restate.h) removes the rest before it is
+// written, so that a writer only writes.
+enum class MatrixForm {
+  kNone,  // the reading minus an offset
+  kDiagonal,
+  kSymmetric,
+  kFull,
+};
+
+struct TriadCapacity {
+  bool held = false;
+  MatrixForm matrix = MatrixForm::kFull;
+  int bias_order = 0;           // powers of the temperature in the bias
+  bool matrix_thermal = false;  // powers of the temperature in the sensitivity, any order
+  bool rate_thermal = false;    // bias by the rate of temperature
+  bool g_sensitivity = false;
+  // Unit of the readings that the consumer corrects; empty: that of the calibration.
+  std::string_view reading_unit = {};
+  // The user may choose another one with --units.
+  bool free_unit = false;
+  // The result has the unit of the readings (of reading_unit when they are counts), not the true
+  // unit.
+  bool result_in_reading_unit = false;
+};
+
+struct WriteRequest {
+  const Calibration& calibration;  // what the format holds, in its units and gauge
+  const ExportOptions& options;
+  std::vector<std::string> comment;  // lines that every file opens with
+};
+
+// What a consumer makes of a reading, in its units and its arithmetic.
+using Equation = std::function<Eigen::Vector3d(
+    const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
+
+// What a file tells its consumer.
+struct Carried {
+  PerTriad<Equation> equations;  // empty for a triad that is not in the file
+  // The same as our model, in the consumer's units; for formats that can be imported.
+  PerTriad<std::optional<TriadCalibration>> sensors;
+  std::optional<double> field_ut;  // strength of the field that it was made with
+  std::vector<std::string> notes;
+};
+
+struct ReadRequest {
+  std::vector<ExportedFile> files;  // `suffix` is the name for messages
+  std::optional<int> instance;
+};
+
+struct Format {
+  FormatInfo info;
+  std::optional<Gauge> gauge;  // the body frame that the format needs
+  PerTriad<TriadCapacity> capacity;
+  Result<std::vector<ExportedFile>> (*write)(const WriteRequest&,
+                                             std::vector<std::string>* warnings) = nullptr;
+  Result<Carried> (*read)(const ReadRequest&) = nullptr;
+};
+
+// One a file.
+Format Px4Format();
+Format ArduPilotFormat();
+Format KalibrFormat();
+Format OpenVinsFormat();
+Format BasaltFormat();
+Format ImuTkFormat();
+Format ImuCalibFormat();
+Format RealSenseFormat();
+Format BetaflightFormat();
+Format InavFormat();
+Format FusionFormat();
+Format MatlabFormat();
+Format JsonFormat();
+Format CHeaderFormat();
+Format RecordFormat();
+
+std::span<const Format> AllFormats();
+
+// Error (usage): there is none of that name; says which is nearest.
+Result<const Format*> FindFormat(std::string_view name);
+
+}  // namespace truetriad

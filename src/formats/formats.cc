@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+
+#include "formats/format.h"
+#include "truetriad/base/spelling.h"
+
+namespace truetriad {
+
+std::span<const Format> AllFormats() {
+  static const auto& formats = *new std::vector<Format>{Px4Format(),
+                                                        ArduPilotFormat(),
+                                                        BetaflightFormat(),
+                                                        InavFormat(),
+                                                        KalibrFormat(),
+                                                        OpenVinsFormat(),
+                                                        BasaltFormat(),
+                                                        ImuTkFormat(),
+                                                        ImuCalibFormat(),
+                                                        RealSenseFormat(),
+                                                        FusionFormat(),
+                                                        MatlabFormat(),
+                                                        JsonFormat(),
+                                                        CHeaderFormat(),
+                                                        RecordFormat()};
+  return formats;
+}
+
+std::vector<FormatInfo> Formats() {
+  std::vector<FormatInfo> infos;
+  for (const Format& format : AllFormats()) infos.push_back(format.info);
+  return infos;
+}
+
+Result<const Format*> FindFormat(std::string_view name) {
+  // As the projects spell themselves, too: imu_tk.
+  std::string wanted(name);
+  std::replace(wanted.begin(), wanted.end(), '_', '-');
+  std::vector<std::string_view> names;
+  std::string list;
+  for (const Format& format : AllFormats()) {
+    if (format.info.name == wanted) return &format;
+    names.push_back(format.info.name);
+    list.append(list.empty() ? "" : ", ").append(format.info.name);
+  }
+  return UsageError("`" + std::string(name) + "` is not a format" + DidYouMean(wanted, names) +
+                    "; there are " + list);
+}
+
+}  // namespace truetriad

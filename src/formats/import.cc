@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/formats/import.h"
+
+#include <Eigen/LU>
+
+#include "estimation/parameter_name.h"
+#include "formats/format.h"
+#include "formats/restate.h"
+#include "io/text_file.h"
+#include "io/yaml_reader.h"
+#include "truetriad/base/units.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+/// `carried` in the units that the calibration is to have.
+Result<TriadCalibration> InWantedUnits(Triad triad,
+                                       const TriadCalibration& carried,
+                                       const Format& format,
+                                       const std::optional<std::string>& wanted) {
+  const std::string name(TriadName(triad));
+  TriadCalibration sensor = carried;
+  if (carried.input_unit.empty()) {
+    if (!wanted) {
+      return UsageError("the file does not say which unit the readings of the " + name +
+                        " have; say it, as in --units=g,deg/s,uT or --units=counts");
+    }
+    sensor.input_unit = *wanted;
+    return sensor;
+  }
+  // A unit of the format's own is of no interest; one that the file states is the recording's.
+  const bool fixed = !format.capacity[triad].reading_unit.empty();
+  const std::string unit_name =
+      wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
+  const Result<Unit> from = ParseTriadUnit(triad, carried.input_unit);
+  TRUETRIAD_RETURN_IF_ERROR(from);
+  const Result<Unit> result = ParseTriadUnit(triad, carried.output_unit);
+  TRUETRIAD_RETURN_IF_ERROR(result);
+  const Result<Unit> to = ParseTriadUnit(triad, unit_name);
+  TRUETRIAD_RETURN_IF_ERROR(to);
+  if (from->is_counts != to->is_counts) {
+    return UsageError("--units: the " + name + " of the file takes " + carried.input_unit +
+                      ", which cannot be restated in " + unit_name);
+  }
+  sensor = InUnits(carried, from->truth_per_raw / to->truth_per_raw, result->truth_per_raw);
+  sensor.input_unit = unit_name;
+  sensor.output_unit = TruthUnitName(triad);
+  return sensor;
+}
+
+/// The names of what `sensor` holds, as in a calibration's covariance.
+void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
+  const auto vector = [&](ParameterKind kind, int power) {
+    for (int row = 0; row < 3; ++row) {
+      names->push_back(ParameterName{triad, kind, power, row, 0}.str());
+    }
+  };
+  const auto matrix = [&](ParameterKind kind) {
+    for (int row = 0; row < 3; ++row) {
+      for (int col = 0; col < 3; ++col) {
+        names->push_back(ParameterName{triad, kind, 0, row, col}.str());
+      }
+    }
+  };
+  vector(ParameterKind::kBias, 0);
+  matrix(ParameterKind::kSensitivity);
+  const int terms = sensor.thermal ? static_cast<int>(sensor.thermal->bias.size()) : 0;
+  for (int power = 1; power <= terms; ++power) vector(ParameterKind::kBias, power);
+  if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
+}
+
+/// The gauge in which a leading sensitivity stands.
+Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
+  constexpr double kRounding = 1e-12;
+  if (sensitivity.isLowerTriangular(kRounding)) return Gauge::kAccelX;
+  if (sensitivity.isUpperTriangular(kRounding)) return Gauge::kAccelZ;
+  if (sensitivity.isApprox(sensitivity.transpose(), kRounding)) return Gauge::kSymmetric;
+  return Gauge::kFixture;
+}
+
+}  // namespace
+
+Result<Import> ImportCalibration(std::string_view format_name,
+                                 const std::vector<std::string>& paths,
+                                 const ImportOptions& options) {
+  const Result<const Format*> found = FindFormat(format_name);
+  TRUETRIAD_RETURN_IF_ERROR(found);
+  const Format& format = **found;
+  if (!format.info.can_import) {
+    std::string list;
+    for (const Format& other : AllFormats()) {
+      if (other.info.can_import) list += (list.empty() ? "" : ", ") + std::string(other.info.name);
+    }
+    return UsageError("`" + std::string(format_name) + "` cannot be imported; there are " + list);
+  }
+  Import import;
+  Calibration& calibration = import.calibration;
+  ReadRequest request;
+  request.instance = options.instance;
+  for (const std::string& path : paths) {
+    Result<std::string> text = ReadSmallFile(path);
+    TRUETRIAD_RETURN_IF_ERROR(text);
+    calibration.inputs.push_back({path, Sha256Hex(*text), 0});
+    request.files.push_back({path, *std::move(text)});
+  }
+  if (request.files.empty()) return UsageError("no file to import");
+  const Result<Carried> carried = format.read(request);
+  TRUETRIAD_RETURN_IF_ERROR(carried);
+  import.notes = carried->notes;
+
+  std::optional<Triad> leading;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+    if (!carried->sensors[triad]) continue;
+    Result<TriadCalibration> sensor =
+        InWantedUnits(triad, *carried->sensors[triad], format, options.units[triad]);
+    TRUETRIAD_RETURN_IF_ERROR(sensor);
+    if (!sensor->model.sensitivity.allFinite() || !sensor->model.bias.allFinite()) {
+      return BadInputError(paths[0] + ": the matrix of the " + std::string(TriadName(triad)) +
+                           " is singular");
+    }
+    calibration.sensors[triad] = *std::move(sensor);
+    if (!leading) leading = triad;
+  }
+  if (!leading) {
+    return BadInputError(paths[0] + ": holds no calibration of a sensor in the form of " +
+                         std::string(format.info.name) +
+                         (options.instance ? " with that --instance" : ""));
+  }
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor) continue;
+    AppendNames(triad, *sensor, &calibration.covariance.parameters);
+    if (sensor->thermal) calibration.reference.temperature_degc = sensor->thermal->reference_degc;
+  }
+  const auto size = static_cast<Eigen::Index>(calibration.covariance.parameters.size());
+  calibration.covariance.matrix = Eigen::MatrixXd::Zero(size, size);
+  calibration.gauge_sensor = *leading;
+  calibration.gauge = GaugeOf(calibration.sensors[*leading]->model.sensitivity);
+  calibration.reference.field_ut = carried->field_ut;
+  calibration.outcome = Outcome::kConverged;
+  calibration.software_version = options.software_version;
+  calibration.created = TimestampUtc();
+  calibration.messages = {"imported from " + std::string(format.info.name) +
+                          ": what a unit carries, every sigma is zero"};
+  calibration.messages.insert(calibration.messages.end(), import.notes.begin(), import.notes.end());
+  return import;
+}
+
+}  // namespace truetriad

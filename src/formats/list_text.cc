@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/list_text.h"
+
+namespace truetriad {
+
+std::string JsonText(std::string_view text) {
+  constexpr std::string_view kHex = "0123456789abcdef";
+  std::string quoted(1, '"');
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      quoted += {'\\', c};
+    } else if (byte < 0x20 || byte == 0x7f) {
+      quoted += {'\\', 'u', '0', '0', kHex[byte / 16], kHex[byte % 16]};
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
+
+std::string JsonText(const std::vector<std::string>& lines) {
+  std::string text = "[";
+  for (const std::string& line : lines) {
+    text += (text.size() > 1 ? ",\n    " : "\n    ") + JsonText(line);
+  }
+  return text + "]";
+}
+
+std::vector<double> ReadList(YamlReader reader, std::size_t count) {
+  std::vector<double> numbers;
+  if (!reader.Read(&numbers)) return {};
+  if (numbers.size() != count) {
+    reader.Fail("has " + std::to_string(numbers.size()) + " numbers; " + std::to_string(count) +
+                " are expected");
+    return {};
+  }
+  return numbers;
+}
+
+Eigen::Matrix3d ReadRows(YamlReader reader) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
+  if (!reader) return matrix;
+  std::vector<YamlReader> rows = reader.Items();
+  if (rows.size() != 3) {
+    reader.Fail("three rows of three numbers are expected");
+    return matrix;
+  }
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const std::vector<double> row = ReadList(rows[static_cast<std::size_t>(i)], 3);
+    if (row.size() == 3) matrix.row(i) << row[0], row[1], row[2];
+  }
+  return matrix;
+}
+
+}  // namespace truetriad

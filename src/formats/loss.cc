@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/loss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "estimation/parameter_name.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kDirections = 200;
+constexpr int kTemperatures = 17;
+
+/// Directions on a Fibonacci spiral.
+Eigen::Vector3d Direction(int i) {
+  const double z = 1.0 - (2.0 * i + 1.0) / kDirections;
+  const double r = std::sqrt(1.0 - z * z);
+  const double longitude = 2.0 * std::numbers::pi * i / std::numbers::phi;
+  return {r * std::cos(longitude), r * std::sin(longitude), z};
+}
+
+double Signal(Triad triad, const ReferenceValues& reference) {
+  constexpr double kTypicalFieldUt = 50.0;
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return reference.gravity_mps2;
+    case Triad::kGyroscope:
+      return std::numbers::pi;
+    case Triad::kMagnetometer:
+      return reference.field_ut.value_or(kTypicalFieldUt);
+  }
+  return 1.0;
+}
+
+std::vector<double> Temperatures(const TriadCalibration& sensor, const ReferenceValues& reference) {
+  if (!sensor.thermal) return {reference.temperature_degc};
+  const Eigen::Vector2d& range = sensor.thermal->range_degc;
+  std::vector<double> temperatures;
+  for (int i = 0; i < kTemperatures; ++i) {
+    temperatures.push_back(range[0] + (range[1] - range[0]) * i / (kTemperatures - 1.0));
+  }
+  return temperatures;
+}
+
+/// σ of the length of C (y - b - G f) - truth from the uncertainty of the parameters:
+/// d truth = -C (dS truth + db + dG f).
+class PredictionSigma {
+ public:
+  PredictionSigma(Triad triad, const Calibration& calibration)
+      : matrix_(calibration.covariance.matrix) {
+    names_.reserve(calibration.covariance.parameters.size());
+    for (const std::string& text : calibration.covariance.parameters) {
+      std::optional<ParameterName> name = ParameterName::Parse(text);
+      if (name && name->triad != triad) name.reset();
+      names_.push_back(name);
+    }
+  }
+
+  double operator()(const Eigen::Matrix3d& correction,
+                    const Eigen::Vector3d& truth,
+                    const Eigen::Vector3d& force_mps2,
+                    double tau_degc) const {
+    Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, matrix_.rows());
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (!names_[i]) continue;
+      const ParameterName& name = *names_[i];
+      double factor = std::pow(tau_degc, name.power);
+      if (name.kind == ParameterKind::kSensitivity) {
+        factor *= truth[name.col];
+      } else if (name.kind == ParameterKind::kGSensitivity) {
+        factor *= force_mps2[name.col];
+      } else if (name.kind != ParameterKind::kBias) {
+        continue;  // Terms in the rate of temperature: no rate here.
+      }
+      jacobian.col(static_cast<Eigen::Index>(i)) = -factor * correction.col(name.row);
+    }
+    return std::sqrt(std::max((jacobian * matrix_ * jacobian.transpose()).trace(), 0.0));
+  }
+
+ private:
+  std::vector<std::optional<ParameterName>> names_;
+  const Eigen::MatrixXd& matrix_;
+};
+
+}  // namespace
+
+ExportLoss LossOf(Triad triad,
+                  const Equation& equation,
+                  const Restated& restated,
+                  const Calibration& calibration) {
+  const TriadCalibration& whole = *restated.whole.sensors[triad];
+  const TriadCalibration& stated = *calibration.sensors[triad];
+  const PredictionSigma sigma_of(triad, calibration);
+  ExportLoss loss;
+  loss.signal = Signal(triad, calibration.reference);
+  double squares = 0.0;
+  int points = 0;
+  for (const double temperature : Temperatures(whole, calibration.reference)) {
+    const auto at = [temperature](const TriadCalibration& sensor) {
+      return sensor.thermal ? ModelAtTemperature(sensor.model, *sensor.thermal, temperature)
+                            : sensor.model;
+    };
+    const TriadModel<double> model = at(whole);
+    const Eigen::Matrix3d stated_correction = at(stated).Correction();
+    const double tau = whole.thermal ? temperature - whole.thermal->reference_degc : 0.0;
+    for (int i = 0; i < kDirections; ++i) {
+      const Eigen::Vector3d truth = loss.signal * Direction(i);
+      // Any force goes with any rate.
+      const Eigen::Vector3d force =
+          calibration.reference.gravity_mps2 * Direction((7 * i) % kDirections);
+      Eigen::Vector3d raw = model.RawFromTruth(truth);
+      if (whole.g_sensitivity) raw += *whole.g_sensitivity * force;
+      const Eigen::Vector3d result =
+          restated.truth_per_result[triad] *
+          equation(restated.reading_per_raw[triad] * raw, force, temperature);
+      const double error = (result - truth).norm();
+      loss.largest = std::max(loss.largest, error);
+      squares += error * error;
+      ++points;
+      const double sigma =
+          sigma_of(stated_correction, restated.rotation * truth, restated.rotation * force, tau);
+      if (sigma > 0.0) loss.in_sigmas = std::max(loss.in_sigmas.value_or(0.0), error / sigma);
+    }
+  }
+  loss.rms = std::sqrt(squares / points);
+  return loss;
+}
+
+}  // namespace truetriad

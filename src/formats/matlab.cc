@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include <Eigen/LU>
+
+#include "formats/format.h"
+#include "formats/matlab_values.h"
+
+// MATLAB, in double, as a script (.m) or .mat: structs accel, gyro and mag with
+//
+//   truth = C (raw - b - G force),  columns; C = S^-1
+//
+// and the covariance of (b, S by rows); and, as magcal returns them, A, b and expmfs for rows:
+// truth_row = (raw_row - b) A, so A = C^T of the magnetometer.
+
+namespace truetriad {
+namespace {
+
+constexpr std::array<std::string_view, 3> kStructs = {"accel", "gyro", "mag"};
+
+std::string StructName(Triad triad) {
+  return std::string(kStructs[static_cast<std::size_t>(triad)]);
+}
+
+/// Of bias x y z and the rows of the sensitivity; empty when the calibration does not have it.
+Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
+  std::vector<Eigen::Index> places;
+  const auto list = [&](const std::string& name) {
+    const auto found = std::find(covariance.parameters.begin(), covariance.parameters.end(), name);
+    if (found != covariance.parameters.end()) {
+      places.push_back(found - covariance.parameters.begin());
+    }
+  };
+  const std::string name(TriadName(triad));
+  constexpr std::string_view kAxes = "xyz";
+  for (const char axis : kAxes) list(name + ".bias." + axis);
+  for (const char row : kAxes) {
+    for (const char col : kAxes) list(name + ".sensitivity." + row + col);
+  }
+  constexpr std::size_t kEntries = 12;
+  if (places.size() != kEntries) return {};
+  return covariance.matrix(places, places);
+}
+
+Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
+                                        std::vector<std::string>* /*warnings*/) {
+  MatlabVariables variables;
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
+    if (!sensor) continue;
+    const std::string name = StructName(triad) + ".";
+    variables.push_back({name + "input_unit", {}, sensor->input_unit});
+    variables.push_back({name + "output_unit", {}, sensor->output_unit});
+    variables.push_back({name + "C", sensor->model.Correction(), {}});
+    variables.push_back({name + "b", sensor->model.bias, {}});
+    variables.push_back({name + "S", sensor->model.sensitivity, {}});
+    if (sensor->g_sensitivity) variables.push_back({name + "G", *sensor->g_sensitivity, {}});
+    const Eigen::MatrixXd covariance = CovarianceOf(request.calibration.covariance, triad);
+    if (covariance.size() > 0) variables.push_back({name + "covariance", covariance, {}});
+  }
+  if (const auto& mag = request.calibration.sensors[Triad::kMagnetometer]) {
+    variables.push_back({"A", mag->model.Correction().transpose(), {}});
+    variables.push_back({"b", mag->model.bias.transpose(), {}});
+    if (const auto field_ut = request.calibration.reference.field_ut) {
+      variables.push_back({"expmfs", Eigen::MatrixXd::Constant(1, 1, *field_ut), {}});
+    }
+  }
+  if (request.options.file_name.ends_with(".m")) {
+    return std::vector<ExportedFile>{{"", ScriptText(variables, request.comment)}};
+  }
+  std::string comment;
+  for (const std::string& line : request.comment) comment += line + "\n";
+  variables.push_back({"comment", {}, comment});
+  Result<std::string> bytes = MatFileBytes(variables, request.comment);
+  TRUETRIAD_RETURN_IF_ERROR(bytes);
+  return std::vector<ExportedFile>{{"", *std::move(bytes)}};
+}
+
+/// A 3x3 of the file. Error: it is there and is not one, or it is singular.
+Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables,
+                                                const std::string& name,
+                                                const std::string& file) {
+  using Found = std::optional<Eigen::Matrix3d>;
+  const MatlabVariable* const variable = FindVariable(variables, name);
+  if (variable == nullptr) return Found();
+  if (variable->numbers.rows() != 3 || variable->numbers.cols() != 3 ||
+      !variable->numbers.allFinite()) {
+    return BadInputError(file + ": `" + name + "` is not a 3x3 matrix of finite numbers");
+  }
+  return Found(variable->numbers);
+}
+
+Result<Carried> Read(const ReadRequest& request) {
+  const ExportedFile& file = request.files[0];
+  Result<MatlabVariables> variables = MatlabVariables();
+  if (IsMatFile(file.text)) {
+    variables = ParseMatFile(file.text, file.suffix);
+  } else {
+    variables = ParseScript(file.text);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(variables);
+  Carried carried;
+  for (const Triad triad : kTriads) {
+    std::string prefix = StructName(triad) + ".";
+    auto C = MatrixOf(*variables, prefix + "C", file.suffix);
+    TRUETRIAD_RETURN_IF_ERROR(C);
+    if (!*C && triad == Triad::kMagnetometer) {
+      // What magcal returned, without our structs.
+      prefix = "";
+      C = MatrixOf(*variables, "A", file.suffix);
+      TRUETRIAD_RETURN_IF_ERROR(C);
+      if (*C) (*C)->transposeInPlace();
+    }
+    if (!*C) continue;
+    const MatlabVariable* const bias = FindVariable(*variables, prefix + "b");
+    if (bias == nullptr || bias->numbers.size() != 3 || !bias->numbers.allFinite()) {
+      return BadInputError(file.suffix + ": `" + prefix + "b` is not three finite numbers");
+    }
+    const Eigen::Matrix3d correction = **C;
+    if (correction.determinant() == 0.0) {
+      return BadInputError(file.suffix + ": the matrix of the " + std::string(TriadName(triad)) +
+                           " is singular");
+    }
+    const Eigen::Vector3d b = bias->numbers.reshaped();
+    const auto G = MatrixOf(*variables, prefix + "G", file.suffix);
+    TRUETRIAD_RETURN_IF_ERROR(G);
+    const Eigen::Matrix3d g_sensitivity = G->value_or(Eigen::Matrix3d::Zero());
+    carried.equations[triad] = [=](const Eigen::Vector3d& reading,
+                                   const Eigen::Vector3d& force_mps2,
+                                   double /*temperature_degc*/) -> Eigen::Vector3d {
+      return correction * (reading - b - g_sensitivity * force_mps2);
+    };
+    TriadCalibration& sensor = carried.sensors[triad].emplace();
+    const MatlabVariable* const unit = FindVariable(*variables, prefix + "input_unit");
+    if (unit != nullptr) sensor.input_unit = unit->text;
+    sensor.output_unit = TruthUnitName(triad);
+    sensor.noise.source = NoiseSource::kConfig;
+    sensor.g_sensitivity = *G;
+    sensor.model = {correction.inverse(), b};
+    // The sensitivity as it stands keeps its zeros.
+    const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
+    TRUETRIAD_RETURN_IF_ERROR(S);
+    constexpr double kRounding = 1e-9;
+    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kRounding) {
+      sensor.model.sensitivity = **S;
+    }
+  }
+  if (const MatlabVariable* const field = FindVariable(*variables, "expmfs");
+      field != nullptr && field->numbers.size() == 1) {
+    carried.field_ut = field->numbers(0, 0);
+  }
+  return carried;
+}
+
+}  // namespace
+
+Format MatlabFormat() {
+  Format format;
+  format.info = {"matlab",
+                 "MATLAB, .mat or script (.m), with magcal's A, b, expmfs",
+                 Arithmetic::kFloat64,
+                 true};
+  for (const Triad triad : kTriads) {
+    format.capacity[triad] = {.held = true, .g_sensitivity = true, .free_unit = true};
+  }
+  format.write = Write;
+  format.read = Read;
+  return format;
+}
+
+}  // namespace truetriad

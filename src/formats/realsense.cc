@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include <Eigen/LU>
+
+#include "formats/format.h"
+#include "formats/list_text.h"
+
+// RealSense D400, float32 in the device: x = Sigma y - beta. The nine numbers are Sigma by columns:
+// the script stores the transpose of what it applies.
+// librealsense: tools/rs-imu-calibration/rs-imu-calibration.py (check_X, get_IMU_Calib_Table),
+// src/proc/motion-transform.cpp.
+
+namespace truetriad {
+namespace {
+
+Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
+                                        std::vector<std::string>* warnings) {
+  std::string sensors;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+    const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
+    if (!sensor) continue;
+    const Eigen::Matrix3d C = sensor->model.Correction();
+    const Eigen::Matrix3f sigma = C.cast<float>();
+    const Eigen::Vector3f beta = (C * sensor->model.bias).cast<float>();
+    sensors += std::string(sensors.empty() ? "" : ",") + "\n      " + JsonText(TriadName(triad)) +
+               ": {\n        \"scale_and_alignment\": " +
+               ListText(std::span<const float>(sigma.data(), 9)) +
+               ",\n        \"bias\": " + ListText(std::span<const float>(beta.data(), 3)) +
+               "\n      }";
+  }
+  warnings->emplace_back(
+      "RealSense corrects in the frame of the depth camera (x right, y down, z forward): record "
+      "and "
+      "calibrate in those axes");
+  std::string text = "{\n  \"device_type\": \"D435i\",\n  \"imus\": [\n    {" + sensors +
+                     "\n    }\n  ],\n  \"comment\": " + JsonText(request.comment) + "\n}\n";
+  return std::vector<ExportedFile>{{"", std::move(text)}};
+}
+
+Result<Carried> Read(const ReadRequest& request) {
+  const ExportedFile& file = request.files[0];
+  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
+  TRUETRIAD_RETURN_IF_ERROR(root);
+  std::vector<YamlReader> imus = root->RequireChild("imus").Items();
+  if (imus.empty()) return BadInputError(file.suffix + ": `imus` is empty");
+  Carried carried;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
+    YamlReader sensor = imus[0].Child(TriadName(triad));
+    if (!sensor) continue;
+    const std::vector<double> by_columns = ReadList(sensor.RequireChild("scale_and_alignment"), 9);
+    const std::vector<double> bias = ReadList(sensor.RequireChild("bias"), 3);
+    if (by_columns.empty() || bias.empty()) continue;
+    const Eigen::Matrix3f sigma =
+        Eigen::Map<const Eigen::Matrix3d>(by_columns.data()).cast<float>();
+    const Eigen::Vector3f beta = Eigen::Map<const Eigen::Vector3d>(bias.data()).cast<float>();
+    carried.equations[triad] = [=](const Eigen::Vector3d& reading,
+                                   const Eigen::Vector3d& /*force_mps2*/,
+                                   double /*temperature_degc*/) -> Eigen::Vector3d {
+      const Eigen::Vector3f result = sigma * reading.cast<float>() - beta;
+      return result.cast<double>();
+    };
+  }
+  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  return carried;
+}
+
+}  // namespace
+
+Format RealSenseFormat() {
+  Format format;
+  format.info = {"realsense", "RealSense D400 with IMU (JSON)", Arithmetic::kFloat32};
+  format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
+  format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
+  format.write = Write;
+  format.read = Read;
+  return format;
+}
+
+}  // namespace truetriad

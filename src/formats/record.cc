@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimation/parameter_name.h"
+#include "formats/format.h"
+#include "formats/list_text.h"
+#include "formats/sensor_json.h"
+#include "report/content.h"
+#include "report/format.h"
+#include "report/page.h"
+#include "report/table.h"
+#include "truetriad/math/distributions.h"
+
+// The digital calibration record for the quality department: values with expanded uncertainties
+// (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
+// that carries the same JSON inside.
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kFormat = "truetriad/record/1";
+constexpr int kAnyOrder = 99;
+constexpr double kCoverageFactor = 2.0;
+constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
+
+/// Probability that a value lies within k of its standard uncertainties.
+double CoverageProbability(const Quality& quality) {
+  const double dof =
+      quality.effective_dof > 0.0 ? quality.effective_dof : std::numeric_limits<double>::infinity();
+  return FisherCdf(kCoverageFactor * kCoverageFactor, 1.0, dof);
+}
+
+/// Standard uncertainty of an entry by its name; zero when the covariance does not list it.
+double SigmaOf(const NamedCovariance& covariance, const std::string& name) {
+  const auto found = std::find(covariance.parameters.begin(), covariance.parameters.end(), name);
+  if (found == covariance.parameters.end()) return 0.0;
+  const Eigen::Index at = found - covariance.parameters.begin();
+  return std::sqrt(std::max(covariance.matrix(at, at), 0.0));
+}
+
+/// What the values rest on: each reference, its value, and how it came into the calibration.
+struct Reference {
+  std::string name, value, source;
+};
+
+std::vector<Reference> References(const Calibration& calibration) {
+  const ReferenceValues& reference = calibration.reference;
+  std::vector<Reference> references;
+  const auto add = [&](const std::string& name,
+                       const std::string& parameter,
+                       double value,
+                       const std::string& unit,
+                       bool nominal) {
+    const double sigma = SigmaOf(calibration.covariance, parameter);
+    references.push_back(
+        {name,
+         (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
+             unit,
+         nominal       ? "nominal: the gains that rest on it are relative"
+         : sigma > 0.0 ? "known with this uncertainty, which is part of that of the results"
+                       : "stated in the experiment, taken as exact"});
+  };
+  add("gravity", "reference.gravity_mps2", reference.gravity_mps2, "m/s²", false);
+  if (reference.field_ut) {
+    add("field strength", "reference.field_ut", *reference.field_ut, "µT", reference.field_nominal);
+  }
+  return references;
+}
+
+std::string Temperatures(const Calibration& calibration) {
+  std::string text;
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor || !sensor->thermal) continue;
+    const ThermalTerms& thermal = *sensor->thermal;
+    text += (text.empty() ? "" : "; ") + std::string(TriadName(triad)) + " " +
+            Significant(thermal.range_degc[0], 4) + " to " + Significant(thermal.range_degc[1], 4) +
+            " °C, values at " + Significant(thermal.reference_degc, 4) + " °C";
+  }
+  return text.empty() ? "not varied; reference " +
+                            Significant(calibration.reference.temperature_degc, 4) + " °C"
+                      : text;
+}
+
+std::string Traceability(const Calibration& calibration) {
+  std::string text =
+      "Values are traceable as far as their references are: gravity and field as stated above, "
+      "angles "
+      "to the geometry of free rotations. ";
+  if (calibration.reference.field_nominal) {
+    text += "The strength of the field was not known: gains of the magnetometer are relative. ";
+  }
+  return text +
+         "The recordings are identified by their SHA-256; the covariance of all values and the "
+         "resolved experiment are part of the calibration file that this record was made from.";
+}
+
+std::string UncertaintyStatement(const Calibration& calibration) {
+  std::string text =
+      "U: expanded uncertainty, k = 2, standard uncertainties from the posterior "
+      "covariance of the adjustment (JCGM 100:2008)";
+  if (calibration.quality.effective_dof > 0.0) {
+    text += "; effective degrees of freedom " + Significant(calibration.quality.effective_dof, 3);
+  }
+  return text + ": coverage probability " + Percent(CoverageProbability(calibration.quality)) + ".";
+}
+
+std::string StatusText(const Calibration& calibration) {
+  if (!calibration.within_limits) return "no limits were stated";
+  return *calibration.within_limits ? "within all stated limits" : "outside of the stated limits";
+}
+
+// ------------------------------------------------------------------------------------------- JSON
+
+std::string ExpandedMembers(const TriadCalibration& sensor) {
+  constexpr std::string_view kIndent = "      ";
+  return Member(kIndent,
+                "bias_expanded_uncertainty",
+                ListText(Eigen::Vector3d(kCoverageFactor * sensor.bias_sigma))) +
+         Member(kIndent,
+                "sensitivity_expanded_uncertainty",
+                RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma)));
+}
+
+std::string RecordJson(const WriteRequest& request) {
+  const Calibration& calibration = request.calibration;
+  const Quality& quality = calibration.quality;
+  std::string sensors;
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (!sensor) continue;
+    std::string members = SensorMembers(*sensor) + ExpandedMembers(*sensor);
+    if (quality.residual_rms[triad]) {
+      members += Member("      ", "residual_rms", NumberText(*quality.residual_rms[triad]));
+    }
+    sensors += Member("    ", TriadName(triad), Object(members, "    "));
+  }
+  std::string references;
+  for (const Reference& reference : References(calibration)) {
+    references += Member("    ",
+                         reference.name,
+                         Object(Member("      ", "value", JsonText(reference.value)) +
+                                    Member("      ", "source", JsonText(reference.source)),
+                                "    "));
+  }
+  std::string inputs;
+  for (const InputFile& input : calibration.inputs) {
+    inputs += std::string(inputs.empty() ? "" : ", ") + "{" + JsonText("file") + ": " +
+              JsonText(input.file) + ", " + JsonText("sha256") + ": " + JsonText(input.sha256) +
+              "}";
+  }
+  std::string limits;
+  for (const LimitCheck& check : quality.limits) {
+    limits += std::string(limits.empty() ? "" : ", ") + "{" + JsonText("name") + ": " +
+              JsonText(check.name) + ", " + JsonText("limit") + ": " + NumberText(check.limit) +
+              ", " + JsonText("worst") + ": " + NumberText(check.worst) + ", " +
+              JsonText("expanded_uncertainty") + ": " + NumberText(kCoverageFactor * check.sigma) +
+              ", " + JsonText("pass") + ": " + (check.pass ? "true" : "false") + "}";
+  }
+  const std::string conditions =
+      Member("    ", "poses", std::to_string(quality.poses)) +
+      Member("    ", "rejected_poses", std::to_string(quality.rejected_poses.size())) +
+      Member("    ", "temperature", JsonText(Temperatures(calibration))) +
+      Member("    ", "gauge", JsonText(GaugeName(calibration.gauge))) +
+      Member("    ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor)));
+  const std::string uncertainty =
+      Member("    ", "coverage_factor", NumberText(kCoverageFactor)) +
+      Member("    ", "coverage_probability", NumberText(CoverageProbability(quality))) +
+      Member("    ", "effective_dof", NumberText(quality.effective_dof)) +
+      Member("    ", "statement", JsonText(UncertaintyStatement(calibration)));
+  const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
+                             JsonText("model") + ": " + JsonText(calibration.model) + "}";
+  return Object(
+      Member("  ", "format", JsonText(kFormat)) +
+          Member("  ", "comment", JsonText(request.comment)) + Member("  ", "device", device) +
+          Member("  ", "calibrated", JsonText(calibration.created)) +
+          Member("  ", "software", JsonText("truetriad " + calibration.software_version)) +
+          Member("  ", "conformity", JsonText(StatusText(calibration))) +
+          Member("  ", "conditions", Object(conditions, "  ")) +
+          Member("  ", "references", Object(references, "  ")) +
+          Member("  ", "traceability", JsonText(Traceability(calibration))) +
+          Member("  ", "inputs", "[" + inputs + "]") +
+          Member("  ", "uncertainty", Object(uncertainty, "  ")) +
+          Member("  ", "sensors", Object(sensors, "  ")) +
+          Member("  ", "limits", "[" + limits + "]") +
+          Member("  ", "covariance", CovarianceText(calibration.covariance)),
+      "");
+}
+
+// ------------------------------------------------------------------------------------------- page
+
+/// Values with expanded uncertainties, one column an axis.
+Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance) {
+  constexpr std::string_view kAxes = "xyz";
+  Table table{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}};
+  const auto add = [&table](std::string label, const auto& cell, std::string unit) {
+    table.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
+  };
+  const std::string raw = DisplayUnit(sensor.input_unit);
+  const std::string truth = DisplayUnit(sensor.output_unit);
+  const auto with_u = [](double value, double sigma) {
+    return sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 6);
+  };
+  add(
+      "bias b", [&](int i) { return with_u(sensor.model.bias[i], sensor.bias_sigma[i]); }, raw);
+  const auto add_matrix = [&](const std::string& label,
+                              const Eigen::Matrix3d& matrix,
+                              const auto& sigma,
+                              const std::string& unit) {
+    for (int row = 0; row < 3; ++row) {
+      add(
+          label + " " + kAxes[static_cast<std::size_t>(row)],
+          [&](int col) { return with_u(matrix(row, col), sigma(row, col)); },
+          unit);
+    }
+  };
+  add_matrix(
+      "sensitivity S",
+      sensor.model.sensitivity,
+      [&](int row, int col) { return sensor.sensitivity_sigma(row, col); },
+      raw == truth ? "" : raw + " per " + truth);
+  const auto listed = [&](ParameterKind kind, int power) {
+    return [&, kind, power](int row, int col) {
+      return SigmaOf(covariance, ParameterName{triad, kind, power, row, col}.str());
+    };
+  };
+  if (sensor.g_sensitivity) {
+    add_matrix("g-sensitivity G",
+               *sensor.g_sensitivity,
+               listed(ParameterKind::kGSensitivity, 0),
+               raw + " per m/s²");
+  }
+  if (!sensor.thermal) return table;
+  for (std::size_t k = 0; k < sensor.thermal->bias.size(); ++k) {
+    const int power = static_cast<int>(k) + 1;
+    add(
+        "b, τ^" + std::to_string(power),
+        [&](int i) {
+          return with_u(
+              sensor.thermal->bias[k][i],
+              SigmaOf(covariance, ParameterName{triad, ParameterKind::kBias, power, i, 0}.str()));
+        },
+        raw + "/°C^" + std::to_string(power));
+  }
+  for (std::size_t k = 0; k < sensor.thermal->sensitivity.size(); ++k) {
+    const int power = static_cast<int>(k) + 1;
+    add_matrix("S, τ^" + std::to_string(power),
+               sensor.thermal->sensitivity[k],
+               listed(ParameterKind::kSensitivity, power),
+               (raw == truth ? "1" : raw + " per " + truth) + "/°C^" + std::to_string(power));
+  }
+  return table;
+}
+
+constexpr std::string_view kPrintStyle = R"css(
+@page{size:A4;margin:12mm}
+main{padding:1.2rem 1.6rem}h1{font-size:1.3rem}h2{margin:.8rem 0 .2rem;font-size:1rem}p{margin:.2rem 0;font-size:.82rem;max-width:none}
+table{font-size:.78rem;margin:.2rem 0}th,td{padding:.08rem .6rem .08rem 0}.verdict{padding:.4rem .8rem;margin:.5rem 0}.verdict b{font-size:1rem}.verdict span{font-size:.85rem}
+.signatures{display:flex;gap:2rem;margin-top:1.6rem}.signatures div{flex:1;border-top:1px solid var(--ink);font-size:.75rem;color:var(--soft)}
+@media print{body{font-size:9.5px}.verdict{padding:.3rem .6rem}}
+)css";
+
+std::string RecordPage(const WriteRequest& request, std::string json) {
+  const Calibration& calibration = request.calibration;
+  Table conditions{{}, "ll", {}};
+  conditions.rows.push_back({"poses",
+                             std::to_string(calibration.quality.poses) + ", " +
+                                 std::to_string(calibration.quality.rejected_poses.size()) +
+                                 " left out"});
+  conditions.rows.push_back({"temperature", Temperatures(calibration)});
+  Table references{{"reference", "value", "how known"}, "lll", {}};
+  for (const Reference& reference : References(calibration)) {
+    references.rows.push_back({reference.name, reference.value, reference.source});
+  }
+  std::string body = HtmlOf(IdentityTable(calibration), "identity") +
+                     Element("h2", "Conditions and references") + HtmlOf(conditions) +
+                     HtmlOf(references) + Element("p", Traceability(calibration)) +
+                     Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
+  for (const Triad triad : kTriads) {
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (sensor) body += HtmlOf(ResultTable(triad, *sensor, calibration.covariance));
+  }
+  body += Element(
+      "p",
+      UncertaintyStatement(calibration) + " Values without U are held by the gauge or on request.");
+  body +=
+      "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "
+      "by</div></div>\n";
+  // Nothing in the data may end the element.
+  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) {
+    json.replace(at, 1, "\\u003c");
+  }
+  body += std::string(kEmbedded) + "\n" + json + "</script>\n";
+  Verdict verdict = VerdictOf(calibration);
+  return HtmlPage("Calibration record " + calibration.serial, verdict, body, kPrintStyle);
+}
+
+bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
+
+Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
+                                        std::vector<std::string>* /*warnings*/) {
+  std::string json = RecordJson(request) + "\n";
+  if (IsPage(request.options.file_name)) json = RecordPage(request, std::move(json));
+  return std::vector<ExportedFile>{{"", std::move(json)}};
+}
+
+Result<Carried> Read(const ReadRequest& request) {
+  const ExportedFile& file = request.files[0];
+  const std::size_t embedded = file.text.find(kEmbedded);
+  if (embedded == std::string::npos) return ReadSensorsJson(file.text, file.suffix);
+  const std::size_t begin = embedded + kEmbedded.size();
+  return ReadSensorsJson(file.text.substr(begin, file.text.find("</script>", begin) - begin),
+                         file.suffix);
+}
+
+}  // namespace
+
+Format RecordFormat() {
+  Format format;
+  format.info = {
+      "record", "calibration record with uncertainties, .html page or JSON", Arithmetic::kFloat64};
+  for (const Triad triad : kTriads) {
+    format.capacity[triad] = {.held = true,
+                              .bias_order = kAnyOrder,
+                              .matrix_thermal = true,
+                              .rate_thermal = true,
+                              .g_sensitivity = true};
+  }
+  format.write = Write;
+  format.read = Read;
+  return format;
+}
+
+}  // namespace truetriad

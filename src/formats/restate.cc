@@ -1,0 +1,415 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "formats/restate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+
+#include "estimation/parameter_name.h"
+#include "formats/number_text.h"
+#include "truetriad/base/units.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+std::string Name(Triad triad) { return std::string(TriadName(triad)); }
+
+double AngleDeg(const Eigen::Matrix3d& rotation) {
+  return Eigen::AngleAxisd(rotation).angle() * kDegPerRad;
+}
+
+/// Where the temperature terms of a triad are evaluated when they must become constants.
+Result<double> ConstantTemperature(Triad triad,
+                                   const ThermalTerms& thermal,
+                                   const ExportOptions& options) {
+  if (!options.temperature_degc) return thermal.reference_degc;
+  const double temperature = *options.temperature_degc;
+  if (!(temperature >= thermal.range_degc[0] && temperature <= thermal.range_degc[1])) {
+    return UsageError("--temperature=" + RoundedText(temperature, 6) + " is outside of " +
+                      RoundedText(thermal.range_degc[0], 4) + " to " +
+                      RoundedText(thermal.range_degc[1], 4) + " degC, where the " + Name(triad) +
+                      " was calibrated");
+  }
+  return temperature;
+}
+
+/// The bias as a polynomial of degree `order`, which the format can hold.
+void LowerBiasOrder(int order, TriadCalibration* sensor) {
+  ThermalTerms& thermal = *sensor->thermal;
+  std::vector<Eigen::Vector3d> terms(static_cast<std::size_t>(order), Eigen::Vector3d::Zero());
+  Eigen::Vector3d constant;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<double> fit = ChebyshevFit(
+        [&](double tau) {
+          return ModelAtTemperature(sensor->model, thermal, thermal.reference_degc + tau)
+              .bias[axis];
+        },
+        thermal.range_degc[0] - thermal.reference_degc,
+        thermal.range_degc[1] - thermal.reference_degc,
+        order);
+    constant[axis] = fit[0];
+    for (std::size_t k = 0; k < terms.size(); ++k) terms[k][axis] = fit[k + 1];
+  }
+  sensor->model.bias = constant;
+  thermal.bias = terms;
+}
+
+/// Drops the temperature terms that the format cannot hold.
+Status HoldThermal(Triad triad,
+                   const TriadCapacity& capacity,
+                   const ExportOptions& options,
+                   TriadCalibration* sensor,
+                   std::vector<std::string>* notes) {
+  if (!sensor->thermal) return {};
+  ThermalTerms& thermal = *sensor->thermal;
+  const Result<double> at = ConstantTemperature(triad, thermal, options);
+  TRUETRIAD_RETURN_IF_ERROR(at);
+  const std::string where = " at " + RoundedText(*at, 6) + " degC";
+  const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, *at);
+  const auto has_rate = [&thermal] {
+    return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
+  };
+  if (has_rate() && !capacity.rate_thermal) {
+    notes->emplace_back(Name(triad) + ": dropped: bias by the rate of temperature");
+    thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
+  }
+  if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
+    notes->emplace_back(Name(triad) + ": dropped: matrix by temperature; it is that" + where);
+    sensor->model.sensitivity = constant.sensitivity;
+    thermal.sensitivity.clear();
+  }
+  if (!thermal.bias.empty() && capacity.bias_order == 0) {
+    notes->emplace_back(Name(triad) + ": dropped: bias by temperature; it is that" + where);
+    sensor->model.bias = constant.bias;
+    thermal.bias.clear();
+  } else if (static_cast<int>(thermal.bias.size()) > capacity.bias_order &&
+             thermal.range_degc[1] > thermal.range_degc[0]) {
+    notes->emplace_back(Name(triad) + ": bias by temperature of order " +
+                        std::to_string(thermal.bias.size()) + " lowered to " +
+                        std::to_string(capacity.bias_order));
+    LowerBiasOrder(capacity.bias_order, sensor);
+  }
+  if (thermal.bias.empty() && thermal.sensitivity.empty() && !has_rate()) sensor->thermal.reset();
+  return {};
+}
+
+void Turn(const Eigen::Matrix3d& rotation, TriadCalibration* sensor) {
+  sensor->model.sensitivity = sensor->model.sensitivity * rotation;
+  if (sensor->g_sensitivity) sensor->g_sensitivity = *sensor->g_sensitivity * rotation;
+  if (!sensor->thermal) return;
+  for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = term * rotation;
+}
+
+/// Turns the body frame into that of the format.
+void TurnIntoGauge(Gauge gauge, Restated* restated) {
+  const Triad leading = restated->held.gauge_sensor;
+  if (!restated->held.sensors[leading]) return;
+  Eigen::Matrix3d& lead = restated->held.sensors[leading]->model.sensitivity;
+  const double sign = lead.trace() < 0.0 ? -1.0 : 1.0;
+  const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
+  restated->whole.gauge = restated->held.gauge = gauge;
+  constexpr double kRounding = 1e-14;
+  if ((rotation - Eigen::Matrix3d::Identity()).norm() > kRounding) {
+    for (Calibration* const calibration : {&restated->whole, &restated->held}) {
+      for (std::optional<TriadCalibration>& sensor : calibration->sensors) {
+        if (sensor) Turn(rotation, &*sensor);
+      }
+    }
+    restated->rotation = rotation;
+    restated->notes.emplace_back("the body frame is turned by " +
+                                 RoundedText(AngleDeg(rotation), 3) + " deg, into that of gauge " +
+                                 std::string(GaugeName(gauge)) + ", for all sensors");
+  }
+  // Up to rounding they are.
+  if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
+  if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
+}
+
+/// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
+/// axis i.
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d orthogonal = svd.matrixU() * svd.matrixV().transpose();
+  std::array<int, 3> order = {0, 1, 2};
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double best_sum = -1.0;
+  do {
+    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const int j = order[static_cast<std::size_t>(i)];
+      map(i, j) = orthogonal(i, j) < 0.0 ? -1.0 : 1.0;
+      sum += std::abs(orthogonal(i, j));
+    }
+    if (sum > best_sum) {
+      best_sum = sum;
+      best = map;
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return best;
+}
+
+/// "(-y, x, z)".
+std::string AxisMapText(const Eigen::Matrix3d& map) {
+  constexpr std::string_view kAxes = "xyz";
+  std::string text = "(";
+  for (int i = 0; i < 3; ++i) {
+    int j = 0;
+    map.row(i).cwiseAbs().maxCoeff(&j);
+    text += i > 0 ? ", " : "";
+    text += map(i, j) < 0.0 ? "-" : "";
+    text += kAxes[static_cast<std::size_t>(j)];
+  }
+  return text + ")";
+}
+
+/// Reduces the matrix to the form that the format holds.
+Status HoldMatrix(Triad triad,
+                  const Format& format,
+                  TriadCalibration* sensor,
+                  std::vector<std::string>* notes,
+                  std::vector<std::string>* warnings) {
+  const MatrixForm form = format.capacity[triad].matrix;
+  if (form == MatrixForm::kFull) return {};
+  const Eigen::Matrix3d correction = sensor->model.Correction();
+  const Eigen::Matrix3d map = NearestAxisMap(correction);
+  const bool mirrored = correction.determinant() < 0.0;
+  const bool straight = map.isIdentity(0.0);
+  const std::string target(format.info.name);
+  const std::string feed =
+      "hand its readings over as " + AxisMapText(map) + " of what they are now, and calibrate so";
+  if (form == MatrixForm::kSymmetric ? mirrored : form == MatrixForm::kDiagonal && !straight) {
+    return BadInputError("the " + Name(triad) +
+                         (mirrored ? " is mirrored" : "'s axes are exchanged") +
+                         (mirrored ? " (the determinant of its correction is negative)" : "") +
+                         ", which " + target + " cannot hold; " + feed);
+  }
+  if (!straight) {
+    warnings->emplace_back("the " + Name(triad) + "'s axes are exchanged: set its mounting in " +
+                           target + ", or " + feed);
+  }
+  if (form == MatrixForm::kSymmetric) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
+                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
+    Eigen::Matrix3d P =
+        svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+    P = (0.5 * (P + P.transpose())).eval();
+    notes->emplace_back(Name(triad) + ": dropped: a rotation by " + RoundedText(AngleDeg(R), 3) +
+                        " deg against the body; the matrix is symmetric");
+    sensor->model.sensitivity = P.inverse();
+    return {};
+  }
+  if (form == MatrixForm::kDiagonal) {
+    const Eigen::Vector3d gains = correction.diagonal();
+    Eigen::Matrix3d rest = gains.cwiseInverse().asDiagonal() * correction;
+    rest.diagonal().setZero();
+    if (rest.isZero(0.0)) return {};
+    notes->emplace_back(Name(triad) + ": dropped: misalignment, up to " +
+                        RoundedText(1e3 * rest.cwiseAbs().maxCoeff(), 3) + " mrad");
+    sensor->model.sensitivity = gains.cwiseInverse().asDiagonal();
+    return {};
+  }
+  notes->emplace_back(Name(triad) + ": dropped: gains and misalignment; offsets only");
+  return {};
+}
+
+/// True units in one raw unit, where it is known.
+std::optional<double> TruthPerRaw(Triad triad, const TriadCalibration& sensor) {
+  const Result<Unit> unit = ParseTriadUnit(triad, sensor.input_unit);
+  if (!unit) return std::nullopt;
+  return unit->is_counts ? sensor.si_per_count : unit->truth_per_raw;
+}
+
+/// The rows and columns of a triad's entries in its new units.
+void ScaleCovariance(Triad triad,
+                     double reading_per_raw,
+                     double result_per_truth,
+                     NamedCovariance* covariance) {
+  for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(covariance->parameters[i]);
+    if (!name || name->triad != triad) continue;
+    const double factor = name->kind == ParameterKind::kSensitivity
+                              ? reading_per_raw / result_per_truth
+                              : reading_per_raw;
+    covariance->matrix.row(static_cast<Eigen::Index>(i)) *= factor;
+    covariance->matrix.col(static_cast<Eigen::Index>(i)) *= factor;
+  }
+}
+
+/// Restates readings and results in the format's units.
+Status HoldUnits(Triad triad,
+                 const Format& format,
+                 const ExportOptions& options,
+                 Restated* restated) {
+  TriadCalibration& sensor = *restated->held.sensors[triad];
+  const TriadCapacity& capacity = format.capacity[triad];
+  const Result<Unit> raw = ParseTriadUnit(triad, sensor.input_unit);
+  TRUETRIAD_RETURN_IF_ERROR(raw);
+  const std::string target(format.info.name);
+  std::string chosen(capacity.reading_unit);
+  if (const std::optional<std::string>& wanted = options.units[triad]) {
+    if (!capacity.free_unit) {
+      return UsageError("--units: the " + Name(triad) + " of " + target + " is in " +
+                        (chosen.empty() ? sensor.input_unit : chosen) + " and nothing else");
+    }
+    chosen = *wanted;
+  }
+  // Counts have no other unit until somebody says how large they are: a consumer that takes any
+  // unit is fed them as they are.
+  std::string reading =
+      chosen.empty() || (capacity.free_unit && raw->is_counts && !options.units[triad])
+          ? sensor.input_unit
+          : chosen;
+  double& reading_per_raw = restated->reading_per_raw[triad];
+  reading_per_raw = 1.0;
+  if (reading != sensor.input_unit) {
+    const Result<Unit> unit = ParseTriadUnit(triad, reading);
+    TRUETRIAD_RETURN_IF_ERROR(unit);
+    const std::optional<double> truth_per_raw = TruthPerRaw(triad, sensor);
+    if (unit->is_counts) {
+      return BadInputError(target + " corrects counts, but the " + Name(triad) +
+                           " was calibrated in " + sensor.input_unit +
+                           "; calibrate it from a recording in counts");
+    }
+    if (!truth_per_raw) {
+      return BadInputError("the " + Name(triad) +
+                           " was calibrated in counts of unknown size, and " + target +
+                           " corrects readings in " + reading +
+                           "; state `si_per_count:` of the stream in the recording's manifest and "
+                           "calibrate again");
+    }
+    reading_per_raw = *truth_per_raw / unit->truth_per_raw;
+  }
+  double& truth_per_result = restated->truth_per_result[triad];
+  truth_per_result = 1.0;
+  std::string result(TruthUnitName(triad));
+  if (capacity.result_in_reading_unit) {
+    result = reading == "counts" && !chosen.empty() ? chosen : reading;
+    const Result<Unit> unit = ParseTriadUnit(triad, result);
+    TRUETRIAD_RETURN_IF_ERROR(unit);
+    truth_per_result = unit->truth_per_raw;
+    if (unit->is_counts && sensor.si_per_count) truth_per_result = *sensor.si_per_count;
+    if (unit->is_counts && !sensor.si_per_count) {
+      truth_per_result = std::cbrt(std::abs(sensor.model.Correction().determinant()));
+      restated->notes.emplace_back(
+          Name(triad) + ": the size of a count is not stated; the mean gain is taken for it");
+    }
+  }
+  sensor = InUnits(sensor, reading_per_raw, 1.0 / truth_per_result);
+  ScaleCovariance(triad, reading_per_raw, 1.0 / truth_per_result, &restated->held.covariance);
+  sensor.input_unit = reading;
+  sensor.output_unit = result;
+  if (capacity.matrix == MatrixForm::kNone) sensor.model.sensitivity.setIdentity();
+  return {};
+}
+
+}  // namespace
+
+TriadCalibration InUnits(const TriadCalibration& sensor,
+                         double reading_per_raw,
+                         double result_per_truth) {
+  TriadCalibration restated = sensor;
+  const double matrix_factor = reading_per_raw / result_per_truth;
+  restated.model.bias *= reading_per_raw;
+  restated.bias_sigma *= reading_per_raw;
+  restated.noise.sigma *= reading_per_raw;
+  restated.noise.excess_sigma *= result_per_truth;
+  restated.model.sensitivity *= matrix_factor;
+  restated.sensitivity_sigma *= matrix_factor;
+  if (restated.g_sensitivity) *restated.g_sensitivity *= reading_per_raw;
+  if (restated.thermal) {
+    ThermalTerms& thermal = *restated.thermal;
+    for (Eigen::Vector3d& term : thermal.bias) term *= reading_per_raw;
+    for (Eigen::Matrix3d& term : thermal.sensitivity) term *= matrix_factor;
+    for (auto* const rate : {&thermal.rate_linear, &thermal.rate_quadratic, &thermal.rate_cross}) {
+      if (*rate) **rate *= reading_per_raw;
+    }
+  }
+  return restated;
+}
+
+std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
+                                 double low,
+                                 double high,
+                                 int degree) {
+  const Eigen::Index size = degree + 1;
+  const double middle = 0.5 * (low + high);
+  const double half = 0.5 * (high - low);
+  // Interpolated in u = (x - middle) / half, where the powers are well conditioned.
+  Eigen::MatrixXd powers(size, size);
+  Eigen::VectorXd values(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const double u =
+        std::cos(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(size));
+    values[i] = function(middle + half * u);
+    for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(u, static_cast<double>(k));
+  }
+  const Eigen::VectorXd in_u = powers.colPivHouseholderQr().solve(values);
+  // Horner's scheme with (x - middle) / half in place of u.
+  std::vector<double> in_x(static_cast<std::size_t>(size), 0.0);
+  for (Eigen::Index k = size - 1; k >= 0; --k) {
+    for (std::size_t j = in_x.size(); j-- > 0;) {
+      in_x[j] = -middle / half * in_x[j] + (j > 0 ? in_x[j - 1] / half : 0.0);
+    }
+    in_x[0] += in_u[k];
+  }
+  return in_x;
+}
+
+Result<Restated> Restate(const Calibration& calibration,
+                         const Format& format,
+                         const ExportOptions& options) {
+  if (!calibration.IsUsable()) {
+    return BadInputError("this calibration is not usable (" +
+                         std::string(OutcomeName(calibration.outcome)) +
+                         "): it holds no parameters that could be exported");
+  }
+  Restated restated;
+  restated.whole = restated.held = calibration;
+  bool any = false;
+  for (const Triad triad : kTriads) {
+    std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];
+    if (!sensor) continue;
+    if (!format.capacity[triad].held) {
+      restated.notes.emplace_back(Name(triad) + ": left out: " + std::string(format.info.name) +
+                                  " has no place for it");
+      continue;  // It stays until the frame is turned, which it may lead.
+    }
+    any = true;
+    TRUETRIAD_RETURN_IF_ERROR(
+        HoldThermal(triad, format.capacity[triad], options, &*sensor, &restated.notes));
+    if (sensor->g_sensitivity && !format.capacity[triad].g_sensitivity) {
+      restated.notes.emplace_back(Name(triad) + ": dropped: g-sensitivity");
+      sensor->g_sensitivity.reset();
+    }
+  }
+  if (!any) {
+    return BadInputError("the calibration holds no sensor that " + std::string(format.info.name) +
+                         " has a place for");
+  }
+  if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
+  for (const Triad triad : kTriads) {
+    std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];
+    if (!sensor) continue;
+    if (!format.capacity[triad].held) {
+      sensor.reset();
+      continue;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(
+        HoldMatrix(triad, format, &*sensor, &restated.notes, &restated.warnings));
+    TRUETRIAD_RETURN_IF_ERROR(HoldUnits(triad, format, options, &restated));
+  }
+  return restated;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "formats/format.h"
+#include "truetriad/base/result.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// A calibration as a format can hold it.
+struct Restated {
+  // Everything that the calibration says, turned into the body frame of the format; in the units of
+  // the calibration.
+  Calibration whole;
+  // What the format holds of it, in the format's units. Each output_unit is that of the result.
+  Calibration held;
+  PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
+  PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
+  // The body frame of `whole` in that of the calibration.
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  std::vector<std::string> notes;  // what was dropped or turned
+  std::vector<std::string> warnings;
+};
+
+// Exact as far as the format allows: gauge and units are; what the format cannot hold is dropped:
+//   bias order above the format's      cubic through Chebyshev points over the calibrated range
+//   no temperature terms               values at options.temperature_degc
+//   diagonal matrix                    diag(C)
+//   symmetric matrix                   P of C = R P
+//   no matrix                          offsets only
+// Errors (bad input): not usable, counts of unknown size into another unit, another unit into
+// counts, a mirrored triad into a format that cannot mirror; (usage) options that do not fit.
+Result<Restated> Restate(const Calibration& calibration,
+                         const Format& format,
+                         const ExportOptions& options);
+
+// `sensor` with readings in another unit, `reading_per_raw` of which are one raw unit, and results
+// in a unit `result_per_truth` of which are one true unit.
+TriadCalibration InUnits(const TriadCalibration& sensor,
+                         double reading_per_raw,
+                         double result_per_truth);
+
+// The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
+// coefficients ascending. Range: low < high.
+std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
+                                 double low,
+                                 double high,
+                                 int degree);
+
+}  // namespace truetriad

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr char kDemo[] = "datasets/demo/truth.yaml";
+
+TEST(ExportVerb, WritesTheFileAndSaysWhatIsLost) {
+  const TemporaryFolder folder;
+  const std::string file = folder.Path("below/unit.params");
+  const Finished run = RunTruetriad(
+      {"export", std::string("--calibration=") + kDemo, "--to=px4", "--id=7", "--output=" + file});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr(file + "\n"),
+                    HasSubstr("at most"),
+                    HasSubstr("gyroscope: dropped: gains and misalignment")));
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_THAT(TemporaryFolder::Read(file), HasSubstr("CAL_ACC0_XOFF\t0.31\t9"));
+}
+
+TEST(ExportVerb, RefusesMoreLossThanAllowedAndWritesNothing) {
+  const TemporaryFolder folder;
+  for (const char* spelling : {"--max-loss=1e-3", "--max_loss=1e-3"}) {
+    const Finished run = RunTruetriad({"export",
+                                       std::string("--calibration=") + kDemo,
+                                       "--to=px4",
+                                       spelling,
+                                       "--output=" + folder.Path("unit.params")});
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_THAT(run.out, IsEmpty());
+    EXPECT_THAT(run.err, HasSubstr("more than --max-loss=0.001"));
+  }
+  EXPECT_EQ(folder.FileCount(), 0U);
+}
+
+TEST(ExportVerb, RefusesACalibrationThatIsNotUsable) {
+  const TemporaryFolder folder;
+  std::string text = TemporaryFolder::Read(std::string(TRUETRIAD_SOURCE_DIR "/") + kDemo);
+  text.replace(text.find("converged"), 9, "not_observable");
+  text.replace(text.find("sensors:"), text.find("quality:") - text.find("sensors:"), "");
+  const std::string file = folder.Write("calibration.yaml", text);
+  const Finished run = RunTruetriad(
+      {"export", "--calibration=" + file, "--to=c-header", "--output=" + folder.Path("unit.h")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, AllOf(HasSubstr(file), HasSubstr("not usable (not_observable)")));
+  EXPECT_EQ(folder.FileCount(), 1U);
+}
+
+TEST(ImportVerb, WritesWhatCompareAndApplyTake) {
+  const TemporaryFolder folder;
+  const std::string carried = folder.Path("imu.yaml");
+  ASSERT_EQ(
+      RunTruetriad(
+          {"export", std::string("--calibration=") + kDemo, "--to=kalibr", "--output=" + carried})
+          .exit_code,
+      0);
+  const Finished run = RunTruetriad(
+      {"import", "--from=kalibr", "--input=" + carried, "--output=" + folder.Path("back")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string file = folder.Path("back/calibration.yaml");
+  EXPECT_EQ(run.out, file + "\n");
+  EXPECT_THAT(run.err, IsEmpty());
+  const Finished compared = RunTruetriad({"compare", std::string("--a=") + kDemo, "--b=" + file});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  // Neither has a σ; the values are the same to the last digit.
+  EXPECT_THAT(compared.out,
+              AllOf(HasSubstr("share no parameter with a σ"),
+                    HasSubstr("accelerometer.sensitivity.zx        -0.009        -0.009")));
+}
+
+TEST(ImportVerb, RefusesWhatItCannotRead) {
+  const TemporaryFolder folder;
+  const Finished missing = RunTruetriad({"import",
+                                         "--from=px4",
+                                         "--input=" + folder.Path("none.params"),
+                                         "--output=" + folder.Path("back")});
+  EXPECT_EQ(missing.exit_code, 2);
+  const Finished format = RunTruetriad({"import",
+                                        "--from=json",
+                                        std::string("--input=") + kDemo,
+                                        "--output=" + folder.Path("back")});
+  EXPECT_EQ(format.exit_code, 1);
+  EXPECT_THAT(format.err, HasSubstr("`json` cannot be imported"));
+  EXPECT_EQ(folder.FileCount(), 0U);
+}
+
+TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
+  const TemporaryFolder folder;
+  const auto error = [&folder](const std::string& flag) {
+    const Finished run = RunTruetriad({"export",
+                                       std::string("--calibration=") + kDemo,
+                                       "--output=" + folder.Path("unit"),
+                                       flag,
+                                       flag.starts_with("--to") ? "--instance=0" : "--to=px4"});
+    EXPECT_EQ(run.exit_code, 1) << flag;
+    return run.err;
+  };
+  EXPECT_THAT(error("--to=px5"), HasSubstr("did you mean `px4`?"));
+  EXPECT_THAT(error("--units=g"), HasSubstr("is in m/s^2 and nothing else"));
+  EXPECT_THAT(error("--units=furlong"), HasSubstr("`furlong` is not a unit"));
+  EXPECT_THAT(error("--instance=4"), HasSubstr("px4 has sensors 0 to 3"));
+  EXPECT_THAT(error("--id=compass:3"), HasSubstr("`compass` is not a sensor"));
+  EXPECT_THAT(error("--max-loss=much"), HasSubstr("`much` is not a number"));
+  EXPECT_EQ(folder.FileCount(), 0U);
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,392 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/sample_units.h"
+#include "truetriad/formats/export.h"
+
+// The equations of PX4 and ArduPilot as their sources state them, in float32, with a reader of
+// their files that shares nothing with the exporter.
+
+namespace truetriad {
+namespace {
+
+using formats_test::RandomUnitCalibration;
+using formats_test::TestEquation;
+using formats_test::UnitKind;
+using formats_test::WorstDisagreement;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// float32 rounds at 6e-8; the some ten operations of an equation, on numbers not much larger than
+// the signal, stay far below.
+constexpr double kFloat32 = 2e-6;
+
+using Parameters = std::map<std::string, float>;
+
+Parameters Px4File(const std::string& text) {
+  Parameters parameters;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream fields(line);
+    int vehicle = 0, component = 0, type = 0;
+    std::string name, value;
+    fields >> vehicle >> component >> name >> value >> type;
+    EXPECT_EQ(std::count(line.begin(), line.end(), '\t'), 4) << line;
+    EXPECT_TRUE(type == 6 || type == 9) << line;
+    parameters[name] = std::stof(value);
+  }
+  return parameters;
+}
+
+Parameters ArduPilotFile(const std::string& text) {
+  Parameters parameters;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    const std::size_t comma = line.find(',');
+    const std::string value = line.substr(comma + 1);
+    EXPECT_EQ(value.find_first_not_of("-.0123456789"), std::string::npos) << line;
+    parameters[line.substr(0, comma)] = std::stof(value);
+  }
+  return parameters;
+}
+
+Eigen::Vector3f Xyz(const Parameters& p, const std::string& before, const std::string& after = "") {
+  return {p.at(before + "X" + after), p.at(before + "Y" + after), p.at(before + "Z" + after)};
+}
+
+Eigen::Matrix3f Symmetric(const Eigen::Vector3f& d, float xy, float xz, float yz) {
+  Eigen::Matrix3f D;
+  D << d.x(), xy, xz, xy, d.y(), yz, xz, yz, d.z();
+  return D;
+}
+
+/// thermal_i of PX4's sensor, zero when it is not enabled.
+Eigen::Vector3f Px4Thermal(const Parameters& p, const std::string& letter, double temperature) {
+  Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+  if (!p.contains("TC_" + letter + "_ENABLE")) return sum;
+  EXPECT_EQ(p.at("TC_" + letter + "_ENABLE"), 1.0F);
+  const std::string prefix = "TC_" + letter + "0_";
+  const float low = p.at(prefix + "TMIN");
+  const float high = p.at(prefix + "TMAX");
+  const float d = std::clamp(static_cast<float>(temperature), low, high) - p.at(prefix + "TREF");
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < 4; ++k) {
+      sum[axis] += p.at(prefix + "X" + std::to_string(k) + "_" + std::to_string(axis)) *
+                   std::pow(d, static_cast<float>(k));
+    }
+  }
+  return sum;
+}
+
+TestEquation Px4Equation(const Parameters& p, Triad triad) {
+  return [&p, triad](const Eigen::Vector3d& raw,
+                     const Eigen::Vector3d&,
+                     double temperature) -> Eigen::Vector3d {
+    if (triad == Triad::kMagnetometer) {
+      const Eigen::Vector3f gauss = (raw / 100.0).cast<float>();
+      const Eigen::Matrix3f D = Symmetric(Xyz(p, "CAL_MAG0_", "SCALE"),
+                                          p.at("CAL_MAG0_XODIAG"),
+                                          p.at("CAL_MAG0_YODIAG"),
+                                          p.at("CAL_MAG0_ZODIAG"));
+      return 100.0 * (D * (gauss - Xyz(p, "CAL_MAG0_", "OFF"))).cast<double>();
+    }
+    if (triad == Triad::kGyroscope) {
+      return (raw.cast<float>() - Px4Thermal(p, "G", temperature) - Xyz(p, "CAL_GYRO0_", "OFF"))
+          .cast<double>();
+    }
+    return (raw.cast<float>() - Px4Thermal(p, "A", temperature) - Xyz(p, "CAL_ACC0_", "OFF"))
+        .cwiseProduct(Xyz(p, "CAL_ACC0_", "SCALE"))
+        .cast<double>();
+  };
+}
+
+Eigen::Vector3f ArduPilotPolynomial(const Parameters& p, const std::string& sensor, float t) {
+  const float d = std::clamp(t, p.at("INS_TCAL1_TMIN"), p.at("INS_TCAL1_TMAX")) - 35.0F;
+  const std::string prefix = "INS_TCAL1_" + sensor;
+  return (Xyz(p, prefix + "1_") * d + Xyz(p, prefix + "2_") * d * d +
+          Xyz(p, prefix + "3_") * d * d * d) *
+         1e-6F;
+}
+
+Eigen::Vector3f ArduPilotThermal(const Parameters& p, const std::string& sensor, double t) {
+  if (!p.contains("INS_TCAL1_ENABLE")) return Eigen::Vector3f::Zero();
+  EXPECT_EQ(p.at("INS_TCAL1_ENABLE"), 1.0F);
+  return ArduPilotPolynomial(p, sensor, static_cast<float>(t)) -
+         ArduPilotPolynomial(p, sensor, p.at("INS_" + sensor + "1_CALTEMP"));
+}
+
+TestEquation ArduPilotEquation(const Parameters& p, Triad triad) {
+  return [&p, triad](const Eigen::Vector3d& raw,
+                     const Eigen::Vector3d&,
+                     double temperature) -> Eigen::Vector3d {
+    if (triad == Triad::kMagnetometer) {
+      const Eigen::Vector3f milligauss = (10.0 * raw).cast<float>();
+      EXPECT_EQ(p.at("COMPASS_SCALE"), 1.0F);
+      const Eigen::Matrix3f D = Symmetric(Xyz(p, "COMPASS_DIA_"),
+                                          p.at("COMPASS_ODI_X"),
+                                          p.at("COMPASS_ODI_Y"),
+                                          p.at("COMPASS_ODI_Z"));
+      return 0.1 * (D * (milligauss + Xyz(p, "COMPASS_OFS_"))).cast<double>();
+    }
+    if (triad == Triad::kGyroscope) {
+      return (raw.cast<float>() - ArduPilotThermal(p, "GYR", temperature) - Xyz(p, "INS_GYROFFS_"))
+          .cast<double>();
+    }
+    return (raw.cast<float>() - ArduPilotThermal(p, "ACC", temperature) - Xyz(p, "INS_ACCOFFS_"))
+        .cwiseProduct(Xyz(p, "INS_ACCSCAL_"))
+        .cast<double>();
+  };
+}
+
+struct Autopilot {
+  std::string name;
+  Parameters (*read)(const std::string&);
+  TestEquation (*equation)(const Parameters&, Triad);
+};
+
+class Autopilots : public ::testing::TestWithParam<Autopilot> {
+ protected:
+  static Export Exported(const Calibration& calibration, const ExportOptions& options = {}) {
+    const Result<Export> result = ExportCalibration(calibration, GetParam().name, options);
+    EXPECT_TRUE(result) << result.error().message;
+    return *result;
+  }
+  static Parameters Read(const Export& result) { return GetParam().read(result.files[0].text); }
+};
+
+TEST_P(Autopilots, HoldExactlyWhatTheirEquationCanExpress) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    Calibration unit =
+        RandomUnitCalibration({.misaligned = false, .gyro_matrix = false, .bias_order = 3}, seed);
+    unit.sensors[Triad::kMagnetometer]->thermal.reset();
+    const Export result = Exported(unit);
+    const Parameters parameters = Read(result);
+    for (const Triad triad : kTriads) {
+      EXPECT_LT(WorstDisagreement(unit, triad, GetParam().equation(parameters, triad)), kFloat32)
+          << TriadName(triad);
+      EXPECT_LT(result.loss[triad]->share(), kFloat32) << TriadName(triad);
+    }
+  }
+}
+
+TEST_P(Autopilots, HoldASymmetricMagnetometerMatrixExactly) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Calibration unit = RandomUnitCalibration({.symmetric_mag = true}, seed);
+    const Parameters parameters = Read(Exported(unit));
+    EXPECT_LT(
+        WorstDisagreement(
+            unit, Triad::kMagnetometer, GetParam().equation(parameters, Triad::kMagnetometer)),
+        kFloat32)
+        << seed;
+  }
+}
+
+TEST_P(Autopilots, TakeCountsOfKnownSizeInTheirOwnUnit) {
+  const Calibration counts = RandomUnitCalibration(
+      {.misaligned = false, .symmetric_mag = true, .gyro_matrix = false, .counts = true}, 3);
+  const Parameters parameters = Read(Exported(counts));
+  for (const Triad triad : kTriads) {
+    const double si_per_count = *counts.sensors[triad]->si_per_count;
+    const TestEquation in_si = GetParam().equation(parameters, triad);
+    const auto in_counts = [&](const Eigen::Vector3d& raw, const Eigen::Vector3d& f, double t) {
+      return in_si(si_per_count * raw, f, t);
+    };
+    EXPECT_LT(WorstDisagreement(counts, triad, in_counts), kFloat32) << TriadName(triad);
+  }
+}
+
+TEST_P(Autopilots, StateTheLossThatTheirEquationReallyHas) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Calibration unit =
+        RandomUnitCalibration({.bias_order = 5, .matrix_order = 2, .g_sensitivity = true}, seed);
+    const Export result = Exported(unit);
+    const Parameters parameters = Read(result);
+    for (const Triad triad : kTriads) {
+      const double found = WorstDisagreement(unit, triad, GetParam().equation(parameters, triad));
+      const double stated = result.loss[triad]->share();
+      // Another sphere, and for the rate another radius, about which the offsets' share changes.
+      EXPECT_GT(found, 1e-3) << TriadName(triad);
+      if (triad == Triad::kGyroscope) continue;
+      EXPECT_NEAR(found, stated, 0.05 * stated) << TriadName(triad);
+    }
+    EXPECT_THAT(
+        result.notes,
+        AllOf(Contains("accelerometer: bias by temperature of order 5 lowered to 3"),
+              Contains("accelerometer: dropped: matrix by temperature; it is that at 25 degC"),
+              Contains("gyroscope: dropped: g-sensitivity"),
+              Contains("gyroscope: dropped: gains and misalignment; offsets only"),
+              Contains(HasSubstr("magnetometer: dropped: a rotation by"))));
+    EXPECT_THAT(result.files[0].text, HasSubstr("# gyroscope: dropped: g-sensitivity."));
+  }
+}
+
+TEST_P(Autopilots, LowerTheOrderOfABiasWithLittleLoss) {
+  // A fifth-order bias whose last terms are a thousandth of the signal: through Chebyshev points
+  // the cubic is off by no more than they are at the ends of the range.
+  Calibration unit =
+      RandomUnitCalibration({.misaligned = false, .gyro_matrix = false, .bias_order = 5}, 4);
+  ThermalTerms& thermal = *unit.sensors[Triad::kAccelerometer]->thermal;
+  thermal.bias[3] = Eigen::Vector3d::Constant(1e-3 * 9.80665 / std::pow(45.0, 4));
+  thermal.bias[4].setZero();
+  const Parameters parameters = Read(Exported(unit));
+  const double worst = WorstDisagreement(
+      unit, Triad::kAccelerometer, GetParam().equation(parameters, Triad::kAccelerometer));
+  EXPECT_GT(worst, 1e-5);
+  // u^4 on [-1, 1] is within 1/8 of its best cubic, per axis.
+  EXPECT_LT(worst, 1.1 * std::sqrt(3.0) * 1e-3 / 8.0);
+}
+
+TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
+  const Calibration unit =
+      RandomUnitCalibration({.misaligned = false, .symmetric_mag = true, .bias_order = 2}, 5);
+  const Export result = Exported(unit, {.temperature_degc = 60.0});
+  const Parameters parameters = Read(result);
+  const TriadCalibration& mag = *unit.sensors[Triad::kMagnetometer];
+  const TriadModel<double> at_60 = ModelAtTemperature(mag.model, *mag.thermal, 60.0);
+  const Eigen::Vector3d truth(10.0, -30.0, 35.0);
+  const Eigen::Vector3d found = GetParam().equation(parameters, Triad::kMagnetometer)(
+      at_60.RawFromTruth(truth), Eigen::Vector3d::Zero(), 25.0);
+  EXPECT_LT((found - truth).norm() / truth.norm(), kFloat32);
+  EXPECT_THAT(result.notes,
+              Contains("magnetometer: dropped: bias by temperature; it is that at 60 degC"));
+  const Result<Export> outside =
+      ExportCalibration(unit, GetParam().name, {.temperature_degc = 80.0});
+  ASSERT_FALSE(outside);
+  EXPECT_EQ(outside.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(outside.error().message, HasSubstr("outside of -20 to 70 degC"));
+}
+
+TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
+  Calibration unit = RandomUnitCalibration({}, 6);
+  Eigen::Matrix3d& sensitivity = unit.sensors[Triad::kMagnetometer]->model.sensitivity;
+  sensitivity.row(2) *= -1.0;
+  sensitivity.row(0).swap(sensitivity.row(1));
+  sensitivity.row(0) *= -1.0;
+  sensitivity.row(1) *= -1.0;
+  sensitivity.row(1) *= -1.0;  // x reads -y, y reads x, z reads -z: mirrored
+  const Result<Export> result = ExportCalibration(unit, GetParam().name);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(result.error().message,
+              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("as (y, -x, -z)")));
+}
+
+TEST_P(Autopilots, RefuseCountsOfUnknownSize) {
+  Calibration unit = RandomUnitCalibration({.counts = true}, 7);
+  unit.sensors[Triad::kAccelerometer]->si_per_count.reset();
+  const Result<Export> result = ExportCalibration(unit, GetParam().name);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(result.error().message, HasSubstr("si_per_count"));
+}
+
+TEST_P(Autopilots, RefuseMoreLossThanAllowed) {
+  const Calibration unit = RandomUnitCalibration({}, 8);
+  const Result<Export> result = ExportCalibration(unit, GetParam().name, {.max_loss = 1e-4});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(result.error().message, HasSubstr("more than --max-loss=0.0001"));
+  EXPECT_TRUE(ExportCalibration(unit, GetParam().name, {.max_loss = 0.5}));
+}
+
+TEST_P(Autopilots, RefuseAnInstanceThatIsNotThere) {
+  const Result<Export> result =
+      ExportCalibration(RandomUnitCalibration({}, 9), GetParam().name, {.instance = 9});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+}
+
+TEST_P(Autopilots, WarnWhenMoreIsLostThanTheCalibrationIsUncertainBy) {
+  Calibration unit = RandomUnitCalibration({}, 10);
+  unit.covariance.parameters = {"accelerometer.bias.x"};
+  unit.covariance.matrix = Eigen::MatrixXd::Constant(1, 1, 1e-6);  // 1 mm/s^2
+  const Export fine = Exported(unit);
+  EXPECT_GT(*fine.loss[Triad::kAccelerometer]->in_sigmas, 1.0);
+  EXPECT_THAT(fine.warnings,
+              Contains(HasSubstr("loses more than the calibration is uncertain by")));
+  EXPECT_FALSE(fine.loss[Triad::kGyroscope]->in_sigmas);
+
+  unit.covariance.matrix *= 1e8;
+  const Export coarse = Exported(unit);
+  EXPECT_LT(*coarse.loss[Triad::kAccelerometer]->in_sigmas, 1.0);
+  EXPECT_THAT(coarse.warnings, Not(Contains(HasSubstr("is uncertain by"))));
+}
+
+INSTANTIATE_TEST_SUITE_P(Of,
+                         Autopilots,
+                         ::testing::Values(Autopilot{"px4", Px4File, Px4Equation},
+                                           Autopilot{
+                                               "ardupilot", ArduPilotFile, ArduPilotEquation}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(Px4, WritesTheIdOnlyWhenItIsTold) {
+  const Calibration unit = RandomUnitCalibration({.bias_order = 1}, 11);
+  ExportOptions options;
+  options.instance = 2;
+  options.device_ids[Triad::kAccelerometer] = 1310988;
+  const Result<Export> result = ExportCalibration(unit, "px4", options);
+  ASSERT_TRUE(result);
+  EXPECT_THAT(result->files[0].text,
+              AllOf(HasSubstr("1\t1\tCAL_ACC2_ID\t1310988\t6\n"),
+                    HasSubstr("1\t1\tTC_A2_ID\t1310988\t6\n"),
+                    Not(HasSubstr("CAL_GYRO2_ID"))));
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("CAL_GYRO2_ID is already that of the sensor")));
+}
+
+TEST(Px4, WarnsOfOffsetsThatItIgnores) {
+  Calibration unit = RandomUnitCalibration({}, 12);
+  unit.sensors[Triad::kGyroscope]->model.bias.setConstant(1e-3);
+  const Result<Export> result = ExportCalibration(unit, "px4");
+  ASSERT_TRUE(result);
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("gyroscope: some versions of PX4 ignore")));
+}
+
+TEST(ArduPilot, NamesTheParametersOfEveryImu) {
+  Calibration unit = RandomUnitCalibration({.bias_order = 1}, 13);
+  const auto text = [&unit](int instance) {
+    const Result<Export> result = ExportCalibration(unit, "ardupilot", {.instance = instance});
+    EXPECT_TRUE(result);
+    return result->files[0].text;
+  };
+  EXPECT_THAT(text(2),
+              AllOf(HasSubstr("\nINS_ACC2OFFS_X,"),
+                    HasSubstr("\nINS_ACC2SCAL_Z,"),
+                    HasSubstr("\nINS_GYR2OFFS_Y,"),
+                    HasSubstr("\nINS_ACC2_CALTEMP,25\n"),
+                    HasSubstr("\nINS_TCAL2_ACC1_X,"),
+                    HasSubstr("\nCOMPASS_OFS2_X,"),
+                    HasSubstr("\nCOMPASS_SCALE2,1\n")));
+  unit.sensors[Triad::kMagnetometer].reset();
+  EXPECT_THAT(text(4),
+              AllOf(HasSubstr("\nINS4_ACCOFFS_X,"),
+                    HasSubstr("\nINS4_ACCSCAL_X,"),
+                    HasSubstr("\nINS4_GYROFFS_X,"),
+                    HasSubstr("\nINS4_GYR_CALTEMP,25\n"),
+                    HasSubstr("\nINS4_TCAL_GYR3_Z,"),
+                    HasSubstr("\nINS4_TCAL_ENABLE,1\n")));
+}
+
+TEST(ArduPilot, RefusesAReferenceTemperatureOutsideOfTheCalibratedOnes) {
+  Calibration unit = RandomUnitCalibration({.bias_order = 1}, 14);
+  unit.sensors[Triad::kGyroscope]->thermal->range_degc = {30.0, 60.0};
+  const Result<Export> result = ExportCalibration(unit, "ardupilot");
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_THAT(result.error().message, HasSubstr("inside the calibrated range (30 to 60 degC"));
+}
+
+}  // namespace
+}  // namespace truetriad

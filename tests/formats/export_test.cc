@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/formats/export.h"
+
+#include <cstdlib>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "formats/restate.h"
+#include "formats/sample_units.h"
+
+namespace truetriad {
+namespace {
+
+using formats_test::RandomUnitCalibration;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+TEST(Export, RefusesACalibrationThatIsNotUsable) {
+  Calibration unit = RandomUnitCalibration({}, 1);
+  unit.outcome = Outcome::kNotObservable;
+  for (const FormatInfo& format : Formats()) {
+    const Result<Export> result = ExportCalibration(unit, format.name);
+    ASSERT_FALSE(result) << format.name;
+    EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+    EXPECT_THAT(result.error().message, HasSubstr("not usable (not_observable)"));
+  }
+}
+
+TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {
+  const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 1), "px5");
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(result.error().message,
+              AllOf(HasSubstr("did you mean `px4`?"), HasSubstr("c-header")));
+}
+
+TEST(Export, SaysInEveryFileWhatItIs) {
+  setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
+  for (const FormatInfo& format : Formats()) {
+    const Result<Export> result =
+        ExportCalibration(RandomUnitCalibration({.counts = true}, 1),
+                          format.name,
+                          {.software_version = "0.9.8", .file_name = "unit.m"});
+    ASSERT_TRUE(result) << format.name << ": " << result.error().message;
+    for (const ExportedFile& file : result->files) {
+      EXPECT_THAT(file.text,
+                  AllOf(HasSubstr("Calibration of T1 (random)"),
+                        HasSubstr("truetriad 0.9.8 at 2026-01-31T12:00:00Z"),
+                        HasSubstr("Gauge accel-"),
+                        HasSubstr("accelerometer: readings in "),
+                        HasSubstr("accelerometer: off by at most")))
+          << format.name;
+    }
+  }
+  unsetenv("SOURCE_DATE_EPOCH");
+}
+
+TEST(Export, IsTheSameForTheSameInput) {
+  setenv("SOURCE_DATE_EPOCH", "1769860800", 1);
+  const Calibration unit = RandomUnitCalibration({.bias_order = 2, .counts = true}, 2);
+  for (const FormatInfo& format : Formats()) {
+    const Result<Export> once = ExportCalibration(unit, format.name);
+    const Result<Export> again = ExportCalibration(unit, format.name);
+    ASSERT_TRUE(once && again) << format.name;
+    for (std::size_t i = 0; i < once->files.size(); ++i) {
+      EXPECT_EQ(once->files[i].text, again->files[i].text) << format.name;
+    }
+  }
+  unsetenv("SOURCE_DATE_EPOCH");
+}
+
+TEST(ChebyshevFit, GivesBackAPolynomialOfItsDegree) {
+  const auto cubic = [](double x) { return 3.0 - 0.5 * x + 0.02 * x * x - 1e-4 * x * x * x; };
+  const std::vector<double> fit = ChebyshevFit(cubic, -45.0, 60.0, 3);
+  ASSERT_EQ(fit.size(), 4U);
+  // Values of some ten, exact to 1e-15 of them; a power of x divides by 50.
+  EXPECT_NEAR(fit[0], 3.0, 1e-13);
+  EXPECT_NEAR(fit[1], -0.5, 1e-14);
+  EXPECT_NEAR(fit[2], 0.02, 1e-15);
+  EXPECT_NEAR(fit[3], -1e-4, 1e-17);
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "formats/sample_units.h"
+#include "truetriad/formats/export.h"
+
+namespace truetriad {
+namespace {
+
+using formats_test::RandomUnitCalibration;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+Calibration Unit() {
+  Calibration unit = RandomUnitCalibration({}, 1);
+  unit.inputs = {{"recording.csv", std::string(64, 'a'), 6000}};
+  unit.within_limits = true;
+  unit.quality.poses = 24;
+  unit.quality.effective_dof = 10.0;
+  unit.quality.limits = {{"accelerometer.bias", 0.6, 0.3, 0.0005, true}};
+  unit.sensors[Triad::kAccelerometer]->bias_sigma = {0.001, 0.002, 0.003};
+  unit.sensors[Triad::kAccelerometer]->model.bias = {0.5, -0.25, 0.125};
+  unit.covariance.parameters = {"reference.field_ut"};
+  unit.covariance.matrix = Eigen::MatrixXd::Constant(1, 1, 0.01);
+  return unit;
+}
+
+std::string Record(const Calibration& unit, const std::string& name) {
+  ExportOptions options;
+  options.file_name = name;
+  const Result<Export> result = ExportCalibration(unit, "record", options);
+  EXPECT_TRUE(result) << result.error().message;
+  return result->files[0].text;
+}
+
+/// The JSON that the page carries.
+std::string Embedded(const std::string& page) {
+  const std::size_t begin = page.find('\n', page.find("<script type=\"application/json\""));
+  return page.substr(begin, page.find("</script>") - begin);
+}
+
+TEST(CalibrationRecord, StatesExpandedUncertaintiesConditionsAndReferences) {
+  const YAML::Node record = YAML::Load(Record(Unit(), "unit.json"));
+  EXPECT_EQ(record["device"]["serial"].as<std::string>(), "T1");
+  const YAML::Node accel = record["sensors"]["accelerometer"];
+  EXPECT_EQ(accel["bias_expanded_uncertainty"].as<std::vector<double>>(),
+            (std::vector<double>{0.002, 0.004, 0.006}));
+  EXPECT_EQ(accel["bias"].as<std::vector<double>>(), (std::vector<double>{0.5, -0.25, 0.125}));
+  EXPECT_EQ(record["uncertainty"]["coverage_factor"].as<double>(), 2.0);
+  // Student's t with 10 degrees of freedom: P(|t| < 2) = 0.92661.
+  EXPECT_NEAR(record["uncertainty"]["coverage_probability"].as<double>(), 0.92661, 1e-5);
+  EXPECT_EQ(record["references"]["field strength"]["value"].as<std::string>(), "48.00 ± 0.20 µT");
+  EXPECT_THAT(record["references"]["gravity"]["source"].as<std::string>(), HasSubstr("as exact"));
+  EXPECT_EQ(record["conditions"]["poses"].as<int>(), 24);
+  EXPECT_EQ(record["inputs"][0]["sha256"].as<std::string>(), std::string(64, 'a'));
+  EXPECT_TRUE(record["limits"][0]["pass"].as<bool>());
+  EXPECT_EQ(record["conformity"].as<std::string>(), "within all stated limits");
+}
+
+TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {
+  const std::string page = Record(Unit(), "unit.html");
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("0.5000 ± 0.0020"),
+                    HasSubstr("k = 2"),
+                    HasSubstr("Approved by"),
+                    HasSubstr("@page{size:A4"),
+                    Not(HasSubstr("http"))));
+  EXPECT_EQ(YAML::Load(Embedded(page))["sensors"]["accelerometer"]["bias"][0].as<double>(), 0.5);
+}
+
+TEST(CalibrationRecord, PageCannotBeBrokenByASerialNumber) {
+  Calibration unit = Unit();
+  unit.serial = "</script><b>\"&";
+  const std::string page = Record(unit, "unit.html");
+  EXPECT_THAT(page, Not(HasSubstr("<b>\"&")));
+  EXPECT_EQ(YAML::Load(Embedded(page))["device"]["serial"].as<std::string>(), unit.serial);
+}
+
+TEST(CalibrationRecord, SaysThatANominalFieldMakesGainsRelative) {
+  Calibration unit = Unit();
+  unit.reference.field_nominal = true;
+  const YAML::Node record = YAML::Load(Record(unit, "unit.json"));
+  EXPECT_THAT(record["references"]["field strength"]["source"].as<std::string>(),
+              HasSubstr("relative"));
+  EXPECT_THAT(record["traceability"].as<std::string>(), HasSubstr("gains of the magnetometer"));
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/formats/export.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/pipeline.h"
+#include "truetriad/base/units.h"
+#include "truetriad/io/allan_file.h"
+#include "truetriad/io/calibration_file.h"
+
+DEFINE_string(to, "", "the format: see above");
+DEFINE_string(max_loss,
+              "",
+              "refuse when a reading may be off by more than this share of the signal, as in 0.01");
+DEFINE_string(temperature,
+              "",
+              "degC at which a calibration that depends on temperature is taken, for formats that "
+              "hold constants only (default: the calibration's reference)");
+DEFINE_string(id,
+              "",
+              "the device id of the sensor: one number for all, or "
+              "accelerometer:N,gyroscope:N,magnetometer:N");
+DEFINE_string(allan,
+              "",
+              "allan.yaml as `allan` writes it: noise densities and rate, for Kalibr and "
+              "others that hold them");
+
+namespace truetriad {
+namespace {
+
+Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
+  PerTriad<std::optional<std::int64_t>> ids;
+  std::istringstream items(FLAGS_id);
+  for (std::string item; std::getline(items, item, ',');) {
+    const std::size_t colon = item.find(':');
+    const bool for_all = colon == std::string::npos;
+    const Result<std::int64_t> id = ParseInteger("id", for_all ? item : item.substr(colon + 1));
+    TRUETRIAD_RETURN_IF_ERROR(id);
+    const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
+    if (!for_all && !triad) {
+      return UsageError("--id: `" + item.substr(0, colon) +
+                        "` is not a sensor; there are accelerometer, gyroscope, magnetometer");
+    }
+    for (const Triad each : kTriads) {
+      if (for_all || each == *triad) ids[each] = *id;
+    }
+  }
+  return ids;
+}
+
+Result<ExportOptions> ParseOptions() {
+  ExportOptions options;
+  options.software_version = Version();
+  options.file_name = FLAGS_output;
+  if (!FLAGS_max_loss.empty()) {
+    const Result<double> share = ParseReal("max-loss", FLAGS_max_loss);
+    TRUETRIAD_RETURN_IF_ERROR(share);
+    if (!(*share >= 0.0)) return UsageError("--max-loss: a share of the signal is not negative");
+    options.max_loss = *share;
+  }
+  if (!FLAGS_temperature.empty()) {
+    const Result<double> temperature = ParseReal("temperature", FLAGS_temperature);
+    TRUETRIAD_RETURN_IF_ERROR(temperature);
+    options.temperature_degc = *temperature;
+  }
+  const Result<std::optional<int>> instance = ParseInstance();
+  TRUETRIAD_RETURN_IF_ERROR(instance);
+  options.instance = *instance;
+  const auto ids = ParseIds();
+  TRUETRIAD_RETURN_IF_ERROR(ids);
+  options.device_ids = *ids;
+  const auto units = ParseUnits();
+  TRUETRIAD_RETURN_IF_ERROR(units);
+  options.units = *units;
+  if (!FLAGS_allan.empty()) {
+    Result<AllanResult> allan = ReadAllanFile(FLAGS_allan);
+    TRUETRIAD_RETURN_IF_ERROR(allan);
+    options.allan = *std::move(allan);
+  }
+  return options;
+}
+
+void PrintLoss(const Export& result) {
+  std::printf("  %-14s %12s %12s %10s %8s\n", "off by", "at most", "RMS", "of", "sigma");
+  for (const Triad triad : kTriads) {
+    if (!result.loss[triad]) continue;
+    const ExportLoss& loss = *result.loss[triad];
+    const std::string sigmas =
+        loss.in_sigmas ? std::to_string(*loss.in_sigmas).substr(0, 6) : std::string("-");
+    std::printf("  %-14s %12.3g %12.3g %10.4g %8s  %s\n",
+                std::string(TriadName(triad)).c_str(),
+                loss.largest,
+                loss.rms,
+                loss.signal,
+                sigmas.c_str(),
+                std::string(TruthUnitName(triad)).c_str());
+  }
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  const Result<ExportOptions> options = ParseOptions();
+  TRUETRIAD_RETURN_IF_ERROR(options);
+  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
+  TRUETRIAD_RETURN_IF_ERROR(calibration);
+  const Result<Export> result = ExportCalibration(*calibration, FLAGS_to, *options);
+  if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
+  const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
+  if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  for (const ExportedFile& file : result->files) {
+    const std::string path = FLAGS_output + file.suffix;
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, file.text));
+    std::printf("%s\n", path.c_str());
+  }
+  PrintLoss(*result);
+  for (const std::string& note : result->notes) std::printf("  %s\n", note.c_str());
+  for (const std::string& warning : result->warnings) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  }
+  return kExitGood;
+}
+
+std::string FormatList() {
+  std::string text = "Formats:\n";
+  for (const FormatInfo& format : Formats()) {
+    std::string name(format.name);
+    name.resize(14, ' ');
+    text += "  " + name + std::string(format.description) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+Command ExportCommand() {
+  static const std::string& details = *new std::string(
+      FormatList() +
+      "\nThe file is read back and its consumer's equation compared, in its own arithmetic, with "
+      "the\ncalibration over a sphere of inputs and the calibrated temperatures: what is lost is "
+      "printed\nand written into the file.\n");
+  return {.name = "export",
+          .summary = "What do autopilots, other programs and firmware need of a calibration?",
+          .examples =
+              "build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 "
+              "--output=out/demo.params",
+          .details = details,
+          .flags = {{"calibration", "FILE", true},
+                    {"to", "FORMAT", true},
+                    {"output", "FILE", true},
+                    {"max-loss", "SHARE"},
+                    {"temperature", "DEGC"},
+                    {"units", "UNIT[,UNIT]"},
+                    {"instance", "N"},
+                    {"id", "DEVICE_ID"},
+                    {"allan", "FILE"}},
+          .run = Run};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/formats/import.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/pipeline.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/io/calibration_file.h"
+
+DEFINE_string(from, "", "the format: see above");
+
+namespace truetriad {
+namespace {
+
+Result<int> Run(const std::vector<std::string>&) {
+  ImportOptions options;
+  options.software_version = Version();
+  const auto units = ParseUnits();
+  TRUETRIAD_RETURN_IF_ERROR(units);
+  options.units = *units;
+  const Result<std::optional<int>> instance = ParseInstance();
+  TRUETRIAD_RETURN_IF_ERROR(instance);
+  options.instance = *instance;
+  std::vector<std::string> paths;
+  std::istringstream list(FLAGS_input);
+  for (std::string path; std::getline(list, path, ',');) paths.push_back(path);
+  const Result<Import> result = ImportCalibration(FLAGS_from, paths, options);
+  TRUETRIAD_RETURN_IF_ERROR(result);
+
+  std::filesystem::path file = FLAGS_output;
+  if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
+  if (file.has_parent_path()) {
+    TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically(file.string(), CalibrationToYaml(result->calibration)));
+  std::printf("%s\n", file.c_str());
+  for (const std::string& note : result->notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  return kExitGood;
+}
+
+std::string FormatList() {
+  std::string text = "Formats:\n";
+  for (const FormatInfo& format : Formats()) {
+    if (!format.can_import) continue;
+    std::string name(format.name);
+    name.resize(14, ' ');
+    text += "  " + name + std::string(format.description) + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+Command ImportCommand() {
+  static const std::string& details = *new std::string(
+      FormatList() +
+      "\nWrites a calibration.yaml that `compare`, `evaluate` and `apply` take; every sigma is "
+      "zero. "
+      "A\nname that ends in .yaml is the file, any other the folder of calibration.yaml.\n");
+  return {.name = "import",
+          .summary = "What does a unit carry today?",
+          .examples =
+              "build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 "
+              "--output=out/carried.params\n"
+              "build/truetriad import --from=px4 --input=out/carried.params "
+              "--output=out/carried.yaml\n"
+              "build/truetriad evaluate --calibration=out/carried.yaml "
+              "--input=datasets/demo/recording.csv",
+          .details = details,
+          .flags = {{"from", "FORMAT", true},
+                    {"input", "FILE[,FILE]", true},
+                    {"output", "FILE|DIR", true},
+                    {"units", "UNIT[,UNIT]"},
+                    {"instance", "N"}},
+          .run = Run};
+}
+
+}  // namespace truetriad

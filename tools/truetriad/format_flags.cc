@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/format_flags.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "truetriad/base/units.h"
+
+DEFINE_string(instance, "", "which of several equal sensors, as the other system numbers them");
+DEFINE_string(units,
+              "",
+              "units of the readings, as in g,deg/s,uT, where the format leaves them open");
+
+namespace truetriad {
+namespace {
+
+template <typename Number>
+Result<Number> Parse(const std::string& flag, const std::string& text) {
+  Number value{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure != std::errc() || end != text.data() + text.size()) {
+    return UsageError("--" + flag + ": `" + text + "` is not a number that can stand here");
+  }
+  return value;
+}
+
+}  // namespace
+
+Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text) {
+  return Parse<std::int64_t>(flag, text);
+}
+
+Result<double> ParseReal(const std::string& flag, const std::string& text) {
+  const Result<double> value = Parse<double>(flag, text);
+  if (value && !std::isfinite(*value)) return UsageError("--" + flag + ": must be finite");
+  return value;
+}
+
+Result<std::optional<int>> ParseInstance() {
+  if (FLAGS_instance.empty()) return std::optional<int>();
+  const Result<std::int64_t> instance = ParseInteger("instance", FLAGS_instance);
+  TRUETRIAD_RETURN_IF_ERROR(instance);
+  if (*instance < 0 || *instance > std::numeric_limits<int>::max()) {
+    return UsageError("--instance=" + FLAGS_instance + ": there is none of that number");
+  }
+  return std::optional<int>(static_cast<int>(*instance));
+}
+
+Result<PerTriad<std::optional<std::string>>> ParseUnits() {
+  PerTriad<std::optional<std::string>> units;
+  std::istringstream items(FLAGS_units);
+  for (std::string item; std::getline(items, item, ',');) {
+    bool known = false;
+    for (const Triad triad : kTriads) {
+      if (!ParseTriadUnit(triad, item)) continue;
+      units[triad] = item;
+      known = true;
+    }
+    if (!known) {
+      return UsageError(
+          "--units: `" + item +
+          "` is not a unit; there are m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, T, G, mG "
+          "and counts");
+    }
+  }
+  return units;
+}
+
+}  // namespace truetriad
