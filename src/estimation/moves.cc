@@ -11,7 +11,6 @@ GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelero
   }
   move.reading_raw = recorded.gyroscope_raw;
   if (accelerometer == nullptr) return move;
-  const Eigen::Matrix3d correction = accelerometer->Correction();
   move.force_mps2.reserve(recorded.accelerometer_raw.size());
   for (const Eigen::Vector3d& raw : recorded.accelerometer_raw) {
     move.force_mps2.push_back(accelerometer->TruthFromRaw(raw));
