@@ -49,7 +49,8 @@ Format JsonFormat() {
                               .bias_order = kAnyOrder,
                               .matrix_thermal = true,
                               .rate_thermal = true,
-                              .g_sensitivity = true};
+                              .g_sensitivity = true,
+                              .higher_terms = true};
   }
   format.write = Write;
   format.read = Read;

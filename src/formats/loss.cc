@@ -46,8 +46,9 @@ std::vector<double> Temperatures(const TriadCalibration& sensor, const Reference
   return temperatures;
 }
 
-/// σ of the length of C (y - b - G f) - truth from the uncertainty of the parameters:
-/// d truth = -C (dS truth + db + dG f).
+/// σ of the length of the corrected reading's error from the uncertainty of the parameters, to
+/// first order in the higher terms: d truth = -C (dS truth + db + dG f + dq o u^2 + da o |u|), u =
+/// S truth.
 class PredictionSigma {
  public:
   PredictionSigma(Triad triad, const Calibration& calibration)
@@ -60,10 +61,12 @@ class PredictionSigma {
     }
   }
 
-  double operator()(const Eigen::Matrix3d& correction,
+  double operator()(const TriadModel<double>& model,
                     const Eigen::Vector3d& truth,
                     const Eigen::Vector3d& force_mps2,
                     double tau_degc) const {
+    const Eigen::Matrix3d correction = model.Correction();
+    const Eigen::Vector3d felt = model.sensitivity * truth;
     Eigen::Matrix3Xd jacobian = Eigen::Matrix3Xd::Zero(3, matrix_.rows());
     for (std::size_t i = 0; i < names_.size(); ++i) {
       if (!names_[i]) continue;
@@ -73,6 +76,10 @@ class PredictionSigma {
         factor *= truth[name.col];
       } else if (name.kind == ParameterKind::kGSensitivity) {
         factor *= force_mps2[name.col];
+      } else if (name.kind == ParameterKind::kQuadratic) {
+        factor *= felt[name.row] * felt[name.row];
+      } else if (name.kind == ParameterKind::kAsymmetry) {
+        factor *= std::abs(felt[name.row]);
       } else if (name.kind != ParameterKind::kBias) {
         continue;  // Terms in the rate of temperature: no rate here.
       }
@@ -105,7 +112,7 @@ ExportLoss LossOf(Triad triad,
                             : sensor.model;
     };
     const TriadModel<double> model = at(whole);
-    const Eigen::Matrix3d stated_correction = at(stated).Correction();
+    const TriadModel<double> stated_model = at(stated);
     const double tau = whole.thermal ? temperature - whole.thermal->reference_degc : 0.0;
     for (int i = 0; i < kDirections; ++i) {
       const Eigen::Vector3d truth = loss.signal * Direction(i);
@@ -122,7 +129,7 @@ ExportLoss LossOf(Triad triad,
       squares += error * error;
       ++points;
       const double sigma =
-          sigma_of(stated_correction, restated.rotation * truth, restated.rotation * force, tau);
+          sigma_of(stated_model, restated.rotation * truth, restated.rotation * force, tau);
       if (sigma > 0.0) loss.in_sigmas = std::max(loss.in_sigmas.value_or(0.0), error / sigma);
     }
   }

@@ -116,12 +116,20 @@ std::string StatusText(const Calibration& calibration) {
 
 std::string ExpandedMembers(const TriadCalibration& sensor) {
   constexpr std::string_view kIndent = "      ";
+  const auto expanded = [&](const std::string& name, const std::optional<Eigen::Vector3d>& sigma) {
+    if (!sigma) return std::string();
+    return Member(kIndent,
+                  name + "_expanded_uncertainty",
+                  ListText(Eigen::Vector3d(kCoverageFactor * *sigma)));
+  };
   return Member(kIndent,
                 "bias_expanded_uncertainty",
                 ListText(Eigen::Vector3d(kCoverageFactor * sensor.bias_sigma))) +
          Member(kIndent,
                 "sensitivity_expanded_uncertainty",
-                RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma)));
+                RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma))) +
+         expanded("quadratic", sensor.quadratic_sigma) +
+         expanded("asymmetry", sensor.asymmetry_sigma);
 }
 
 std::string RecordJson(const WriteRequest& request) {
@@ -221,6 +229,16 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
       sensor.model.sensitivity,
       [&](int row, int col) { return sensor.sensitivity_sigma(row, col); },
       raw == truth ? "" : raw + " per " + truth);
+  const auto add_vector = [&](const std::string& label,
+                              const Eigen::Vector3d& values,
+                              const std::optional<Eigen::Vector3d>& sigma,
+                              const std::string& unit) {
+    if (!sigma) return;
+    add(
+        label, [&](int i) { return with_u(values[i], (*sigma)[i]); }, unit);
+  };
+  add_vector("quadratic", sensor.model.quadratic, sensor.quadratic_sigma, "1/(" + raw + ")");
+  add_vector("asymmetry", sensor.model.asymmetry, sensor.asymmetry_sigma, "");
   const auto listed = [&](ParameterKind kind, int power) {
     return [&, kind, power](int row, int col) {
       return SigmaOf(covariance, ParameterName{triad, kind, power, row, col}.str());
@@ -326,7 +344,8 @@ Format RecordFormat() {
                               .bias_order = kAnyOrder,
                               .matrix_thermal = true,
                               .rate_thermal = true,
-                              .g_sensitivity = true};
+                              .g_sensitivity = true,
+                              .higher_terms = true};
   }
   format.write = Write;
   format.read = Read;

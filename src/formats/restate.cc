@@ -101,6 +101,18 @@ Status HoldThermal(Triad triad,
   return {};
 }
 
+void DropHigherTerms(Triad triad, TriadCalibration* sensor, std::vector<std::string>* notes) {
+  if (!sensor->model.quadratic.isZero(0.0)) {
+    notes->emplace_back(Name(triad) + ": dropped: quadratic term");
+    sensor->model.quadratic.setZero();
+  }
+  if (!sensor->model.asymmetry.isZero(0.0)) {
+    notes->emplace_back(Name(triad) + ": dropped: asymmetry");
+    sensor->model.asymmetry.setZero();
+  }
+  sensor->quadratic_sigma = sensor->asymmetry_sigma = std::nullopt;
+}
+
 void Turn(const Eigen::Matrix3d& rotation, TriadCalibration* sensor) {
   sensor->model.sensitivity = sensor->model.sensitivity * rotation;
   if (sensor->g_sensitivity) sensor->g_sensitivity = *sensor->g_sensitivity * rotation;
@@ -240,7 +252,9 @@ void ScaleCovariance(Triad triad,
     if (!name || name->triad != triad) continue;
     const double factor = name->kind == ParameterKind::kSensitivity
                               ? reading_per_raw / result_per_truth
-                              : reading_per_raw;
+                          : name->kind == ParameterKind::kQuadratic ? 1.0 / reading_per_raw
+                          : name->kind == ParameterKind::kAsymmetry ? 1.0
+                                                                    : reading_per_raw;
     covariance->matrix.row(static_cast<Eigen::Index>(i)) *= factor;
     covariance->matrix.col(static_cast<Eigen::Index>(i)) *= factor;
   }
@@ -326,6 +340,8 @@ TriadCalibration InUnits(const TriadCalibration& sensor,
   restated.noise.excess_sigma *= result_per_truth;
   restated.model.sensitivity *= matrix_factor;
   restated.sensitivity_sigma *= matrix_factor;
+  restated.model.quadratic /= reading_per_raw;
+  if (restated.quadratic_sigma) *restated.quadratic_sigma /= reading_per_raw;
   if (restated.g_sensitivity) *restated.g_sensitivity *= reading_per_raw;
   if (restated.thermal) {
     ThermalTerms& thermal = *restated.thermal;
@@ -388,6 +404,7 @@ Result<Restated> Restate(const Calibration& calibration,
     any = true;
     TRUETRIAD_RETURN_IF_ERROR(
         HoldThermal(triad, format.capacity[triad], options, &*sensor, &restated.notes));
+    if (!format.capacity[triad].higher_terms) DropHigherTerms(triad, &*sensor, &restated.notes);
     if (sensor->g_sensitivity && !format.capacity[triad].g_sensitivity) {
       restated.notes.emplace_back(Name(triad) + ": dropped: g-sensitivity");
       sensor->g_sensitivity.reset();

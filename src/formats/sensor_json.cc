@@ -52,6 +52,13 @@ TriadCalibration ReadSensor(YamlReader* sensor) {
   const std::vector<double> bias = ReadList(sensor->RequireChild("bias"), 3);
   if (!bias.empty()) read.model.bias = Eigen::Map<const Eigen::Vector3d>(bias.data());
   read.model.sensitivity = ReadRows(sensor->RequireChild("sensitivity"));
+  for (const auto& [key, values] : {std::pair("quadratic", &read.model.quadratic),
+                                    std::pair("asymmetry", &read.model.asymmetry)}) {
+    if (YamlReader term = sensor->Child(key)) {
+      const std::vector<double> numbers = ReadList(term, 3);
+      if (!numbers.empty()) *values = Eigen::Map<const Eigen::Vector3d>(numbers.data());
+    }
+  }
   if (YamlReader G = sensor->Child("g_sensitivity")) read.g_sensitivity = ReadRows(G);
   if (YamlReader block = sensor->Child("thermal")) {
     ThermalTerms& thermal = read.thermal.emplace();
@@ -80,6 +87,14 @@ std::string SensorMembers(const TriadCalibration& sensor) {
                      Member(kIndent, "correction", RowsText(sensor.model.Correction())) +
                      Member(kIndent, "bias_sigma", ListText(sensor.bias_sigma)) +
                      Member(kIndent, "sensitivity_sigma", RowsText(sensor.sensitivity_sigma));
+  if (sensor.quadratic_sigma) {
+    text += Member(kIndent, "quadratic", ListText(sensor.model.quadratic)) +
+            Member(kIndent, "quadratic_sigma", ListText(*sensor.quadratic_sigma));
+  }
+  if (sensor.asymmetry_sigma) {
+    text += Member(kIndent, "asymmetry", ListText(sensor.model.asymmetry)) +
+            Member(kIndent, "asymmetry_sigma", ListText(*sensor.asymmetry_sigma));
+  }
   if (sensor.g_sensitivity) {
     text += Member(kIndent, "g_sensitivity", RowsText(*sensor.g_sensitivity));
   }

@@ -24,7 +24,9 @@ std::string CovarianceText(const NamedCovariance& covariance);
 
 // The member `sensors` of a file, with the equation
 //
-//   truth = C(T) (raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
+//   truth = C(T) u(raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
+//
+// u as in triad_model.h; the reading itself where there is no quadratic term or asymmetry.
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name);
 
 }  // namespace truetriad

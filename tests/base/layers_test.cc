@@ -11,8 +11,17 @@ namespace truetriad {
 namespace {
 
 // Bottom to top. Linking catches calls upward; this catches what headers alone would hide.
-constexpr std::array<std::string_view, 11> kLayers = {
-    "base", "math", "model", "data", "io", "sim", "init", "estimation", "config", "report", "formats"};
+constexpr std::array<std::string_view, 11> kLayers = {"base",
+                                                      "math",
+                                                      "model",
+                                                      "data",
+                                                      "io",
+                                                      "sim",
+                                                      "init",
+                                                      "estimation",
+                                                      "config",
+                                                      "report",
+                                                      "formats"};
 
 int LayerOf(std::string_view name) {
   const auto* at = std::find(kLayers.begin(), kLayers.end(), name);

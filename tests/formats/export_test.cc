@@ -15,6 +15,7 @@ namespace {
 
 using formats_test::RandomUnitCalibration;
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 
 TEST(Export, RefusesACalibrationThatIsNotUsable) {
@@ -69,6 +70,25 @@ TEST(Export, IsTheSameForTheSameInput) {
     }
   }
   unsetenv("SOURCE_DATE_EPOCH");
+}
+
+TEST(Export, SaysThatItDropsTheHigherTerms) {
+  const Calibration unit = RandomUnitCalibration({.higher_terms = true, .counts = true}, 3);
+  for (const FormatInfo& format : Formats()) {
+    const Result<Export> result = ExportCalibration(unit, format.name, {.file_name = "unit.m"});
+    ASSERT_TRUE(result) << format.name << ": " << result.error().message;
+    const ExportLoss& loss = *result->loss[Triad::kAccelerometer];
+    if (format.name == "json" || format.name == "record") {
+      EXPECT_TRUE(result->notes.empty()) << result->notes[0];
+      EXPECT_LT(loss.share(), 1e-12);
+      continue;
+    }
+    EXPECT_THAT(result->notes, Contains("accelerometer: dropped: quadratic term")) << format.name;
+    // Some 1e-4 per m/s^2 at 9.8 m/s^2.
+    EXPECT_GT(loss.share(), 1e-4) << format.name;
+    if (!result->loss[Triad::kGyroscope]) continue;
+    EXPECT_THAT(result->notes, Contains("gyroscope: dropped: asymmetry")) << format.name;
+  }
 }
 
 TEST(ChebyshevFit, GivesBackAPolynomialOfItsDegree) {
