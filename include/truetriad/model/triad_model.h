@@ -38,8 +38,14 @@ struct TriadModel {
 
   Vector3 RawFromTruth(const Vector3& truth) const {
     const Vector3 felt = sensitivity * truth;
-    return felt + quadratic.cwiseProduct(felt.cwiseAbs2()) +
-           asymmetry.cwiseProduct(felt.cwiseAbs()) + bias;
+    Vector3 raw = felt + bias;
+    // Where there is no term, infinities stay what they are.
+    for (int i = 0; i < 3; ++i) {
+      if (quadratic[i] != Scalar(0)) raw[i] += quadratic[i] * felt[i] * felt[i];
+      if (asymmetry[i] != Scalar(0))
+        raw[i] += asymmetry[i] * (felt[i] < Scalar(0) ? -felt[i] : felt[i]);
+    }
+    return raw;
   }
 
   /// Undefined (infinities) when the sensitivity is singular.
