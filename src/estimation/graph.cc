@@ -16,6 +16,8 @@ namespace {
 
 constexpr int kMaxIterations = 200;
 constexpr int kMaxIntegrations = 10;
+// Of the tolerance: an increment that is linear to this needs no integration.
+constexpr double kStillLinear = 1e-2;
 
 // sum over entries of ((x_i - mean_i) / sigma_i)^2 for the priors that fall into one block.
 std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& priors,
@@ -117,25 +119,27 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
     for (IncrementEdge& edge : graph->increments) {
       edge.Integrate(graph->layout, graph->shared.data());
     }
+    graph->integrated_at = graph->shared;
   };
   // An increment is linear in the gyroscope's parameters only near the point where it was
   // integrated: integrated again, until the optimum stays.
   SolveOutcome whole;
   for (int round = 0; round < kMaxIntegrations; ++round) {
-    const Eigen::VectorXd before = graph->shared;
+    if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;
     const SolveOutcome outcome = SolveLinearised(graph, tolerance);
     if (round == 0) whole.initial_cost = outcome.initial_cost;
     whole.converged = outcome.converged;
     whole.iterations += outcome.iterations;
     whole.final_cost = outcome.final_cost;
     if (graph->increments.empty()) break;
-    const double moved =
-        ((graph->shared - before).array() / TypicalSizes(graph->layout, graph->shared).array())
-            .abs()
-            .maxCoeff();
+    const double moved = ((graph->shared - graph->integrated_at).array() /
+                          TypicalSizes(graph->layout, graph->shared).array())
+                             .abs()
+                             .maxCoeff();
     if (!std::isfinite(moved)) break;
-    integrate();
     // The error is of second order in what moved.
+    if (moved * moved < kStillLinear * tolerance) break;
+    integrate();
     if (moved * moved < tolerance) break;
   }
   return whole;

@@ -14,6 +14,8 @@ namespace truetriad {
 namespace {
 
 constexpr int kMaxScoringSteps = 60;
+// Of a variance's own σ.
+constexpr double kSettledScoring = 1e-5;
 
 // Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
 struct VariancePart {
@@ -231,7 +233,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
       largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
       variance = next;
     }
-    if (largest_change < 1e-7) break;
+    if (largest_change < kSettledScoring) break;
   }
   ApplyExcess(estimate.variance, graph);
   system->Eliminate(*graph);
