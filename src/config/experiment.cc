@@ -53,6 +53,30 @@ void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
   *position = site;
 }
 
+void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate) {
+  if (!reader) return;
+  if (IsWord(reader, "none")) {
+    earth_rate->reset();
+    return;
+  }
+  if (IsWord(reader, "position")) {
+    *earth_rate = StatedEarthRate();
+    return;
+  }
+  StatedEarthRate stated = earth_rate->value_or(StatedEarthRate());
+  double latitude = 0.0;
+  if (ReadNumber(reader.Child("latitude_deg"),
+                 {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
+                 &latitude)) {
+    stated.latitude = latitude;
+  }
+  ReadNumber(reader.Child("declination_deg"),
+             {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive,"},
+             &stated.declination);
+  reader.RejectUnknown();
+  *earth_rate = stated;
+}
+
 void ReadReference(YamlReader reader, Draft* draft) {
   if (!reader) return;
   ReferenceOptions& reference = draft->experiment.options.reference;
@@ -74,6 +98,7 @@ void ReadReference(YamlReader reader, Draft* draft) {
   ReadNumber(reader.Child("temperature_degc"),
              {-273.15, 1000.0, "a temperature in degC"},
              &reference.temperature_degc);
+  ReadEarthRate(reader.Child("earth_rate"), &draft->earth_rate);
   reader.RejectUnknown();
 }
 
@@ -402,6 +427,22 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   }
   options.reference.field_ut = KnowledgeOf(draft->strength_ut);
   options.reference.dip_rad = KnowledgeOf(draft->dip_deg, kRadPerDeg);
+
+  options.reference.earth_rate.reset();
+  if (draft->earth_rate) {
+    if (!draft->earth_rate->latitude && experiment.position) {
+      draft->given.insert("reference.earth_rate.latitude_deg");
+      draft->earth_rate->latitude = experiment.position->latitude_deg;
+    }
+    if (!draft->earth_rate->latitude) {
+      fail(
+          "reference.earth_rate: the latitude is not known; give `latitude_deg:`, or "
+          "`reference.position`");
+    }
+    options.reference.earth_rate =
+        EarthRateOptions{draft->earth_rate->latitude.value_or(0.0) * kRadPerDeg,
+                         draft->earth_rate->declination * kRadPerDeg};
+  }
 
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {

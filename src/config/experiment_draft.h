@@ -65,6 +65,12 @@ constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
     {InitialiseMethod::kEllipsoid, "ellipsoid"},
 }};
 
+/// Degrees.
+struct StatedEarthRate {
+  std::optional<double> latitude;  ///< Unset: that of `position`.
+  double declination = 0.0;
+};
+
 /// What the documents have said so far. Each document (preset, experiment, override) is read on top
 /// of those before it, so that a later one changes just what it names.
 struct ExperimentDraft {
@@ -74,6 +80,7 @@ struct ExperimentDraft {
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
   Stated gravity_mps2, strength_ut, dip_deg;
+  std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
   std::set<std::string> given;  ///< Full names of all keys that any document has.
 };

@@ -26,6 +26,12 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
   out.Close();
   out.Line("temperature_degc", reference.temperature_degc);
+  if (draft.earth_rate) {
+    out.Open("earth_rate");
+    out.Line("latitude_deg", draft.earth_rate->latitude.value_or(0.0));
+    out.Line("declination_deg", draft.earth_rate->declination);
+    out.Close();
+  }
   out.Close();
 }
 

@@ -189,6 +189,8 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
   if (graph->layout.free_size() == 0) {
     return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
   }
+  // The earth's rate knows north from south: it is to be solved on the right side.
+  if (graph->layout.CountsEarthRate()) SettleHemisphere(options, &*graph);
   summary.rounds = SettleNoise(options.robust, &noise, &*graph, &log, &calibration.messages);
   SettleHemisphere(options, &*graph);
   summary.iterations = log.iterations;

@@ -10,6 +10,7 @@
 #include "estimation/known_motions.h"
 #include "estimation/moves.h"
 #include "estimation/observe.h"
+#include "truetriad/model/world.h"
 
 namespace truetriad {
 namespace {
@@ -110,6 +111,24 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
+// The earth's rate shows in the gyroscope by the heading of each pose that it rests in.
+Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
+  bool heading_is_held = false;  // of the chain that the node belongs to
+  for (const PoseNode& node : nodes) {
+    heading_is_held = node.holds_heading || (heading_is_held && !TellsHeading(node));
+    const bool is_seen = std::any_of(
+        node.observations.begin(), node.observations.end(), [](const Observation& seen) {
+          return seen.triad == Triad::kGyroscope;
+        });
+    if (!is_seen || (node.kind != PoseKind::kDirection && !heading_is_held)) continue;
+    return BadInputError(poses.source + ": pose " + std::to_string(node.number) +
+                         " has neither a reading of the magnetometer nor a known attitude, so that "
+                         "nothing tells its heading, which `reference.earth_rate` needs; leave the "
+                         "pose out, or drop the key");
+  }
+  return {};
+}
+
 // Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
 void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
   for (PoseNode& node : *nodes) {
@@ -200,6 +219,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
   }
   if (options.triads[Triad::kGyroscope].enabled) {
     LinkByTurns(poses, &nodes);
+    if (options.reference.earth_rate) TRUETRIAD_RETURN_IF_ERROR(CheckHeadings(poses, nodes));
     TRUETRIAD_RETURN_IF_ERROR(AddKnownMotions(poses, options, sources, &nodes));
   }
   return nodes;
@@ -318,7 +338,16 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     if (sees_dip && !(reference.dip_rad.known() && reference.dip_rad.sigma == 0.0)) {
       free_entry(layout.reference + kDip);
     }
-    if (options.attitudes.kind == AttitudeKind::kGiven) free_entry(layout.reference + kHeading);
+  }
+  const bool counts_earth_rate = reference.earth_rate && wants(Triad::kGyroscope);
+  if (counts_earth_rate) {
+    layout.earth_rate_radps =
+        EarthRateInWorld(reference.earth_rate->latitude_rad, reference.earth_rate->declination_rad);
+  }
+  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
+  if ((wants(Triad::kMagnetometer) || counts_earth_rate) &&
+      options.attitudes.kind == AttitudeKind::kGiven) {
+    free_entry(layout.reference + kHeading);
   }
   if (options.attitudes.unknown_fixture_rotation) {
     free_entry(layout.reference + kFixtureTilt);

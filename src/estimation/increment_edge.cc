@@ -39,6 +39,12 @@ void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) 
   increment = IntegrateMove(move, at, sigma_raw, sampling);
 }
 
+Eigen::Vector3d IncrementEdge::EarthTurn(const SharedLayout& layout, const double* shared) const {
+  if (stated_turn >= 0 || !layout.CountsEarthRate()) return Eigen::Vector3d::Zero();
+  const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
+  return increment.duration_s * EarthRate(layout, reference);
+}
+
 void IncrementEdge::Evaluate(const SharedLayout& layout,
                              const double* shared,
                              const double* first_state,
@@ -50,7 +56,12 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
   const ThermalFactors factors =
       layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps);
   const GyroModel model = ModelAt(layout, shared, factors);
-  const Eigen::Map<const Eigen::Quaterniond> first(first_state), second(second_state);
+  const Eigen::Map<const Eigen::Quaterniond> first(first_state), second_in_its_world(second_state);
+  const Eigen::Vector3d earth_turn = EarthTurn(layout, shared);
+  const bool earth_turns = !earth_turn.isZero(0.0);
+  // In the world of the first.
+  Eigen::Quaterniond second = second_in_its_world;
+  if (earth_turns) second = RotationExp(earth_turn) * second_in_its_world;
   const Eigen::Vector3d change =
       increment.by_bias * (model.triad.bias - at.triad.bias) +
       increment.by_sensitivity *
@@ -78,6 +89,13 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
                           *shared_jacobian);
   if (layout.g_sensitivity >= 0) {
     shared_jacobian->block<3, 9>(0, layout.g_sensitivity) = by_change * increment.by_g_sensitivity;
+  }
+  if (earth_turns) {
+    // Exp(e + d) R = Exp(e) R Exp(R^T J_r(e) d).
+    const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
+    shared_jacobian->middleCols<kReferenceSize>(layout.reference) =
+        from_right * second_in_its_world.toRotationMatrix().transpose() *
+        RightJacobian(earth_turn) * increment.duration_s * EarthRateJacobian(layout, reference);
   }
   if (const int place = layout.asymmetry[kGyroscope]; place >= 0) {
     shared_jacobian->middleCols<3>(place) = by_change * increment.by_asymmetry;

@@ -17,8 +17,14 @@ namespace truetriad {
 //
 //   rows   Log(dR(b, S, G, a)^T R_k^T R_k+1)        rad, in the body frame of the second pose
 //
+// Where the layout counts the earth's rate w, the world of the second pose has turned against the
+// stars since the first, by w over the time between the first reading and the last:
+//
+//   rows   Log(dR(b, S, G, a)^T R_k^T Exp(w dt) R_k+1)
+//
 // A turn that the operator states leads from one held attitude to another: no turn, and Exp(angle *
-// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up.
+// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up. It
+// is stated against the table: the earth's rate is not counted in it.
 //
 // dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
 // moves that point.
@@ -49,6 +55,10 @@ struct IncrementEdge {
   // Integrates again, at the present parameters; the forces are those of the present accelerometer,
   // on whose own errors the turn hardly depends.
   void Integrate(const SharedLayout& layout, const double* shared);
+
+  // What the earth's rate at `shared` has turned the world by meanwhile, rad; zero where it is not
+  // counted.
+  Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
 
   // As PoseNode::Evaluate, with the tangent spaces of both nodes.
   void Evaluate(const SharedLayout& layout,

@@ -122,6 +122,20 @@ Status CalibrateOptions::Validate() const {
   require(any, "no sensor is wanted: list at least one under `sensors:`");
   require(reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,
           "gravity must be known and positive");
+  if (reference.earth_rate && triads[Triad::kGyroscope].enabled) {
+    require(std::abs(reference.earth_rate->latitude_rad) <= 0.5 * std::numbers::pi &&
+                std::isfinite(reference.earth_rate->declination_rad),
+            "earth rate: the latitude must lie between -90 and 90 degrees, and the declination be "
+            "finite");
+    require(!HasGyroscopeAlone() &&
+                (triads[Triad::kMagnetometer].enabled || attitudes.kind == AttitudeKind::kGiven),
+            "earth rate: nothing tells the heading, which says along which axes of the unit the "
+            "earth turns; calibrate the magnetometer with the gyroscope, give the attitudes "
+            "(`attitudes: { file }`), or drop `reference.earth_rate`");
+    require(!motion,
+            "earth rate: it is not counted in a unit that is tumbled without rests; drop "
+            "`reference.earth_rate` or `poses: { motion }`");
+  }
   require(!reference.field_ut.known() || *reference.field_ut.value > 0.0,
           "field strength must be positive");
   require(gauge != Gauge::kFixture || IsBodyKnown(), "gauge `fixture` needs known attitudes");

@@ -227,6 +227,23 @@ Eigen::Vector3d FixtureTilt(const Eigen::Ref<const ReferenceVector>& reference) 
   return {reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0};
 }
 
+// d Exp(-t) v, v of the level frame with the derivative `by_reference` for all but the tilt t.
+Eigen::Matrix<double, 3, kReferenceSize> TiltedJacobian(
+    const Eigen::Vector3d& level,
+    Eigen::Matrix<double, 3, kReferenceSize> by_reference,
+    const Eigen::Ref<const ReferenceVector>& reference) {
+  // Exp(-t - d) v = Exp(-t) Exp(-J d) v = Exp(-t) (v + [v]_x J d), J the right Jacobian at -t.
+  const Eigen::Vector3d tilt = FixtureTilt(reference);
+  const Eigen::Matrix3d turn = Skew(level) * RightJacobian(-tilt);
+  by_reference.middleCols<2>(kFixtureTilt) = turn.leftCols<2>();
+  return RotationExp(-tilt).toRotationMatrix() * by_reference;
+}
+
+Eigen::Vector3d LevelEarthRate(const SharedLayout& layout,
+                               const Eigen::Ref<const ReferenceVector>& reference) {
+  return Eigen::AngleAxisd(reference[kHeading], Eigen::Vector3d::UnitZ()) * layout.earth_rate_radps;
+}
+
 }  // namespace
 
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
@@ -252,11 +269,21 @@ Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
         field *
         Eigen::Vector3d(-std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading), 0.0);
   }
-  // Exp(-t - d) v = Exp(-t) Exp(-J d) v = Exp(-t) (v + [v]_x J d), J the right Jacobian at -t.
-  const Eigen::Vector3d tilt = FixtureTilt(reference);
-  const Eigen::Matrix3d turn = Skew(LevelVector(triad, reference)) * RightJacobian(-tilt);
-  jacobian.middleCols<2>(kFixtureTilt) = turn.leftCols<2>();
-  return RotationExp(-tilt).toRotationMatrix() * jacobian;
+  return TiltedJacobian(LevelVector(triad, reference), jacobian, reference);
+}
+
+Eigen::Vector3d EarthRate(const SharedLayout& layout,
+                          const Eigen::Ref<const ReferenceVector>& reference) {
+  return RotationExp(-FixtureTilt(reference)) * LevelEarthRate(layout, reference);
+}
+
+Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
+    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference) {
+  const Eigen::Vector3d level = LevelEarthRate(layout, reference);
+  Eigen::Matrix<double, 3, kReferenceSize> jacobian;
+  jacobian.setZero();
+  jacobian.col(kHeading) = Eigen::Vector3d::UnitZ().cross(level);
+  return TiltedJacobian(level, jacobian, reference);
 }
 
 }  // namespace truetriad

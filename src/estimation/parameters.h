@@ -55,10 +55,14 @@ struct SharedLayout {
   std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
   int size = 0;
 
+  // Of the earth, held: along magnetic north, west and up. Zero: the earth stands still.
+  Eigen::Vector3d earth_rate_radps = Eigen::Vector3d::Zero();
+
   Eigen::MatrixXd basis;  // size x free coordinates, columns orthonormal
   int free_size() const { return static_cast<int>(basis.cols()); }
 
   bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
+  bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
   // What the temperature terms of `triad` are multiplied with; all zero where it has none.
@@ -110,13 +114,22 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 // temperature terms by the names of those in tau that they stand for. parameter_name.h.
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
-// World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, the
-// earth stands still. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
+// World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, see
+// EarthRate. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
 // against the level one: Exp(-t) v.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 // d WorldVector / d (g, B, dip, heading, tilt).
 Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
     Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
+
+// The layout's earth rate (rad/s) in the frame of the attitudes: turned about the vertical by the
+// heading of magnetic north, then by the fixture's tilt, as the field is.
+Eigen::Vector3d EarthRate(const SharedLayout& layout,
+                          const Eigen::Ref<const ReferenceVector>& reference);
+
+// d EarthRate / d (g, B, dip, heading, tilt).
+Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
+    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference);
 
 }  // namespace truetriad

@@ -51,6 +51,8 @@ Eigen::Matrix<double, 3, 4> TangentFromQuaternion(const double* state) {
 std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout) {
   std::vector<SharedBlock> blocks;
   AddTriadBlocks(layout, Triad::kGyroscope, &blocks);
+  // The heading of the earth's rate.
+  if (layout.CountsEarthRate()) blocks.push_back({layout.reference, kReferenceSize});
   return blocks;
 }
 

@@ -34,11 +34,14 @@ Eigen::Matrix3d FaceAxes(int face) {
   return axes;
 }
 
-Eigen::Vector3d PoseNode::FieldInBody(Triad triad,
+Eigen::Vector3d PoseNode::FieldInBody(const SharedLayout& layout,
+                                      Triad triad,
                                       const Eigen::Ref<const ReferenceVector>& reference,
                                       const double* state_values) const {
-  if (triad == Triad::kGyroscope) return known_rate_radps;
-  const Eigen::Vector3d world = WorldVector(triad, reference);
+  const bool is_gyroscope = triad == Triad::kGyroscope;
+  if (is_gyroscope && !SeesEarthRate(layout)) return known_rate_radps;
+  const Eigen::Vector3d world =
+      is_gyroscope ? EarthRate(layout, reference) : WorldVector(triad, reference);
   if (kind == PoseKind::kDirection) {
     return world.norm() * Eigen::Map<const Eigen::Vector3d>(state_values);
   }
@@ -67,11 +70,13 @@ void PoseNode::Evaluate(const SharedLayout& layout,
     const ThermalFactors factors =
         layout.FactorsOf(observation.triad, temperature_degc, temperature_rate_degcps);
     const TriadModel<double> model = layout.ModelOf(observation.triad, shared, factors);
-    const Eigen::Vector3d field = FieldInBody(observation.triad, reference, state_values);
+    const Eigen::Vector3d field = FieldInBody(layout, observation.triad, reference, state_values);
     residual->segment<3>(row) = model.RawFromTruth(field) - observation.mean_raw;
     const Eigen::Vector3d felt = model.sensitivity * field;
     const Eigen::Vector3d slope = model.Slope(felt);
     const Eigen::Matrix3d by_field = slope.asDiagonal() * model.sensitivity;
+    const bool is_gyroscope = observation.triad == Triad::kGyroscope;
+    const bool sees_earth_rate = is_gyroscope && SeesEarthRate(layout);
     if (shared_jacobian != nullptr) {
       Eigen::Matrix<double, 3, 9> by_sensitivity;
       for (int axis = 0; axis < 3; ++axis) {
@@ -88,7 +93,9 @@ void PoseNode::Evaluate(const SharedLayout& layout,
       if (const int at = layout.asymmetry[observation.triad]; at >= 0) {
         shared_jacobian->block<3, 3>(row, at) = felt.cwiseAbs().asDiagonal();
       }
-      const auto world_jacobian = WorldVectorJacobian(observation.triad, reference);
+      const auto world_jacobian = sees_earth_rate
+                                      ? EarthRateJacobian(layout, reference)
+                                      : WorldVectorJacobian(observation.triad, reference);
       if (kind == PoseKind::kDirection) {
         // Only the strength of the one field matters: d|v|/dp = v^T/|v| dv/dp.
         const Eigen::Vector3d world = WorldVector(observation.triad, reference);
@@ -99,15 +106,18 @@ void PoseNode::Evaluate(const SharedLayout& layout,
             by_field * world_from_body.conjugate().toRotationMatrix() * world_jacobian;
       }
     }
-    if (observation.triad == Triad::kGyroscope) {
+    if (tangent_jacobian != nullptr && (!is_gyroscope || sees_earth_rate)) {
+      if (kind == PoseKind::kDirection) {
+        tangent_jacobian->middleRows<3>(row) =
+            by_field * tangent_basis * WorldVector(observation.triad, reference).norm();
+      } else if (kind == PoseKind::kRotation) {
+        // (R Exp(d))^T v = x + [x]_x d with x = R^T v.
+        tangent_jacobian->middleRows<3>(row) = by_field * Skew(field);
+      }
+    }
+    if (is_gyroscope) {
       AddPullOfGravity(
           layout, shared, state_values, row, residual, shared_jacobian, tangent_jacobian);
-    } else if (tangent_jacobian != nullptr && kind == PoseKind::kDirection) {
-      tangent_jacobian->middleRows<3>(row) =
-          by_field * tangent_basis * WorldVector(observation.triad, reference).norm();
-    } else if (tangent_jacobian != nullptr && kind == PoseKind::kRotation) {
-      // (R Exp(d))^T v = x + [x]_x d with x = R^T v.
-      tangent_jacobian->middleRows<3>(row) = by_field * Skew(field);
     }
     row += 3;
   }
@@ -168,7 +178,8 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
   const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
   const bool rests = role == PoseRole::kRest;
   const Eigen::Vector3d force =
-      rests ? FieldInBody(Triad::kAccelerometer, reference, state_values) : known_force_mps2;
+      rests ? FieldInBody(layout, Triad::kAccelerometer, reference, state_values)
+            : known_force_mps2;
   residual->segment<3>(row) += g_sensitivity * force;
   if (shared_jacobian != nullptr) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -177,17 +188,23 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
           .setConstant(force[axis]);
     }
     if (rests) {
-      shared_jacobian->block<3, 1>(row, layout.reference + kGravity) =
+      shared_jacobian->block<3, 1>(row, layout.reference + kGravity) +=
           g_sensitivity * force / reference[kGravity];
+      if (kind != PoseKind::kDirection) {
+        const Eigen::Map<const Eigen::Quaterniond> world_from_body(state_values);
+        shared_jacobian->block<3, 2>(row, layout.reference + kFixtureTilt) +=
+            g_sensitivity * world_from_body.conjugate().toRotationMatrix() *
+            WorldVectorJacobian(Triad::kAccelerometer, reference).middleCols<2>(kFixtureTilt);
+      }
     }
   }
   if (tangent_jacobian == nullptr) return;
   if (kind == PoseKind::kDirection) {
     const Eigen::Map<const Eigen::Vector3d> direction(state_values);
-    tangent_jacobian->middleRows<3>(row) =
+    tangent_jacobian->middleRows<3>(row) +=
         reference[kGravity] * g_sensitivity * TangentBasis(direction);
   } else if (kind == PoseKind::kRotation) {
-    tangent_jacobian->middleRows<3>(row) = g_sensitivity * Skew(force);
+    tangent_jacobian->middleRows<3>(row) += g_sensitivity * Skew(force);
   }
 }
 

@@ -64,8 +64,8 @@ struct Observation {
 //                                              the pose's temperature; h: higher terms,
 //                                              triad_model.h
 //   attitude prior    Log(R_prior^T R)         about the body axes
-//   static gyroscope  h(S w) + b + G f - y       w: the known rate, zero at rest: the earth stands
-//                                              still; f: specific force in the body
+//   static gyroscope  h(S w) + b + G f - y       w: the known rate; at rest that of the earth, if
+//                                              counted; f: specific force in the body
 //   heading           Log(R R_held^T) about the vertical: for the first pose of a chain in which
 //                     nothing tells the heading; with nothing against it, it takes no part in χ²
 //   six-face prior    components of the up direction along the two tangent axes of the face, minus
@@ -111,9 +111,16 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
+  // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
+  // table, it is not counted.
+  bool SeesEarthRate(const SharedLayout& layout) const {
+    return role == PoseRole::kRest && layout.CountsEarthRate();
+  }
+
   // Field of `triad` in the body frame, true unit, at the given parameters; of the gyroscope the
-  // known rate.
-  Eigen::Vector3d FieldInBody(Triad triad,
+  // known rate, or the earth's.
+  Eigen::Vector3d FieldInBody(const SharedLayout& layout,
+                              Triad triad,
                               const Eigen::Ref<const ReferenceVector>& reference,
                               const double* state_values) const;
 

@@ -60,12 +60,13 @@ void FillPoseQuality(const PoseGraph& graph,
     residual.pose = node.number;
     residual.triad = triad;
     const Eigen::Vector3d field =
-        solution.rotation.transpose() * node.FieldInBody(triad, reference, node.state.data());
+        solution.rotation.transpose() *
+        node.FieldInBody(graph.layout, triad, reference, node.state.data());
     Eigen::Vector3d reading = observation.mean_raw;
     if (triad == Triad::kGyroscope && solution.g_sensitivity) {
       const Eigen::Vector3d force =
           node.role == PoseRole::kRest
-              ? node.FieldInBody(Triad::kAccelerometer, reference, node.state.data())
+              ? node.FieldInBody(graph.layout, Triad::kAccelerometer, reference, node.state.data())
               : node.known_force_mps2;
       reading -= *solution.g_sensitivity * (solution.rotation.transpose() * force);
     }

@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimation/start.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -26,7 +27,8 @@ std::optional<Eigen::Vector3d> MeasuredForce(const SharedLayout& layout,
   return std::nullopt;
 }
 
-// Unset where an accelerometer does not count. The edge is integrated at `shared`.
+// Unset where an accelerometer does not count. The edge is integrated at `shared`. What the earth
+// has turned meanwhile is taken out at the attitude of the graph.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
@@ -34,7 +36,10 @@ std::optional<double> ErrorOf(const PoseGraph& graph,
   const auto before = MeasuredForce(graph.layout, shared, graph.nodes[edge.from]);
   const auto after = MeasuredForce(graph.layout, shared, graph.nodes[edge.from + 1]);
   if (!before || !after) return std::nullopt;
-  return TurnError(turn, *before, *after);
+  const Eigen::Vector3d earth_turn = edge.EarthTurn(graph.layout, shared.data());
+  if (earth_turn.isZero(0.0)) return TurnError(turn, *before, *after);
+  const Eigen::Quaterniond body_from_world = graph.nodes[edge.from].rotation().conjugate();
+  return TurnError(RotationExp(body_from_world * -earth_turn) * turn, *before, *after);
 }
 
 // The shared parameters as they are without one factor; unset where it is needed to determine them.

@@ -76,6 +76,7 @@ reference:
   position: { latitude_deg: -33.1, longitude_deg: 151.2, height_m: 58, date: 2026-01-31 }
   field: { strength_ut: { value: 57.1, sigma: 0.3 }, dip_deg: -64.3, hemisphere: south }
   temperature_degc: 20.5
+  earth_rate: { latitude_deg: -30, declination_deg: 12.5 }
 gauge: accel-z
 sensors:
   accelerometer:
@@ -126,6 +127,9 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_EQ(options.reference.gravity_mps2.value, 9.81);
   EXPECT_EQ(options.reference.gravity_mps2.sigma, 1e-4);
   EXPECT_EQ(experiment.position->date, "2026-01-31");
+  ASSERT_TRUE(options.reference.earth_rate);
+  EXPECT_DOUBLE_EQ(options.reference.earth_rate->latitude_rad, -30.0 * std::numbers::pi / 180.0);
+  EXPECT_DOUBLE_EQ(options.reference.earth_rate->declination_rad, 12.5 * std::numbers::pi / 180.0);
   EXPECT_EQ(options.reference.field_ut.value, 57.1);
   EXPECT_EQ(options.reference.field_ut.sigma, 0.3);
   EXPECT_DOUBLE_EQ(*options.reference.dip_rad.value, -64.3 * std::numbers::pi / 180.0);
@@ -233,6 +237,24 @@ TEST_F(ExperimentConfig, TakesNormalGravityFromThePosition) {
     EXPECT_NEAR(*gravity.value, expected_mps2, 0.5e-8);
     EXPECT_EQ(gravity.sigma, 5e-4);
   }
+}
+
+TEST_F(ExperimentConfig, TakesTheLatitudeOfTheEarthRateFromThePosition) {
+  const std::string position = "position: { latitude_deg: 45, height_m: 0 }";
+  EXPECT_FALSE(LoadWell(std::string(kMinimal) + "reference: { " + position + " }\n")
+                   .options.reference.earth_rate);
+  for (const std::string stated : {"position", "{ declination_deg: 0 }", "{ latitude_deg: 45 }"}) {
+    const auto rate = LoadWell(std::string(kMinimal) + "reference: { " + position +
+                               ", earth_rate: " + stated + " }\n")
+                          .options.reference.earth_rate;
+    ASSERT_TRUE(rate) << stated;
+    EXPECT_DOUBLE_EQ(rate->latitude_rad, std::numbers::pi / 4.0);
+    EXPECT_EQ(rate->declination_rad, 0.0);
+  }
+  EXPECT_FALSE(LoadWell(std::string(kMinimal) + "reference: { earth_rate: none }\n")
+                   .options.reference.earth_rate);
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "reference: { earth_rate: position }\n"),
+              HasSubstr("latitude_deg"));
 }
 
 TEST_F(ExperimentConfig, PrefersMeasuredGravityToThePosition) {

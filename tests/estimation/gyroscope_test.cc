@@ -323,7 +323,8 @@ INSTANTIATE_TEST_SUITE_P(EachSet,
                                            Parts{true, true, true}),
                          ::testing::PrintToStringParamName());
 
-TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
+// The earth's rate is counted, as large as can be seen in a double, when `earth_rate_radps` > 0.
+void ExpectIncrementJacobiansMatch(double earth_rate_radps) {
   const Scenario scenario = GyroscopeScenario({true, false, true});
   const PoseSet poses = Collect(scenario);
   SharedLayout layout;
@@ -333,12 +334,14 @@ TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
   layout.asymmetry[kGyro] = 21;
   layout.reference = 24;
   layout.size = 24 + kReferenceSize;
+  layout.earth_rate_radps = earth_rate_radps * Eigen::Vector3d(0.6, 0.3, 0.7);
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
   const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
   shared.segment<3>(0) = gyroscope.nominal.bias;
   shared.segment<9>(3) = gyroscope.nominal.sensitivity.reshaped();
   shared.segment<9>(12) = gyroscope.g_sensitivity->reshaped();
   shared.segment<3>(21) = gyroscope.nominal.asymmetry;
+  shared.segment<kReferenceSize>(24) << 9.8, 48.0, 1.1, 0.7, 0.2, -0.1;
   IncrementEdge edge;
   const RecordedMove& recorded = poses.moves.front();
   for (std::size_t i = 0; i < recorded.time_ns.size(); ++i) {
@@ -357,18 +360,152 @@ TEST(IncrementCost, JacobiansMatchFiniteDifferences) {
       first * edge.increment.rotation * RotationExp(Eigen::Vector3d(0.05, 0.1, -0.08));
   const IncrementCost cost(layout, edge);
   const ceres::EigenQuaternionManifold quaternion;
-  std::vector<const ceres::Manifold*> manifolds = {
-      nullptr, nullptr, nullptr, nullptr, &quaternion, &quaternion};
-  std::vector<const double*> parameters = {&shared[0],
-                                           &shared[3],
-                                           &shared[21],
-                                           &shared[12],
-                                           first.coeffs().data(),
-                                           second.coeffs().data()};
+  std::vector<const ceres::Manifold*> manifolds;
+  std::vector<const double*> parameters;
+  for (const SharedBlock& block : GyroscopeBlocks(layout)) {
+    manifolds.push_back(nullptr);
+    parameters.push_back(&shared[block.offset]);
+  }
+  for (const Eigen::Quaterniond* attitude : {&first, &second}) {
+    manifolds.push_back(&quaternion);
+    parameters.push_back(attitude->coeffs().data());
+  }
   ceres::NumericDiffOptions numeric;
   ceres::GradientChecker checker(&cost, &manifolds, numeric);
   ceres::GradientChecker::ProbeResults results;
   EXPECT_TRUE(checker.Probe(parameters.data(), 1e-6, &results)) << results.error_log;
+}
+
+TEST(IncrementCost, JacobiansMatchFiniteDifferences) { ExpectIncrementJacobiansMatch(0.0); }
+
+TEST(IncrementCost, JacobiansMatchFiniteDifferencesWhileTheEarthTurns) {
+  ExpectIncrementJacobiansMatch(0.2);
+}
+
+// ------------------------------------------------------------------------------------ earth's rate
+
+constexpr double kLatitudeRad = 0.8;
+constexpr double kDeclinationRad = 0.1;
+
+// A nine-axis unit whose gyroscope feels the earth turn, and the options that count that.
+Scenario EarthScenario() {
+  Scenario scenario = GyroscopeScenario({true, true, false});
+  scenario.world.earth_rate = SimulatedWorld::EarthRate{kLatitudeRad, kDeclinationRad};
+  return scenario;
+}
+
+CalibrateOptions EarthOptions(const Scenario& scenario) {
+  CalibrateOptions options = OptionsFor(scenario);
+  options.reference.earth_rate = EarthRateOptions{kLatitudeRad, kDeclinationRad};
+  for (TriadOptions& triad : options.triads) {
+    triad.noise_sigma_raw = Eigen::Vector3d::Constant(1e-4);
+  }
+  return options;
+}
+
+// Norm of the error of the gyroscope's bias, counts: the earth's rate is 0.34 of them.
+double BiasError(const CalibrationSummary& summary, const Scenario& scenario) {
+  return (summary.calibration.sensors[kGyro]->model.bias -
+          TruthOf(scenario, 0).sensors[kGyro]->model.bias)
+      .norm();
+}
+
+TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
+  const Scenario scenario = EarthScenario();
+  const PoseSet poses = Collect(scenario);
+  CalibrateOptions options = EarthOptions(scenario);
+  options.robust.enabled = false;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const TriadCalibration& found = *summary->calibration.sensors[kGyro];
+  const Calibration truth = TruthOf(scenario, 0);
+  const TriadCalibration& expected = *truth.sensors[kGyro];
+  // As without the earth's rate.
+  EXPECT_LT((found.model.sensitivity - expected.model.sensitivity).norm(), 1e-7 * 4700.0);
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+  EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+  const double counted_chi2 = summary->calibration.quality.reduced_chi2;
+  EXPECT_LT(counted_chi2, 1e-3);
+
+  // Left out, it stays in the residuals of the rests, in the bias and in the pull of gravity, which
+  // takes its vertical part.
+  options.reference.earth_rate.reset();
+  const auto ignored = Calibrate(poses, options);
+  ASSERT_TRUE(ignored) << ignored.error().message;
+  EXPECT_GT(ignored->calibration.quality.reduced_chi2, 1e3);
+  EXPECT_GT((*ignored->calibration.sensors[kGyro]->g_sensitivity - *expected.g_sensitivity).norm(),
+            0.01);
+}
+
+// Without a given dip, its sign is that of the hemisphere: the side that the earth's rate has to be
+// on.
+TEST(EarthRate, IsTakenOutExactlyInTheSouthernHemisphere) {
+  Scenario scenario = EarthScenario();
+  scenario.world.earth_rate->latitude_rad = -kLatitudeRad;
+  scenario.world.dip_rad = -1.1;
+  CalibrateOptions options = EarthOptions(scenario);
+  options.reference.earth_rate->latitude_rad = -kLatitudeRad;
+  options.reference.northern_hemisphere = false;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+}
+
+// Attitudes from outside whose heading nobody knows, without a magnetometer: the gyroscope finds
+// north.
+TEST(EarthRate, TellsTheHeadingOfKnownAttitudes) {
+  Scenario scenario = EarthScenario();
+  scenario.sensors[kMag].reset();
+  PoseSet poses = Collect(scenario);
+  const Eigen::Quaterniond outside_from_world = RotationExp({0.0, 0.0, 2.5});
+  const std::vector<TrueRest> rests = Simulate(scenario)->rests();
+  ASSERT_EQ(rests.size(), poses.poses.size());
+  for (std::size_t k = 0; k < rests.size(); ++k) {
+    poses.poses[k].attitude.emplace().world_from_body =
+        outside_from_world * rests[k].world_from_body;
+  }
+  CalibrateOptions options = EarthOptions(scenario);
+  options.attitudes.kind = AttitudeKind::kGiven;
+  options.gauge = Gauge::kFixture;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+}
+
+TEST(EarthRate, IsRefusedWhereNothingTellsTheHeading) {
+  const Scenario scenario = EarthScenario();
+  CalibrateOptions options = EarthOptions(scenario);
+  EXPECT_TRUE(options.Validate());
+  PoseSet poses = Collect(scenario);
+  for (RecordedMove& move : poses.moves) {
+    if (move.from == 3 || move.from == 4) move.fault = "not recorded";
+  }
+  poses.poses[4].triads[kMag].reset();
+  const auto summary = Calibrate(poses, options);
+  ASSERT_FALSE(summary);
+  EXPECT_THAT(summary.error().message, HasSubstr("pose 5"));
+
+  options.triads[kMag].enabled = false;
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(status.error().message, HasSubstr("heading"));
+  options.triads[kGyro].enabled = false;
+  EXPECT_TRUE(options.Validate());
+}
+
+TEST(EarthRate, IsRefusedForAUnitThatIsTumbled) {
+  CalibrateOptions options = EarthOptions(EarthScenario());
+  options.triads[kGyro].g_sensitivity = Wanted::kNo;
+  options.motion = MotionOptions();
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, HasSubstr("motion"));
 }
 
 }  // namespace

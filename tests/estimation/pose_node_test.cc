@@ -74,38 +74,40 @@ PoseNode MakeNode(PoseKind kind, Random* random) {
 
 // Ceres differentiates the cost along the manifolds; entries that are exactly zero are compared
 // absolutely, by block norm.
+void ExpectJacobiansMatch(const SharedLayout& layout,
+                          const Eigen::VectorXd& shared,
+                          const PoseNode& node) {
+  const PoseCost cost(layout, node);
+  const auto blocks = SharedBlocks(layout);
+  std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
+  std::unique_ptr<ceres::Manifold> state_manifold;
+  if (node.kind == PoseKind::kDirection) {
+    state_manifold = std::make_unique<ceres::SphereManifold<3>>();
+  } else {
+    state_manifold = std::make_unique<ceres::EigenQuaternionManifold>();
+  }
+  manifolds.push_back(state_manifold.get());
+  std::vector<const double*> parameters;
+  for (const SharedBlock& block : blocks) parameters.push_back(shared.data() + block.offset);
+  parameters.push_back(node.state.data());
+  ceres::NumericDiffOptions numeric;
+  numeric.ridders_relative_initial_step_size = 1e-4;  // short of the kink of an asymmetry
+  const ceres::GradientChecker checker(&cost, &manifolds, numeric);
+  ceres::GradientChecker::ProbeResults results;
+  checker.Probe(parameters.data(), 1.0, &results);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double size = 1.0 + results.local_numeric_jacobians[i].norm();
+    // Ridders' method in double precision: about nine digits.
+    EXPECT_LT((results.local_jacobians[i] - results.local_numeric_jacobians[i]).norm(), 1e-7 * size)
+        << "block " << i;
+  }
+}
+
 void ExpectJacobiansMatch(PoseKind kind) {
   Random random(17);
   for (int repeat = 0; repeat < 20; ++repeat) {
     const Fixture fixture = MakeFixture(&random);
-    const PoseNode node = MakeNode(kind, &random);
-    const PoseCost cost(fixture.layout, node);
-    const auto blocks = SharedBlocks(fixture.layout);
-    std::vector<const ceres::Manifold*> manifolds(blocks.size(), nullptr);
-    std::unique_ptr<ceres::Manifold> state_manifold;
-    if (kind == PoseKind::kDirection) {
-      state_manifold = std::make_unique<ceres::SphereManifold<3>>();
-    } else {
-      state_manifold = std::make_unique<ceres::EigenQuaternionManifold>();
-    }
-    manifolds.push_back(state_manifold.get());
-    std::vector<const double*> parameters;
-    for (const SharedBlock& block : blocks) {
-      parameters.push_back(fixture.shared.data() + block.offset);
-    }
-    parameters.push_back(node.state.data());
-    ceres::NumericDiffOptions numeric;
-    numeric.ridders_relative_initial_step_size = 1e-4;  // short of the kink of an asymmetry
-    const ceres::GradientChecker checker(&cost, &manifolds, numeric);
-    ceres::GradientChecker::ProbeResults results;
-    checker.Probe(parameters.data(), 1.0, &results);
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      const double size = 1.0 + results.local_numeric_jacobians[i].norm();
-      // Ridders' method in double precision: about nine digits.
-      EXPECT_LT((results.local_jacobians[i] - results.local_numeric_jacobians[i]).norm(),
-                1e-7 * size)
-          << "block " << i;
-    }
+    ExpectJacobiansMatch(fixture.layout, fixture.shared, MakeNode(kind, &random));
   }
 }
 
@@ -115,6 +117,29 @@ TEST(PoseCost, JacobianMatchesFiniteDifferencesForARotation) {
 
 TEST(PoseCost, JacobianMatchesFiniteDifferencesForADirection) {
   ExpectJacobiansMatch(PoseKind::kDirection);
+}
+
+// A gyroscope at rest on an earth that turns as fast as a double needs to see it, with all that it
+// can have beside.
+TEST(PoseCost, JacobianMatchesFiniteDifferencesWhileTheEarthTurns) {
+  Random random(23);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    Fixture fixture = MakeFixture(&random);
+    SharedLayout& layout = fixture.layout;
+    const int at = layout.size;
+    layout.bias[Triad::kGyroscope] = at;
+    layout.sensitivity[Triad::kGyroscope] = at + 3;
+    layout.g_sensitivity = at + 12;
+    layout.size = at + 21;
+    layout.earth_rate_radps << 0.6, 0.3, 0.7;
+    fixture.shared.conservativeResize(layout.size);
+    for (int i = at; i < layout.size; ++i) fixture.shared[i] = random.Normal();
+    PoseNode node = MakeNode(PoseKind::kRotation, &random);
+    node.observations.push_back(node.observations.front());
+    node.observations.back().triad = Triad::kGyroscope;
+    node.face = -1;  // three triads and an attitude fill the rows
+    ExpectJacobiansMatch(layout, fixture.shared, node);
+  }
 }
 
 // The weights are those of the stated covariances, block by block.

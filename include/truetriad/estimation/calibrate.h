@@ -132,6 +132,12 @@ struct TriadOptions {
   Wanted asymmetry = Wanted::kNo;
 };
 
+/// Where the earth's rotation is counted in what a gyroscope reads. model/world.h.
+struct EarthRateOptions {
+  double latitude_rad = 0.0;     ///< Positive in the north.
+  double declination_rad = 0.0;  ///< Of magnetic north, east positive.
+};
+
 struct ReferenceOptions {
   Knowledge gravity_mps2{kStandardGravityMps2, 0.0};
   /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
@@ -141,6 +147,9 @@ struct ReferenceOptions {
   bool northern_hemisphere = true;
   /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;
+  /// Unset: the earth stands still. Needs the heading of every pose that the gyroscope rests in:
+  /// from a magnetometer, or with attitudes from outside, whose own heading is one unknown.
+  std::optional<EarthRateOptions> earth_rate;
 };
 
 enum class AttitudeKind {
