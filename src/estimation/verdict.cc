@@ -321,6 +321,10 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
       run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
     messages->emplace_back(kLeftHandedMagnetometer);
   }
+  const auto& gyroscope = calibration.sensors[Triad::kGyroscope];
+  if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedGyroscope);
+  }
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
     messages->push_back(

@@ -213,14 +213,18 @@ TEST(Motion, TakesASpacingBeyondTheRecordingForTwoAttitudes) {
   EXPECT_FALSE(summary->calibration.IsUsable());
 }
 
-TEST(Motion, SaysThatAMagnetometerIsMirrored) {
+TEST(Motion, SaysWhichSensorIsMirrored) {
   Random random(14);
   const SixTurns unit = ShortUnit(&random);
-  PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
-  for (Eigen::Vector3d& reading : recording.tracks[kMag].reading_raw) reading.x() *= -1.0;
-  const auto summary = Calibrate(recording, SixTurnsOptions(unit, true, 0.1));
-  ASSERT_TRUE(summary) << summary.error().message;
-  EXPECT_THAT(summary->calibration.messages, ::testing::Contains(HasSubstr("left-handed")));
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const Triad triad : {kMag, kGyro}) {
+    PoseSet mirrored = recording;
+    for (Eigen::Vector3d& reading : mirrored.tracks[triad].reading_raw) reading.x() *= -1.0;
+    const auto summary = Calibrate(mirrored, SixTurnsOptions(unit, triad == kMag, 0.1));
+    ASSERT_TRUE(summary) << summary.error().message;
+    const std::string expected = std::string(TriadName(triad)) + "'s axes came out left-handed";
+    EXPECT_THAT(summary->calibration.messages, ::testing::Contains(HasSubstr(expected)));
+  }
 }
 
 TEST(Motion, SaysWhatOneAxisOfTurningLeavesOpen) {

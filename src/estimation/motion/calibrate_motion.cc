@@ -271,6 +271,9 @@ void SayRemarks(const CalibrateOptions& options,
       run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
     messages->emplace_back(kLeftHandedMagnetometer);
   }
+  if (run.graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedGyroscope);
+  }
   if (track.untold() > 0) {
     messages->push_back(Format("the gyroscope tells nothing for %.2f s in ", track.untold_s()) +
                         std::to_string(track.untold()) +
