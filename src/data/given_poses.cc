@@ -237,13 +237,15 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
   }
   while (!open_.empty()) FinishFirst();
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
-    if (range_used_[i]) continue;
     const PoseRange& range = selection_.ranges[i];
+    // More than half of it beyond the end is another recording's; a slow sensor may end a bit
+    // early.
+    if (range_used_[i] && range.last - last_row_ <= last_row_ - range.first) continue;
     return BadInputError(key_ + ": range " + std::to_string(i + 1) + " (rows " +
                          std::to_string(range.first) + " to " + std::to_string(range.last) +
-                         ") has no reading of the " + std::string(TriadName(leading_)) + "; " +
-                         info_.Find(leading_)->file + " has data rows 0 to " +
-                         std::to_string(last_row_));
+                         ") has " + (range_used_[i] ? "few readings" : "no reading") + " of the " +
+                         std::string(TriadName(leading_)) + "; " + info_.Find(leading_)->file +
+                         " has data rows 0 to " + std::to_string(last_row_));
   }
   // A short last block is no pose of its own: it would weigh little and look like the others.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&

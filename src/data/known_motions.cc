@@ -17,7 +17,7 @@ Error NoSuchPose(const std::string& key, int number, const PoseSet& set) {
   return BadInputError(set.source + ": " + key + " name pose " + std::to_string(number) +
                        ", which is none of the " + std::to_string(set.poses.size()) + " rests (" +
                        set.how + "; `truetriad inspect` lists them); give a pose of the list, or " +
-                       "`rows: [first, last]`");
+                       "its rows as `first` and `last`");
 }
 
 bool Overlap(const StaticPose& pose, const StaticPose& other) {

@@ -283,7 +283,9 @@ Observability AnalyseObservability(const PoseGraph& graph,
     const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
     // More poses like those that are there would not make it good.
     const double wanted = std::min(sigma, limit);
-    if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
+    if (name && name->kind == ParameterKind::kAsymmetry) {
+      weak.advice = std::string("turn the unit both ways about its ") + "xyz"[name->row] + " axis";
+    } else if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
       weak.advice = TemperatureAdvice(graph, *name);
     } else if (best_gain > 0.0) {
       const Eigen::Vector3d up = candidates[best].up;

@@ -319,9 +319,11 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
   const auto& magnetometer = calibration.sensors[Triad::kMagnetometer];
   if (magnetometer && Wants(options, Triad::kAccelerometer) &&
       run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
-    messages->emplace_back(
-        "the magnetometer's axes came out left-handed (determinant < 0); a wrong accelerometer "
-        "`sign` or `hemisphere` would explain the data as well");
+    messages->emplace_back(kLeftHandedMagnetometer);
+  }
+  const auto& gyroscope = calibration.sensors[Triad::kGyroscope];
+  if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedGyroscope);
   }
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;

@@ -11,6 +11,14 @@
 
 namespace truetriad {
 
+inline constexpr const char* kLeftHandedGyroscope =
+    "the gyroscope's axes came out left-handed (determinant < 0): its log, the accelerometer's, or "
+    "what was stated of its turns exchanges two axes or reverses one";
+
+inline constexpr const char* kLeftHandedMagnetometer =
+    "the magnetometer's axes came out left-handed (determinant < 0); a wrong accelerometer `sign` "
+    "or `hemisphere` would explain the data as well";
+
 // A run whose weights, noise and solution have settled.
 struct SettledRun {
   const PoseSet& poses;

@@ -101,8 +101,9 @@ std::string UncertaintyStatement(const Calibration& calibration) {
   std::string text =
       "U: expanded uncertainty, k = 2, standard uncertainties from the posterior "
       "covariance of the adjustment (JCGM 100:2008)";
-  if (calibration.quality.effective_dof > 0.0) {
-    text += "; effective degrees of freedom " + Significant(calibration.quality.effective_dof, 3);
+  const double dof = calibration.quality.effective_dof;
+  if (dof > 0.0 && std::isfinite(dof)) {
+    text += "; effective degrees of freedom " + Significant(dof, 3);
   }
   return text + ": coverage probability " + Percent(CoverageProbability(calibration.quality)) + ".";
 }
@@ -176,7 +177,9 @@ std::string RecordJson(const WriteRequest& request) {
   const std::string uncertainty =
       Member("    ", "coverage_factor", NumberText(kCoverageFactor)) +
       Member("    ", "coverage_probability", NumberText(CoverageProbability(quality))) +
-      Member("    ", "effective_dof", NumberText(quality.effective_dof)) +
+      Member("    ",
+             "effective_dof",  // JSON has no infinity
+             std::isfinite(quality.effective_dof) ? NumberText(quality.effective_dof) : "null") +
       Member("    ", "statement", JsonText(UncertaintyStatement(calibration)));
   const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
                              JsonText("model") + ": " + JsonText(calibration.model) + "}";

@@ -28,12 +28,19 @@ constexpr std::size_t kMaxRejectedRows = 50;
 /// What a gyroscope's residual is.
 constexpr const char* kTurnRow = "Gyroscope: direction of gravity after a turn";
 
-std::string NoiseSentence(const TriadNoise& noise, Triad triad) {
-  std::string text =
-      "Rest noise is the σ of a pose mean, " + std::string(NoiseSourceWords(noise.source));
+/// Whether the unit was followed through its motion instead of rests, as its experiment says.
+bool IsFromMotion(const Calibration& calibration) {
+  return calibration.config_yaml.find("poses: { motion: ") != std::string::npos;
+}
+
+std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion) {
+  std::string text = std::string(from_motion ? "Noise is the σ of the mean at one attitude, "
+                                             : "Rest noise is the σ of a pose mean, ") +
+                     std::string(NoiseSourceWords(noise.source));
   if (noise.excess_sigma > 0.0) {
-    text += "; the poses scatter by another " + Significant(noise.excess_sigma, 2) + " " +
-            TruthUnit(triad);
+    text += std::string(from_motion ? "; the motion adds another "
+                                    : "; the poses scatter by another ") +
+            Significant(noise.excess_sigma, 2) + " " + TruthUnit(triad);
     if (noise.excess_dof > 0.0) {
       text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
     }
@@ -148,6 +155,7 @@ Section ParametersSection(const Calibration& calibration) {
   if (!calibration.IsUsable()) return section;
   const Propagation propagation(calibration.covariance);
   const double dof = calibration.quality.effective_dof;
+  const bool from_motion = IsFromMotion(calibration);
   section.blocks.emplace_back(IntervalSentence(dof));
   if (std::string caution = FewDofSentence(dof); !caution.empty()) {
     section.blocks.emplace_back(Bullet{std::move(caution)});
@@ -156,8 +164,10 @@ Section ParametersSection(const Calibration& calibration) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
     section.blocks.emplace_back(Subtitle{TriadTitle(triad)});
-    section.blocks.emplace_back(ParameterTable(*sensor, triad, propagation));
-    section.blocks.emplace_back(NoiseSentence(sensor->noise, triad));
+    Table table = ParameterTable(*sensor, triad, propagation);
+    if (from_motion) table.rows.back().front() = "noise σ";
+    section.blocks.emplace_back(std::move(table));
+    section.blocks.emplace_back(NoiseSentence(sensor->noise, triad, from_motion));
     if (sensor->thermal) {
       section.blocks.emplace_back(
           "τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +
@@ -216,11 +226,14 @@ Section ModelChoiceSection(const Quality& quality) {
   return section;
 }
 
-Section HeldOutSection(const Quality& quality) {
+Section HeldOutSection(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
   Section section{SectionKind::kHeldOut, "Held-out error (cross-validation)", {}};
   if (!quality.held_out) {
     if (quality.poses > 0) {
-      section.blocks.emplace_back(std::string("Not computed: no poses were held out."));
+      section.blocks.emplace_back(std::string(
+          IsFromMotion(calibration) ? "Not computed for a unit that is followed through its motion."
+                                    : "Not computed: no poses were held out."));
     }
     return section;
   }
@@ -414,7 +427,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
                                                ParametersSection(calibration),
                                                WeakDirectionsSection(quality),
                                                ModelChoiceSection(quality),
-                                               HeldOutSection(quality),
+                                               HeldOutSection(calibration),
                                                ResidualsSection(calibration),
                                                CoverageSection(quality)}) {
     if (!section.blocks.empty()) sections.push_back(std::move(section));

@@ -508,6 +508,11 @@ TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
   ASSERT_FALSE(outside);
   EXPECT_EQ(outside.error().code, ErrorCode::kBadInput);
   EXPECT_THAT(outside.error().message, testing::HasSubstr("data rows 0 to 99"));
+  selection.ranges = {{40, 59, "", ""}, {80, 300, "", ""}};
+  const Result<PoseSet> beyond = Collect({Counting(100)}, selection);
+  ASSERT_FALSE(beyond);
+  EXPECT_THAT(beyond.error().message,
+              testing::HasSubstr("range 2 (rows 80 to 300) has few readings"));
 }
 
 TEST(PoseStatistics, GiveTemperatureAndItsRate) {

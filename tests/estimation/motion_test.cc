@@ -2,6 +2,7 @@
 //
 // A unit that is tumbled without rests: a chain of attitudes, one arrow-shaped system.
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -45,7 +46,8 @@ class MotionWith : public ::testing::TestWithParam<std::pair<bool, double>> {
 
 // What is left is how well turns are followed between readings: the trapezoid's error of a rate
 // that swings by 1.6 rad/s with the period of a turn, 5 s, is dt^2 w'' / 12 = 3e-5 rad/s at its
-// largest, and changes sign within a turn: it adds up to 2.4e-5 rad, and of gravity to 2.4e-4 m/s^2.
+// largest, and changes sign within a turn: it adds up to 2.4e-5 rad, and of gravity to 2.4e-4
+// m/s^2.
 TEST_P(MotionWith, IsFollowedExactlyWithoutNoise) {
   Random random(5);
   const SixTurns unit = ShortUnit(&random);
@@ -185,6 +187,43 @@ TEST(Motion, BreaksTheChainWhereTheGyroscopeIsStuckAndStillFindsTheUnit) {
   const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);
   for (Eigen::Index i = 0; i < error.size(); ++i) {
     EXPECT_LE(std::abs(error[i]), 4.0 * std::sqrt(found.covariance.matrix(i, i)) + 1e-12) << i;
+  }
+}
+
+TEST(Motion, NeedsTimesThatDiffer) {
+  Random random(12);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const Triad triad : {kGyro, kAccel}) {
+    PoseSet frozen = recording;
+    auto& times = frozen.tracks[triad].time_ns;
+    std::fill(times.begin(), times.end(), times.front());
+    const auto summary = Calibrate(frozen, SixTurnsOptions(unit, true, 0.1));
+    ASSERT_FALSE(summary);
+    EXPECT_THAT(summary.error().message, HasSubstr("no two readings at different times"));
+  }
+}
+
+TEST(Motion, TakesASpacingBeyondTheRecordingForTwoAttitudes) {
+  Random random(12);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, true, 1e300));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+}
+
+TEST(Motion, SaysWhichSensorIsMirrored) {
+  Random random(14);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const Triad triad : {kMag, kGyro}) {
+    PoseSet mirrored = recording;
+    for (Eigen::Vector3d& reading : mirrored.tracks[triad].reading_raw) reading.x() *= -1.0;
+    const auto summary = Calibrate(mirrored, SixTurnsOptions(unit, triad == kMag, 0.1));
+    ASSERT_TRUE(summary) << summary.error().message;
+    const std::string expected = std::string(TriadName(triad)) + "'s axes came out left-handed";
+    EXPECT_THAT(summary->calibration.messages, ::testing::Contains(HasSubstr(expected)));
   }
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <limits>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -60,6 +61,15 @@ TEST(CalibrationRecord, StatesExpandedUncertaintiesConditionsAndReferences) {
   EXPECT_EQ(record["inputs"][0]["sha256"].as<std::string>(), std::string(64, 'a'));
   EXPECT_TRUE(record["limits"][0]["pass"].as<bool>());
   EXPECT_EQ(record["conformity"].as<std::string>(), "within all stated limits");
+}
+
+// A chain of attitudes has so many degrees of freedom that they are stated as infinite.
+TEST(CalibrationRecord, IsJsonWhateverTheDegreesOfFreedom) {
+  Calibration unit = Unit();
+  unit.quality.effective_dof = std::numeric_limits<double>::infinity();
+  const std::string record = Record(unit, "unit.json");
+  EXPECT_THAT(record, AllOf(HasSubstr("\"effective_dof\": null"), Not(HasSubstr("inf,"))));
+  EXPECT_NEAR(YAML::Load(record)["uncertainty"]["coverage_probability"].as<double>(), 0.9545, 1e-4);
 }
 
 TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -266,6 +267,13 @@ void SayRemarks(const CalibrateOptions& options,
         Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
         (ahead_s > 0.0 ? "later" : "earlier") + " than the gyroscope's; allowed for");
   }
+  if (options.triads[Triad::kMagnetometer].enabled &&
+      run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedMagnetometer);
+  }
+  if (run.graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedGyroscope);
+  }
   if (track.untold() > 0) {
     messages->push_back(Format("the gyroscope tells nothing for %.2f s in ", track.untold_s()) +
                         std::to_string(track.untold()) +
@@ -322,6 +330,12 @@ Status StateMotionVerdict(const PoseSet& poses,
       graph.layout, graph.shared, chain.information(), chain.gradient());
   Observability observability = AnalyseObservability(graph, information, options.observable_sigma);
   quality.weak_directions = std::move(observability.weak_directions);
+  constexpr std::string_view kAddPoses = "add poses ";
+  for (WeakDirection& weak : quality.weak_directions) {
+    if (weak.advice.starts_with(kAddPoses)) {
+      weak.advice.replace(0, kAddPoses.size(), "keep it in motion longer ");
+    }
+  }
   PresentedSolution solution = SolvedFrame(graph, information.covariance());
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
 

@@ -20,10 +20,14 @@ constexpr std::size_t kStuckReadings = 8;
 // Readings in a row at the end of the stream's range.
 constexpr std::size_t kSaturatedReadings = 3;
 
-double MedianSpacing(const std::vector<double>& time_s) {
+// Of times in bursts of equal stamps the mean says more. Zero where no two times differ.
+double UsualSpacing(const std::vector<double>& time_s) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
-  return steps.empty() ? 0.0 : Median(std::move(steps));
+  if (steps.empty()) return 0.0;
+  const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(steps.size());
+  const double median_s = Median(std::move(steps));
+  return median_s > 0.0 ? median_s : mean_s;
 }
 
 }  // namespace
@@ -33,7 +37,8 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer)
   const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
   const auto missing = [&](Triad triad) {
     return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
-                         " has fewer than two readings; expected a recording of the whole motion");
+                         " has no two readings at different times; expected a recording of the "
+                         "whole motion");
   };
   if (gyroscope.time_ns.size() < 2) return missing(Triad::kGyroscope);
   const std::int64_t begin_ns = gyroscope.time_ns.front();
@@ -53,9 +58,11 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer)
     Vectors& vectors = track.vectors_[triad];
     for (const std::int64_t time_ns : readings.time_ns) vectors.time_s.push_back(seconds(time_ns));
     vectors.reading_raw = readings.reading_raw;
-    track.spacing_s_[triad] = MedianSpacing(vectors.time_s);
+    track.spacing_s_[triad] = UsualSpacing(vectors.time_s);
+    if (!(track.spacing_s_[triad] > 0.0)) return missing(triad);
   }
-  track.spacing_s_[Triad::kGyroscope] = MedianSpacing(track.time_s_);
+  if (track.time_s_.size() < 2) return missing(Triad::kGyroscope);
+  track.spacing_s_[Triad::kGyroscope] = UsualSpacing(track.time_s_);
   track.FindUntoldSteps(*poses.Find(Triad::kGyroscope));
   return track;
 }
@@ -123,8 +130,10 @@ GyroReadings MotionTrack::Between(const MotionNode& node, const MotionNode& next
 }
 
 std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
-  const auto every = static_cast<std::size_t>(
-      std::max(1.0, std::round(spacing_s / spacing_s_[Triad::kGyroscope])));
+  const auto every =
+      static_cast<std::size_t>(std::clamp(std::round(spacing_s / spacing_s_[Triad::kGyroscope]),
+                                          1.0,
+                                          static_cast<double>(time_s_.size())));
   std::vector<MotionNode> nodes;
   nodes.reserve(time_s_.size() / every + 2);
   std::size_t since = 0;  // steps from the last node
