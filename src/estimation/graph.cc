@@ -137,8 +137,9 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
                              .abs()
                              .maxCoeff();
     if (!std::isfinite(moved)) break;
-    // The error is of second order in what moved.
-    if (moved * moved < kStillLinear * tolerance) break;
+    // The error is of second order in what moved. At the end the turns themselves are looked at.
+    const bool is_final = tolerance <= kFinalTolerance;
+    if (!is_final && moved * moved < kStillLinear * tolerance) break;
     integrate();
     if (moved * moved < tolerance) break;
   }
