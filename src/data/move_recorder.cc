@@ -7,16 +7,10 @@
 #include <sstream>
 #include <string>
 
+#include "data/gyroscope_faults.h"
+
 namespace truetriad {
 namespace {
-
-// A gap of fewer spacings is bridged: the rate is nearly linear that long.
-constexpr double kBridgedSpacings = 5.0;
-constexpr double kBridgedS = 0.05;
-// Equal readings in a row that noise does not make while the unit turns.
-constexpr int kStuckReadings = 8;
-// Readings in a row at the end of the stream's range.
-constexpr int kSaturatedReadings = 3;
 
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
 

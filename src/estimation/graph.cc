@@ -10,6 +10,7 @@
 #include <ceres/sphere_manifold.h>
 
 #include "estimation/pose_cost.h"
+#include "estimation/shared_problem.h"
 
 namespace truetriad {
 namespace {
@@ -43,25 +44,17 @@ SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
   ceres::Problem problem;
   auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
 
-  std::vector<double*> shared_blocks;
   std::vector<double*> gyroscope_blocks;
   for (const SharedBlock& block : GyroscopeBlocks(graph->layout)) {
     gyroscope_blocks.push_back(graph->shared.data() + block.offset);
   }
+  const std::vector<double*> shared_blocks = AddSharedBlocks(graph, &problem);
   for (const SharedBlock& block : SharedBlocks(graph->layout)) {
     double* values = graph->shared.data() + block.offset;
-    problem.AddParameterBlock(values, block.size);
-    const Eigen::MatrixXd basis = graph->layout.BlockBasis(block.offset, block.size);
-    if (basis.cols() == 0) {
-      problem.SetParameterBlockConstant(values);
-    } else {
-      problem.SetManifold(values, new LinearManifold(basis));
-    }
     if (auto prior = BlockPrior(graph->priors, block)) {
       problem.AddResidualBlock(prior.release(), nullptr, values);
     }
     ordering->AddElementToGroup(values, 1);
-    shared_blocks.push_back(values);
   }
   for (PoseNode& node : graph->nodes) {
     problem.AddParameterBlock(node.state.data(), node.state_size());
@@ -86,7 +79,7 @@ SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
     problem.AddResidualBlock(new IncrementCost(graph->layout, edge), nullptr, blocks);
   }
 
-  ceres::Solver::Options options;
+  ceres::Solver::Options options = SolverOptions(tolerance);
   if (graph->increments.empty()) {
     options.linear_solver_type = ceres::DENSE_SCHUR;
     options.linear_solver_ordering = ordering;
@@ -94,22 +87,8 @@ SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   }
   options.max_num_iterations = kMaxIterations;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  options.function_tolerance = tolerance;
-  options.parameter_tolerance = 1e-13;
-  options.gradient_tolerance = 0.0;
-  options.initial_trust_region_radius = 1e8;
   options.max_num_consecutive_invalid_steps = 20;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-
-  SolveOutcome outcome;
-  outcome.converged = summary.termination_type == ceres::CONVERGENCE;
-  outcome.iterations = static_cast<int>(summary.iterations.size());
-  outcome.initial_cost = summary.initial_cost;
-  outcome.final_cost = summary.final_cost;
-  return outcome;
+  return SolveProblem(options, &problem);
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 #include <Eigen/Eigenvalues>
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
-#include <ceres/solver.h>
 
 #include "estimation/pose_cost.h"
+#include "estimation/shared_problem.h"
 
 namespace truetriad {
 namespace {
@@ -104,40 +104,14 @@ class MotionCost final : public ceres::CostFunction {
 }  // namespace
 
 SolveOutcome SolveMotion(MotionChain* chain, PoseGraph* graph, double tolerance) {
-  const SharedLayout& layout = graph->layout;
   ceres::Problem problem;
-  std::vector<double*> blocks;
-  for (const SharedBlock& block : SharedBlocks(layout)) {
-    double* values = graph->shared.data() + block.offset;
-    problem.AddParameterBlock(values, block.size);
-    const Eigen::MatrixXd basis = layout.BlockBasis(block.offset, block.size);
-    if (basis.cols() == 0) {
-      problem.SetParameterBlockConstant(values);
-    } else {
-      problem.SetManifold(values, new LinearManifold(basis));
-    }
-    blocks.push_back(values);
-  }
-  problem.AddResidualBlock(new MotionCost(layout, graph->shared, chain), nullptr, blocks);
+  const std::vector<double*> blocks = AddSharedBlocks(graph, &problem);
+  problem.AddResidualBlock(new MotionCost(graph->layout, graph->shared, chain), nullptr, blocks);
 
-  ceres::Solver::Options options;
+  ceres::Solver::Options options = SolverOptions(tolerance);
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = kMaxIterations;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  options.function_tolerance = tolerance;
-  options.parameter_tolerance = 1e-13;
-  options.gradient_tolerance = 0.0;
-  options.initial_trust_region_radius = 1e8;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-
-  SolveOutcome outcome;
-  outcome.converged = summary.termination_type == ceres::CONVERGENCE;
-  outcome.iterations = static_cast<int>(summary.iterations.size());
-  outcome.initial_cost = summary.initial_cost;
-  outcome.final_cost = summary.final_cost;
-  return outcome;
+  return SolveProblem(options, &problem);
 }
 
 }  // namespace truetriad

@@ -6,19 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "data/gyroscope_faults.h"
 #include "truetriad/math/distributions.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
-
-// A gap of fewer spacings is bridged: the rate is nearly linear that long.
-constexpr double kBridgedSpacings = 5.0;
-constexpr double kBridgedS = 0.05;
-// Equal readings in a row that noise does not make while the unit turns.
-constexpr std::size_t kStuckReadings = 8;
-// Readings in a row at the end of the stream's range.
-constexpr std::size_t kSaturatedReadings = 3;
 
 // Of times in bursts of equal stamps the mean says more. Zero where no two times differ.
 double UsualSpacing(const std::vector<double>& time_s) {
@@ -86,14 +79,14 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope) {
       if (i < rate_raw_.size() && rate_raw_[i][axis] == value) continue;
       const bool is_extreme =
           value == gyroscope.minimum_raw[axis] || value == gyroscope.maximum_raw[axis];
-      if (is_extreme && i - begin >= kSaturatedReadings) mark(begin, i);
+      if (is_extreme && i - begin >= std::size_t{kSaturatedReadings}) mark(begin, i);
       begin = i;
     }
   }
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
     if (i < rate_raw_.size() && rate_raw_[i] == rate_raw_[begin]) continue;
-    if (i - begin >= kStuckReadings) mark(begin, i);
+    if (i - begin >= std::size_t{kStuckReadings}) mark(begin, i);
     begin = i;
   }
   for (std::size_t i = 0; i < steps; ++i) {
