@@ -60,21 +60,16 @@ StepTest TestStep(const ReducedSystem& system,
                   const std::vector<Eigen::Matrix3d>& columns,
                   std::size_t first) {
   const auto& factors = system.factors();
-  std::vector<PoseRows> Z(factors.size());
-  for (std::size_t f = 0; f < factors.size(); ++f) Z[f].setZero(factors[f].residual.size(), 3);
+  StackedRows Z = StackedRows::Zero(system.residual().size(), 3);
   Eigen::Vector3d u = Eigen::Vector3d::Zero();
   for (std::size_t i = first; i < places.size(); ++i) {
     const Place& place = places[i];
-    Z[place.node].middleRows<3>(place.row) = columns[i];
-    u += columns[i].transpose() * factors[place.node].projected.segment<3>(place.row);
+    const Eigen::Index row = factors[place.node].row + place.row;
+    Z.middleRows<3>(row) = columns[i];
+    u += columns[i].transpose() * system.projected().segment<3>(row);
   }
-  const std::vector<PoseRows> DZ = system.Project(Z);
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(system.size(), 3);
-  for (std::size_t f = 0; f < factors.size(); ++f) {
-    information += Z[f].transpose() * DZ[f];
-    shared += factors[f].B.transpose() * Z[f];
-  }
+  const Eigen::MatrixXd shared = system.B().transpose() * Z;
+  Eigen::Matrix3d information = Z.transpose() * system.Project(Z);
   information -= shared.transpose() * system.covariance() * shared;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
   StepTest test;
@@ -105,7 +100,8 @@ OwnResiduals OwnResidualsOf(const PoseGraph& graph,
     const Observation& seen = node.observations[static_cast<std::size_t>(place.row / 3)];
     if (seen.rejected) continue;
     const Eigen::Matrix3d variance = seen.variance / seen.weight;
-    const Eigen::Vector3d projected = system.factors()[place.node].projected.segment<3>(place.row);
+    const Eigen::Index row = system.factors()[place.node].row + place.row;
+    const Eigen::Vector3d projected = system.projected().segment<3>(row);
     const Eigen::Matrix3d P = system.ProjectorBlock(place.node).block<3, 3>(place.row, place.row);
     own.chi2 += projected.dot(variance * projected);
     own.dof += (P * variance).trace();

@@ -140,57 +140,73 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   const auto place = [&](NoiseComponent component) {
     return std::find(components.begin(), components.end(), component) - components.begin();
   };
-  std::vector<VariancePart> parts = PartsOf(*graph);
-  std::erase_if(parts, [&](const VariancePart& part) {
-    return part.rejected || place(part.component) == count;
-  });
+  std::vector<std::vector<ReducedSystem::VarianceChange>> changes(components.size());
+  for (const VariancePart& part : PartsOf(*graph)) {
+    if (part.rejected || place(part.component) == count) continue;
+    changes[static_cast<std::size_t>(place(part.component))].push_back(
+        {part.factor, part.row, part.unit / part.weight});
+  }
+  std::vector<ReducedSystem::VarianceChange> all_changes;
+  for (const auto& of_one : changes) {
+    all_changes.insert(all_changes.end(), of_one.begin(), of_one.end());
+  }
+  estimate.sensitivities.resize(components.size());
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     ApplyExcess(estimate.variance, graph);
     system->Eliminate(*graph);
     const Eigen::MatrixXd& covariance = system->covariance();
     const std::vector<ReducedSystem::Factor>& factors = system->factors();
+    const auto B = system->B();
 
     Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
     Eigen::MatrixXd fisher = Eigen::MatrixXd::Zero(count, count);
-    estimate.sensitivities.assign(components.size(),
-                                  Eigen::MatrixXd::Zero(system->size(), system->size()));
-    // Z_s and Z_s D J of each component, factor by factor.
-    std::vector<std::vector<PoseRowMatrix>> Z(components.size());
-    std::vector<std::vector<PoseRows>> ZB(components.size());
+    // Z_s D J of each component: rows of its parts one after another, those of D J beside them.
+    std::vector<StackedRows> ZB(components.size()), own_B(components.size());
     for (std::size_t s = 0; s < components.size(); ++s) {
-      for (const ReducedSystem::Factor& factor : factors) {
-        Z[s].push_back(PoseRowMatrix::Zero(factor.D.rows(), factor.D.cols()));
-        ZB[s].push_back(PoseRows::Zero(factor.B.rows(), factor.B.cols()));
+      const Eigen::Index rows = 3 * static_cast<Eigen::Index>(changes[s].size());
+      ZB[s].resize(rows, B.cols());
+      own_B[s].resize(rows, B.cols());
+      for (std::size_t i = 0; i < changes[s].size(); ++i) {
+        const auto& [f, row, unit] = changes[s][i];
+        const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
+        own_B[s].middleRows<3>(at) = B.middleRows<3>(factors[f].row + row);
+        ZB[s].middleRows<3>(at).noalias() = unit.lazyProduct(own_B[s].middleRows<3>(at));
+        const Eigen::Vector3d q = system->projected().segment<3>(factors[f].row + row);
+        score[static_cast<Eigen::Index>(s)] +=
+            0.5 * q.dot(unit * q) -
+            0.5 * factors[f].D.block<3, 3>(row, row).cwiseProduct(unit).sum();
       }
-    }
-    for (const VariancePart& part : parts) {
-      const auto at = place(part.component);
-      const auto s = static_cast<std::size_t>(at);
-      const ReducedSystem::Factor& factor = factors[part.factor];
-      const Eigen::Matrix3d unit = part.unit / part.weight;
-      Z[s][part.factor].block<3, 3>(part.row, part.row) = unit;
-      ZB[s][part.factor].middleRows<3>(part.row) = unit * factor.B.middleRows<3>(part.row);
-      const Eigen::Vector3d q = factor.projected.segment<3>(part.row);
-      score[at] +=
-          0.5 * q.dot(unit * q) - 0.5 * (factor.D.block<3, 3>(part.row, part.row) * unit).trace();
-      estimate.sensitivities[s].noalias() +=
-          factor.B.middleRows<3>(part.row).transpose() * ZB[s][part.factor].middleRows<3>(part.row);
+      estimate.sensitivities[s].noalias() = own_B[s].transpose() * ZB[s];
     }
     // J^T D Z_s D Z_t D J, then with P in the middle once C_s is whole.
-    std::vector<Eigen::MatrixXd> mixed(components.size() * components.size(),
-                                       Eigen::MatrixXd::Zero(system->size(), system->size()));
+    std::vector<Eigen::MatrixXd> mixed(components.size() * components.size());
     for (Eigen::Index t = 0; t < count; ++t) {
       const auto second = static_cast<std::size_t>(t);
       // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
-      const std::vector<PoseRowMatrix> change = system->ProjectorDerivative(Z[second]);
-      const std::vector<PoseRows> DZB = system->Project(ZB[second]);
+      const std::vector<Eigen::Matrix3d> derivative =
+          system->ProjectorDerivative(changes[second], all_changes);
+      StackedRows whole = StackedRows::Zero(system->residual().size(), B.cols());
+      for (std::size_t i = 0; i < changes[second].size(); ++i) {
+        whole.middleRows<3>(factors[changes[second][i].factor].row + changes[second][i].row) =
+            ZB[second].middleRows<3>(3 * static_cast<Eigen::Index>(i));
+      }
+      whole = system->Project(whole);
+      std::size_t listed = 0;
       for (Eigen::Index s = 0; s < count; ++s) {
         const auto first = static_cast<std::size_t>(s);
-        Eigen::MatrixXd& pair = mixed[static_cast<std::size_t>(s * count + t)];
-        for (std::size_t f = 0; f < factors.size(); ++f) {
-          fisher(s, t) -= 0.5 * change[f].cwiseProduct(Z[first][f]).sum();
-          pair.noalias() += ZB[first][f].transpose() * DZB[f];
+        for (const ReducedSystem::VarianceChange& change : changes[first]) {
+          fisher(s, t) -= 0.5 * derivative[listed++].cwiseProduct(change.change).sum();
         }
+        // Symmetric in s and t but for being transposed.
+        if (s < t) continue;
+        StackedRows& DZB = own_B[first];
+        for (std::size_t i = 0; i < changes[first].size(); ++i) {
+          DZB.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
+              whole.middleRows<3>(factors[changes[first][i].factor].row + changes[first][i].row);
+        }
+        Eigen::MatrixXd& pair = mixed[static_cast<std::size_t>(s * count + t)];
+        pair.noalias() = ZB[first].transpose() * DZB;
+        if (s != t) mixed[static_cast<std::size_t>(t * count + s)] = pair.transpose();
       }
     }
     for (Eigen::Index s = 0; s < count; ++s) {
@@ -329,7 +345,7 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate,
         std::find(estimate.components.begin(), estimate.components.end(), part.component);
     if (part.rejected || at == estimate.components.end()) continue;
     const Eigen::MatrixXd rows =
-        system.factors()[part.factor].B.middleRows<3>(part.row) * covariance;
+        system.B().middleRows<3>(system.factors()[part.factor].row + part.row) * covariance;
     changes[static_cast<std::size_t>(at - estimate.components.begin())] +=
         rows.transpose() * part.unit * rows / part.weight;
   }
@@ -352,7 +368,7 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     // In units of the observation's own standard deviation, so that eigenvalues compare.
     const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
     const Eigen::Matrix3d A = root.transpose() * P.block<3, 3>(part.row, part.row) * root;
-    const Eigen::Vector3d q = root.transpose() * factor.projected.segment<3>(part.row);
+    const Eigen::Vector3d q = root.transpose() * system.projected().segment<3>(factor.row + part.row);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {

@@ -271,7 +271,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
     std::vector<double> gains(candidates.size());
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const ReducedSystem::Factor& pose = added.factors()[c];
-      const Eigen::VectorXd moved = pose.J * free;
+      const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
       gains[c] = moved.dot(pose.D * moved);
       if (gains[c] > best_gain) {
         best_gain = gains[c];

@@ -22,9 +22,6 @@ using PoseSharedJacobian =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize>;
 using PoseRowMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
-// Rows of one factor, any number of columns.
-using PoseRows =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, Eigen::Dynamic>;
 using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
 
 // What is unknown about the attitude of one pose.

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "estimation/graph.h"
+#include "estimation/row_products.h"
 #include "estimation/shared_information.h"
 #include "estimation/tridiagonal_chain.h"
 
@@ -30,16 +31,25 @@ namespace truetriad {
 // is linear in the number of poses.
 class ReducedSystem {
  public:
+  using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
+
   struct Factor {
-    std::size_t node = 0;  // the pose that it sees, or the first of the two
-    PoseResidual12 residual;
-    PoseRows J;
-    PoseStateJacobian A;
-    PoseStateJacobian A_next;   // of the next pose; no columns where that is not seen
+    std::size_t node = 0;       // the pose that it sees, or the first of the two
+    Eigen::Index row = 0;       // where its rows begin among those of all factors
+    PoseColumns A;              // of its pose, and of the next where that is seen
+    Eigen::Index own = 0;       // columns of A that belong to its pose
     PoseRowMatrix information;  // V^-1
+    PoseColumns weighted;       // V^-1 A
     PoseRowMatrix D;            // its own block of D
-    PoseRows B;                 // its rows of D J
-    PoseResidual12 projected;   // its rows of P r
+
+    Eigen::Index rows() const { return A.rows(); }
+  };
+
+  // Three rows of a factor that have one variance, and what that changes by.
+  struct VarianceChange {
+    std::size_t factor = 0;
+    Eigen::Index row = 0;  // of the factor's
+    Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
   };
 
   // Linearises all factors: those of the poses in their order, then the increments in theirs.
@@ -50,6 +60,12 @@ class ReducedSystem {
   void Eliminate(const PoseGraph& graph);
 
   const std::vector<Factor>& factors() const { return factors_; }
+
+  // Rows of all factors: residuals r, J, B = D J and the projected residuals P r.
+  const Eigen::VectorXd& residual() const { return residual_; }
+  auto J() const { return columns_.leftCols(size()); }
+  auto B() const { return projected_columns_.leftCols(size()); }
+  const Eigen::VectorXd& projected() const { return projected_; }
 
   // M and what follows from it.
   const SharedInformation& shared() const { return shared_; }
@@ -63,17 +79,22 @@ class ReducedSystem {
   // The factor's own block of P.
   Eigen::MatrixXd ProjectorBlock(std::size_t factor) const;
 
-  // D y, for any number of columns; rows of each factor by themselves.
-  std::vector<PoseRows> Project(const std::vector<PoseRows>& y) const;
+  // D y, for any number of columns.
+  StackedRows Project(const StackedRows& y) const;
 
-  // Own blocks of dD = -D dV D, for a change of the variance of each factor.
-  std::vector<PoseRowMatrix> ProjectorDerivative(const std::vector<PoseRowMatrix>& dV) const;
+  // The blocks of dD = -D dV D at the places of `wanted`, one for each; what those change is not
+  // looked at.
+  std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
+                                                   const std::vector<VarianceChange>& wanted) const;
 
  private:
-  Eigen::MatrixXd PoseRightSide(const std::vector<PoseRows>& weighted) const;
+  Eigen::Index PoseRow(const Factor& factor) const { return chain_.offset(factor.node); }
   void FormChain();
 
   std::vector<Factor> factors_;
+  StackedRows columns_;            // J, r
+  StackedRows projected_columns_;  // D J, D r
+  Eigen::VectorXd residual_, projected_;
   std::vector<int> tangent_sizes_;
   TridiagonalChain chain_;
   SharedInformation shared_;

@@ -61,17 +61,18 @@ void TridiagonalChain::CovarianceDerivative(const std::vector<Block>& diagonal,
   }
 }
 
-Eigen::MatrixXd TridiagonalChain::Solve(const Eigen::Ref<const Eigen::MatrixXd>& b) const {
-  Eigen::MatrixXd x = b;
-  const auto rows = [&](std::size_t k) { return x.middleRows(offset_[k], inverse_[k].rows()); };
-  for (std::size_t k = 0; k < poses(); ++k) {
-    if (k > 0 && IsCoupled(k - 1)) rows(k).noalias() -= gain_[k - 1].transpose() * rows(k - 1);
+void TridiagonalChain::SolveInPlace(StackedRows* b) const {
+  const auto rows = [&](std::size_t k) { return b->middleRows(offset_[k], inverse_[k].rows()); };
+  for (std::size_t k = 1; k < poses(); ++k) {
+    if (IsCoupled(k - 1)) AddProduct(-1.0, gain_[k - 1].transpose(), rows(k - 1), rows(k));
   }
+  StackedRows own;
   for (std::size_t k = poses(); k-- > 0;) {
-    rows(k) = (inverse_[k] * rows(k)).eval();
-    if (k < coupling_.size() && IsCoupled(k)) rows(k).noalias() -= gain_[k] * rows(k + 1);
+    own = rows(k);
+    rows(k).setZero();
+    AddProduct(1.0, inverse_[k], own, rows(k));
+    if (k < coupling_.size() && IsCoupled(k)) AddProduct(-1.0, gain_[k], rows(k + 1), rows(k));
   }
-  return x;
 }
 
 }  // namespace truetriad

@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "estimation/row_products.h"
+
 namespace truetriad {
 
 // The part of a normal matrix that belongs to the poses when only neighbours hang together: block
@@ -31,8 +33,8 @@ class TridiagonalChain {
   Eigen::Index size() const { return size_; }
   Eigen::Index offset(std::size_t pose) const { return offset_[pose]; }
 
-  // N^-1 b for any number of columns.
-  Eigen::MatrixXd Solve(const Eigen::Ref<const Eigen::MatrixXd>& b) const;
+  // From b to N^-1 b, for any number of columns.
+  void SolveInPlace(StackedRows* b) const;
 
   // Blocks of N^-1: of one pose, and between a pose and the next (empty when not coupled).
   const Block& Covariance(std::size_t pose) const { return covariance_[pose]; }

@@ -54,7 +54,7 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
   const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(variance).matrixL();
   const Eigen::Matrix3d projector = root.transpose() * system.ProjectorBlock(at) * root;
   const Eigen::Matrix3d beside_attitudes = root.transpose() * factor.D * root;
-  const Eigen::Vector3d projected = root.transpose() * factor.projected;
+  const Eigen::Vector3d projected = root.transpose() * system.projected().segment<3>(factor.row);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(projector);
   Eigen::Vector3d deletion = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -66,7 +66,7 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
       return std::nullopt;
     }
   }
-  const Eigen::VectorXd shift = system.covariance() * (factor.B.transpose() * (root * deletion));
+  const Eigen::VectorXd shift = system.covariance() * (system.B().middleRows<3>(factor.row).transpose() * (root * deletion));
   return graph.shared + graph.layout.basis * shift;
 }
 

@@ -136,11 +136,7 @@ void StateRejected(const PoseGraph& graph, Quality* quality) {
 
 // χ² of the residuals over their degrees of freedom.
 double ReducedChi2(const ReducedSystem& system, double dof) {
-  double sum = 0.0;
-  for (const ReducedSystem::Factor& factor : system.factors()) {
-    sum += (factor.residual + factor.J * system.step()).dot(factor.projected);
-  }
-  return sum / dof;
+  return (system.residual() + system.J() * system.step()).dot(system.projected()) / dof;
 }
 
 // χ² against all noise, and against the noise inside rests alone where that is known.

@@ -1,193 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <optional>
+
+#include <dlfcn.h>
+
+#include "formats/matlab_module.h"
 #include "formats/matlab_values.h"
-
-#ifdef TRUETRIAD_HAVE_MATIO
-#include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <map>
-#include <memory>
-#include <sstream>
-#include <system_error>
-
-#include <matio.h>
-#include <unistd.h>
-#endif
+#include "truetriad/base/companion.h"
 
 namespace truetriad {
-
-#ifdef TRUETRIAD_HAVE_MATIO
 namespace {
 
-/// libmatio works on files: one of its own in the folder for such, gone at the end.
-class TemporaryFile {
- public:
-  TemporaryFile() {
-    std::error_code ignored;
-    path_ = (std::filesystem::temp_directory_path(ignored) / "truetriad_XXXXXX").string();
-    const int descriptor = ::mkstemp(path_.data());
-    usable_ = descriptor >= 0;
-    if (usable_) ::close(descriptor);
-  }
-  ~TemporaryFile() {
-    if (usable_) std::remove(path_.c_str());
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-
-  bool usable() const { return usable_; }
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  bool usable_ = false;
-};
-
-struct CloseFile {
-  void operator()(mat_t* file) const { Mat_Close(file); }
-};
-struct FreeVariable {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
-};
-using VariableOwner = std::unique_ptr<matvar_t, FreeVariable>;
-
-/// libmatio copies the data, though it does not promise so in its types.
-VariableOwner Create(const std::string& name, const MatlabVariable& variable) {
-  if (variable.numbers.size() == 0) {
-    std::array<std::size_t, 2> size = {1, variable.text.size()};
-    return VariableOwner(Mat_VarCreate(name.c_str(),
-                                       MAT_C_CHAR,
-                                       MAT_T_UTF8,
-                                       2,
-                                       size.data(),
-                                       const_cast<char*>(variable.text.data()),
-                                       0));
-  }
-  std::array<std::size_t, 2> size = {static_cast<std::size_t>(variable.numbers.rows()),
-                                     static_cast<std::size_t>(variable.numbers.cols())};
-  return VariableOwner(Mat_VarCreate(name.c_str(),
-                                     MAT_C_DOUBLE,
-                                     MAT_T_DOUBLE,
-                                     2,
-                                     size.data(),
-                                     const_cast<double*>(variable.numbers.data()),
-                                     0));
+// Loaded once, kept until the program ends. Nullptr: it is not there, or does not load.
+const MatlabModule* Module() {
+  static const MatlabModule* const module = []() -> const MatlabModule* {
+    const std::optional<std::string> file = FindCompanion(kMatlabModuleFile);
+    if (!file) return nullptr;
+    void* const library = ::dlopen(file->c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) return nullptr;
+    const auto function =
+        reinterpret_cast<const MatlabModule* (*)()>(::dlsym(library, kMatlabModuleFunction));
+    return function == nullptr ? nullptr : function();
+  }();
+  return module;
 }
 
-/// What a variable that is no struct holds; neither numbers nor text when it is something else.
-MatlabVariable Taken(const std::string& name, const matvar_t& variable) {
-  MatlabVariable taken{name, {}, {}};
-  if (variable.rank != 2 || variable.data == nullptr || variable.isComplex != 0) return taken;
-  const auto rows = static_cast<Eigen::Index>(variable.dims[0]);
-  const auto cols = static_cast<Eigen::Index>(variable.dims[1]);
-  if (variable.class_type == MAT_C_DOUBLE && variable.data_type == MAT_T_DOUBLE) {
-    taken.numbers =
-        Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(variable.data), rows, cols);
-  } else if (variable.class_type == MAT_C_SINGLE && variable.data_type == MAT_T_SINGLE) {
-    taken.numbers =
-        Eigen::Map<const Eigen::MatrixXf>(static_cast<const float*>(variable.data), rows, cols)
-            .cast<double>();
-  } else if (variable.class_type == MAT_C_CHAR && variable.data_size == 1) {
-    taken.text.assign(static_cast<const char*>(variable.data), variable.nbytes);
-  } else if (variable.class_type == MAT_C_CHAR && variable.data_size == 2) {
-    const auto* const units = static_cast<const std::uint16_t*>(variable.data);
-    for (std::size_t i = 0; i < variable.nbytes / 2; ++i) {
-      taken.text += static_cast<char>(units[i] < 0x80 ? units[i] : '?');
-    }
-  }
-  return taken;
-}
-
-void TakeStruct(matvar_t* variable, MatlabVariables* variables) {
-  const unsigned count = Mat_VarGetNumberOfFields(variable);
-  char* const* const names = Mat_VarGetStructFieldnames(variable);
-  for (unsigned i = 0; i < count; ++i) {
-    const matvar_t* const field = Mat_VarGetStructFieldByIndex(variable, i, 0);
-    if (field != nullptr) {
-      variables->push_back(Taken(std::string(variable->name) + "." + names[i], *field));
-    }
-  }
-}
+constexpr char kHowToHaveIt[] =
+    "; it comes with truetriad when libmatio-dev is installed where it is built";
 
 }  // namespace
 
 Result<std::string> MatFileBytes(const MatlabVariables& variables,
                                  const std::vector<std::string>& comment) {
-  const Error failed =
-      BadInputError("the .mat file could not be made in the folder for temporary files");
-  const TemporaryFile temporary;
-  if (!temporary.usable()) return failed;
-  {
-    // libmatio's own first line holds the time: the same input would not give the same bytes.
-    const std::string line = "MATLAB 5.0 MAT-file, " + (comment.empty() ? "" : comment[0]);
-    const std::unique_ptr<mat_t, CloseFile> file(
-        Mat_CreateVer(temporary.path().c_str(), line.substr(0, 115).c_str(), MAT_FT_MAT5));
-    if (!file) return failed;
-    std::map<std::string, VariableOwner> structs;
-    std::vector<std::string> order;
-    for (const MatlabVariable& variable : variables) {
-      const std::size_t dot = variable.name.find('.');
-      if (dot == std::string::npos) {
-        const VariableOwner single = Create(variable.name, variable);
-        if (!single || Mat_VarWrite(file.get(), single.get(), MAT_COMPRESSION_NONE) != 0)
-          return failed;
-        continue;
-      }
-      const std::string owner = variable.name.substr(0, dot);
-      if (!structs.contains(owner)) {
-        std::array<std::size_t, 2> one = {1, 1};
-        structs[owner].reset(Mat_VarCreateStruct(owner.c_str(), 2, one.data(), nullptr, 0));
-        order.push_back(owner);
-      }
-      matvar_t* const whole = structs[owner].get();
-      const std::string field = variable.name.substr(dot + 1);
-      if (whole == nullptr || Mat_VarAddStructField(whole, field.c_str()) != 0) return failed;
-      Mat_VarSetStructFieldByName(whole, field.c_str(), 0, Create(field, variable).release());
-    }
-    for (const std::string& name : order) {
-      if (Mat_VarWrite(file.get(), structs[name].get(), MAT_COMPRESSION_NONE) != 0) return failed;
-    }
-  }
-  std::ostringstream bytes;
-  bytes << std::ifstream(temporary.path(), std::ios::binary).rdbuf();
-  return bytes.str();
+  if (Module() != nullptr) return Module()->write(variables, comment);
+  return UsageError(std::string("writing a .mat needs ") + kMatlabModuleFile + kHowToHaveIt +
+                    ". A script does without: give --output a name that ends in .m");
 }
 
 Result<MatlabVariables> ParseMatFile(const std::string& bytes, const std::string& name) {
-  const TemporaryFile temporary;
-  if (!temporary.usable()) return BadInputError(name + ": there is no folder for temporary files");
-  std::ofstream(temporary.path(), std::ios::binary) << bytes;
-  const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(temporary.path().c_str(), MAT_ACC_RDONLY));
-  if (!file) return BadInputError(name + ": is not a .mat file that libmatio can read");
-  MatlabVariables variables;
-  while (const VariableOwner variable{Mat_VarReadNext(file.get())}) {
-    if (variable->name == nullptr) continue;
-    if (variable->class_type == MAT_C_STRUCT) {
-      TakeStruct(variable.get(), &variables);
-    } else {
-      variables.push_back(Taken(variable->name, *variable));
-    }
-  }
-  return variables;
+  if (Module() != nullptr) return Module()->parse(bytes, name);
+  return BadInputError(name + ": reading a .mat needs " + kMatlabModuleFile + kHowToHaveIt);
 }
-
-#else
-
-Result<std::string> MatFileBytes(const MatlabVariables&, const std::vector<std::string>&) {
-  return UsageError(
-      "this program was built without libmatio and writes no .mat; give --output a name that ends "
-      "in "
-      ".m");
-}
-
-Result<MatlabVariables> ParseMatFile(const std::string&, const std::string& name) {
-  return BadInputError(name +
-                       ": this program was built without libmatio and reads no .mat; install "
-                       "libmatio-dev and build again");
-}
-
-#endif
 
 }  // namespace truetriad

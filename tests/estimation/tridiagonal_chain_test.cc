@@ -48,8 +48,10 @@ TEST(TridiagonalChain, SolvesAsTheDenseMatrixDoes) {
   const Example example(1);
   const TridiagonalChain chain(example.diagonal, example.coupling);
   ASSERT_EQ(chain.size(), example.dense.rows());
-  const Eigen::MatrixXd b = Eigen::MatrixXd::Random(chain.size(), 4);
-  EXPECT_LT((example.dense * chain.Solve(b) - b).norm(), 1e-13);
+  const StackedRows b = StackedRows::Random(chain.size(), 4);
+  StackedRows x = b;
+  chain.SolveInPlace(&x);
+  EXPECT_LT((example.dense * x - b).norm(), 1e-13);
 }
 
 TEST(TridiagonalChain, GivesTheBlocksOfTheInverse) {
@@ -90,7 +92,9 @@ TEST(TridiagonalChain, GivesTheDerivativeOfTheInverse) {
 TEST(TridiagonalChain, MayBeEmpty) {
   const TridiagonalChain chain(std::vector<Block>{}, std::vector<Block>{});
   EXPECT_EQ(chain.size(), 0);
-  EXPECT_EQ(chain.Solve(Eigen::MatrixXd(0, 2)).cols(), 2);
+  StackedRows nothing(0, 2);
+  chain.SolveInPlace(&nothing);
+  EXPECT_EQ(nothing.cols(), 2);
 }
 
 }  // namespace

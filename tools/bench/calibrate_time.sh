@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Time of a whole `truetriad calibrate` on the 38-pose Xsens recording, against the least that any
 # program could take to read that file. Medians of RUNS (default 25) interleaved runs; TILES
-# (default 1) times the recording.
+# (default 1) times the recording; RECORDING=pair takes the gyroscope's file, too.
 #
 #   tools/bench/calibrate_time.sh [BUILD_FOLDER]      default: build
 #
@@ -19,8 +19,8 @@ tiles=${TILES:-1}
 repeats=$((tiles < 10 ? 10 : 1))
 tile "$tiles"
 
-touch_bytes() { "$build/tools/bench/parse_floor" touch "$folder/tiled.txt"; }
-parse_numbers() { "$build/tools/bench/parse_floor" parse "$folder/tiled.txt"; }
+touch_bytes() { "$build/tools/bench/parse_floor" touch "${files[@]/#/$folder/}"; }
+parse_numbers() { "$build/tools/bench/parse_floor" parse "${files[@]/#/$folder/}"; }
 start_only() { "$build/truetriad" version; }
 calibrate() {
   "$build/truetriad" calibrate --config="$experiment" --input="$folder/recording.yaml" \
@@ -45,7 +45,8 @@ median() {
   awk "{ print 1e3 * ($1) / $repeats }" "$2" | sort -g | awk '{ value[NR] = $1 }
     END { print (value[int((NR + 1) / 2)] + value[int(NR / 2) + 1]) / 2 }'
 }
-printf '%s bytes; ms a process, median of %d runs of %d\n' "$(stat -c %s "$folder/tiled.txt")" \
+printf '%s bytes; ms a process, median of %d runs of %d\n' \
+  "$(stat -c %s "${files[@]/#/$folder/}" | awk '{ sum += $1 } END { print sum }')" \
   "$runs" "$repeats"
 printf '%-14s %16s %10s\n' program 'CPU (user+sys)' wall
 for program in "${programs[@]}"; do

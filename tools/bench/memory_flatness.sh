@@ -21,7 +21,7 @@ peak() {
 printf '%6s %10s %14s %16s   peak resident memory\n' tiles 'file [MB]' 'inspect [MB]' 'calibrate [MB]'
 for tiles in 1 20 100; do
   tile "$tiles"
-  size=$(stat -c %s "$folder/tiled.txt" | awk '{ print $1 / 1e6 }')
+  size=$(stat -c %s "${files[@]/#/$folder/}" | awk '{ sum += $1 } END { print sum / 1e6 }')
   inspect=$(peak "$build/truetriad" inspect --input="$folder/recording.yaml")
   calibrate=$(peak "$build/truetriad" calibrate --config="$experiment" \
     --input="$folder/recording.yaml" --output="$folder/out" --report=false)

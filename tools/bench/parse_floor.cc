@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The least that a program which reads a text recording has to do.
 //
-//   parse_floor touch FILE    maps the file and adds up its bytes
-//   parse_floor parse FILE    maps the file and converts every number with std::from_chars
+//   parse_floor touch FILE...    maps the files and adds up their bytes
+//   parse_floor parse FILE...    maps the files and converts every number with std::from_chars
 //
 // Prints the sum, so that nothing can be optimised away. No checks, no hash, no statistics.
 #include <charconv>
@@ -53,15 +53,19 @@ double SumOfNumbers(std::string_view text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view mode = argc == 3 ? argv[1] : "";
+  const std::string_view mode = argc >= 3 ? argv[1] : "";
   if (mode != "touch" && mode != "parse") {
-    std::fprintf(stderr, "usage: parse_floor touch|parse FILE\n");
+    std::fprintf(stderr, "usage: parse_floor touch|parse FILE...\n");
     return 1;
   }
-  const std::string_view text = Map(argv[2]);
-  if (text.empty()) {
-    std::fprintf(stderr, "%s: cannot be read, or is empty\n", argv[2]);
-    return 2;
+  double sum = 0.0;
+  for (int i = 2; i < argc; ++i) {
+    const std::string_view text = Map(argv[i]);
+    if (text.empty()) {
+      std::fprintf(stderr, "%s: cannot be read, or is empty\n", argv[i]);
+      return 2;
+    }
+    sum += mode == "touch" ? SumOfBytes(text) : SumOfNumbers(text);
   }
-  std::printf("%.17g\n", mode == "touch" ? SumOfBytes(text) : SumOfNumbers(text));
+  std::printf("%.17g\n", sum);
 }
