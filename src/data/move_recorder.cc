@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -65,16 +66,11 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
 
 }  // namespace
 
-// Removes what lies between the two times but its first and its last: a turn is closed by readings
-// at rest on both sides.
-void MoveRecorder::Stream::Drop(std::int64_t after_ns, std::int64_t before_ns) {
-  const auto first =
-      std::lower_bound(time_ns.begin(), time_ns.end(), after_ns) - time_ns.begin() + 1;
-  const auto last =
-      std::upper_bound(time_ns.begin(), time_ns.end(), before_ns) - time_ns.begin() - 1;
-  if (first >= last) return;
-  time_ns.erase(time_ns.begin() + first, time_ns.begin() + last);
-  reading_raw.erase(reading_raw.begin() + first, reading_raw.begin() + last);
+// Room for some minutes at once; pages that are never written cost nothing.
+MoveRecorder::Stream::Stream() {
+  constexpr std::size_t kFirstCapacity = 1 << 17;
+  time_ns.reserve(kFirstCapacity);
+  reading_raw.reserve(kFirstCapacity);
 }
 
 MoveRecorder::MoveRecorder(Triad leading, const std::vector<RowSpan>& spans) : leading_(leading) {
@@ -95,6 +91,11 @@ void MoveRecorder::Add(const SampleBlock& block) {
     }
   }
   if (block.triad == Triad::kMagnetometer) return;
+  if (!to_drop_.empty()) {
+    Compact(&gyroscope_);
+    Compact(&accelerometer_);
+    to_drop_.clear();
+  }
   Stream& stream = block.triad == Triad::kGyroscope ? gyroscope_ : accelerometer_;
   stream.time_ns.insert(stream.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
   for (std::size_t i = 0; i < block.x.size(); ++i) {
@@ -104,36 +105,67 @@ void MoveRecorder::Add(const SampleBlock& block) {
 }
 
 void MoveRecorder::DropRest(const StaticPose& pose) {
-  for (Stream* stream : {&gyroscope_, &accelerometer_}) {
-    DropOutsideSpans(pose.start_ns, pose.end_ns, stream);
-  }
+  to_drop_.push_back({pose.start_ns, pose.end_ns});
   last_end_ns_ = pose.end_ns;
 }
 
 void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
-  for (Stream* stream : {&gyroscope_, &accelerometer_}) {
-    if (stream->time_ns.empty()) continue;
-    // Before the first pose nothing is a turn between two.
-    const std::int64_t after_ns =
-        last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : stream->time_ns.front();
-    DropOutsideSpans(after_ns, judged_before_ns, stream);
-  }
+  // Before the first pose nothing is a turn between two.
+  const std::int64_t after_ns =
+      last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : std::numeric_limits<std::int64_t>::min();
+  if (after_ns < judged_before_ns) to_drop_.push_back({after_ns, judged_before_ns});
 }
 
-void MoveRecorder::DropOutsideSpans(std::int64_t after_ns,
-                                    std::int64_t before_ns,
-                                    Stream* stream) const {
-  while (after_ns < before_ns) {
-    // Up to the first span that is still to come, then behind it.
-    std::int64_t until_ns = before_ns, next_ns = before_ns;
-    for (const Span& span : spans_) {
-      if (span.end_ns <= after_ns || span.start_ns >= until_ns) continue;
-      until_ns = std::max(span.start_ns, after_ns);
-      next_ns = span.end_ns;
+std::vector<MoveRecorder::Stretch> MoveRecorder::OutsideSpans() const {
+  std::vector<Stretch> outside;
+  for (auto [after_ns, before_ns] : to_drop_) {
+    while (after_ns < before_ns) {
+      // Up to the first span that is still to come, then behind it.
+      std::int64_t until_ns = before_ns, next_ns = before_ns;
+      for (const Span& span : spans_) {
+        if (span.end_ns <= after_ns || span.start_ns >= until_ns) continue;
+        until_ns = std::max(span.start_ns, after_ns);
+        next_ns = span.end_ns;
+      }
+      if (until_ns > after_ns) outside.push_back({after_ns, until_ns});
+      after_ns = next_ns;
     }
-    if (until_ns > after_ns) stream->Drop(after_ns, until_ns);
-    after_ns = next_ns;
   }
+  std::sort(outside.begin(), outside.end(), [](const Stretch& a, const Stretch& b) {
+    return a.after_ns < b.after_ns;
+  });
+  return outside;
+}
+
+void MoveRecorder::Compact(Stream* stream) const {
+  const std::vector<std::int64_t>& time = stream->time_ns;
+  std::size_t kept = 0, looked_at = 0;
+  const auto keep_until = [&](std::size_t end) {
+    if (end <= looked_at) return;
+    if (kept != looked_at) {
+      const auto shift = [&](auto& values) {
+        const auto from = values.begin() + static_cast<std::ptrdiff_t>(looked_at);
+        const auto to = values.begin() + static_cast<std::ptrdiff_t>(end);
+        std::move(from, to, values.begin() + static_cast<std::ptrdiff_t>(kept));
+      };
+      shift(stream->time_ns);
+      shift(stream->reading_raw);
+    }
+    kept += end - looked_at;
+    looked_at = end;
+  };
+  const std::size_t count = time.size();
+  for (const Stretch& stretch : OutsideSpans()) {
+    const auto from = time.begin() + static_cast<std::ptrdiff_t>(looked_at);
+    const auto first = std::lower_bound(from, time.end(), stretch.after_ns) - time.begin() + 1;
+    const auto last = std::upper_bound(from, time.end(), stretch.before_ns) - time.begin() - 1;
+    if (first >= last) continue;
+    keep_until(static_cast<std::size_t>(first));
+    looked_at = std::max(looked_at, static_cast<std::size_t>(last));
+  }
+  keep_until(count);
+  stream->time_ns.resize(kept);
+  stream->reading_raw.resize(kept);
 }
 
 RecordedMove MoveRecorder::Cut(std::size_t first,

@@ -49,18 +49,23 @@ class MoveRecorder {
 
  private:
   struct Stream {
+    Stream();
     std::vector<std::int64_t> time_ns;
     std::vector<Eigen::Vector3d> reading_raw;
-
-    void Drop(std::int64_t after_ns, std::int64_t before_ns);
+  };
+  struct Stretch {
+    std::int64_t after_ns = 0, before_ns = 0;
   };
   struct Span {
     RowSpan rows;
     std::int64_t start_ns = 0, end_ns = -1;  // Of those of its rows that have come.
   };
 
-  // All between the two times but the first and the last reading, and what lies in a span.
-  void DropOutsideSpans(std::int64_t after_ns, std::int64_t before_ns, Stream* stream) const;
+  // Removes what is to be dropped, in one pass: all inside a stretch but its first and its last
+  // reading, which close the turns beside it at rest, and but what lies in a span.
+  void Compact(Stream* stream) const;
+  // The stretches without the spans, in order.
+  std::vector<Stretch> OutsideSpans() const;
 
   // Readings number first…last - 1 of the gyroscope.
   RecordedMove Cut(std::size_t first, std::size_t last, const StreamSummary& gyroscope) const;
@@ -68,6 +73,7 @@ class MoveRecorder {
   Triad leading_;
   std::vector<Span> spans_;
   Stream gyroscope_, accelerometer_;
+  std::vector<Stretch> to_drop_;
   std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
   std::size_t peak_readings_ = 0;
 };

@@ -87,6 +87,8 @@ WindowBuffer::WindowBuffer(std::int64_t origin_ns,
   CHECK_GT(width_ns, 0);
   cursor_.items.fill(0);
   latest_index_.items.fill(-1);
+  // Room for what may wait at once; pages that are never written cost nothing.
+  for (const Triad triad : streams_) windows_[triad].reserve(2 * kMaxLagWindows);
 }
 
 std::size_t WindowBuffer::Slot(std::int64_t window_index, std::size_t hint) {

@@ -90,6 +90,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
+    WeighTurnsAtStart(options.robust, &graph);
     log->Solve(kRoundTolerance, &graph);
     if (!std::isfinite(log->final_cost)) continue;
     const double misfit = starts.size() > 1 ? RobustMisfit(graph) : 0.0;

@@ -21,22 +21,39 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
 
 }  // namespace
 
-void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) {
-  at = ModelAt(
+GyroModel IncrementEdge::ModelOf(const SharedLayout& layout, const double* shared) const {
+  return ModelAt(
       layout, shared, layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps));
-  if (!accelerometer_raw.empty()) {
-    const TriadModel<double> accelerometer = layout.ModelOf(
-        Triad::kAccelerometer,
-        shared,
-        layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps));
-    const Eigen::Matrix3d correction = accelerometer.Correction();
-    move.force_mps2.resize(accelerometer_raw.size());
-    for (std::size_t i = 0; i < accelerometer_raw.size(); ++i) {
-      move.force_mps2[i] =
-          correction * accelerometer.Felt(accelerometer_raw[i] - accelerometer.bias);
-    }
+}
+
+std::vector<Eigen::Vector3d> IncrementEdge::ForcesOf(const SharedLayout& layout,
+                                                     const double* shared) const {
+  std::vector<Eigen::Vector3d> forces;
+  if (accelerometer_raw.empty()) return forces;
+  const TriadModel<double> accelerometer = layout.ModelOf(
+      Triad::kAccelerometer,
+      shared,
+      layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps));
+  const Eigen::Matrix3d correction = accelerometer.Correction();
+  forces.reserve(accelerometer_raw.size());
+  for (const Eigen::Vector3d& raw : accelerometer_raw) {
+    forces.emplace_back(correction * accelerometer.Felt(raw - accelerometer.bias));
   }
-  increment = IntegrateMove(move, at, sigma_raw, sampling);
+  return forces;
+}
+
+void IncrementEdge::Integrate(const SharedLayout& layout, const double* shared) {
+  at = ModelOf(layout, shared);
+  const std::vector<Eigen::Vector3d> forces = ForcesOf(layout, shared);
+  increment =
+      IntegrateMove(GyroReadings{move.time_s, move.reading_raw, forces}, at, sigma_raw, sampling);
+}
+
+Eigen::Quaterniond IncrementEdge::RotationAt(const SharedLayout& layout,
+                                             const double* shared) const {
+  const std::vector<Eigen::Vector3d> forces = ForcesOf(layout, shared);
+  return IntegrateRotation(
+      {move.time_s, move.reading_raw, forces}, ModelOf(layout, shared), sampling);
 }
 
 Eigen::Vector3d IncrementEdge::EarthTurn(const SharedLayout& layout, const double* shared) const {

@@ -56,6 +56,9 @@ struct IncrementEdge {
   // on whose own errors the turn hardly depends.
   void Integrate(const SharedLayout& layout, const double* shared);
 
+  // The turn at other parameters than those of `increment`.
+  Eigen::Quaterniond RotationAt(const SharedLayout& layout, const double* shared) const;
+
   // What the earth's rate at `shared` has turned the world by meanwhile, rad; zero where it is not
   // counted.
   Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
@@ -72,6 +75,11 @@ struct IncrementEdge {
 
   // W with W^T W the inverse covariance of the rows, robust weight included.
   Eigen::Matrix3d SquareRootInformation() const;
+
+ private:
+  GyroModel ModelOf(const SharedLayout& layout, const double* shared) const;
+  // Specific forces as the accelerometer at `shared` shows them; empty without g-sensitivity.
+  std::vector<Eigen::Vector3d> ForcesOf(const SharedLayout& layout, const double* shared) const;
 };
 
 }  // namespace truetriad

@@ -19,6 +19,8 @@ constexpr int kMaxNoiseRounds = 15;
 // σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
+// Of the median, see WeighTurnsAtStart.
+constexpr double kWildAtStart = 10.0;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
 // Relative change of an excess variance below which it has settled.
@@ -248,6 +250,29 @@ void StartNoise(NoiseState* noise, PoseGraph* graph) {
     noise->excess[component] = ShareOfSignal(kFirstNoiseShare, component, *graph);
   }
   ApplyExcess(noise->excess, graph);
+}
+
+void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
+  if (!robust.enabled || graph->increments.empty()) return;
+  std::vector<double> sizes;
+  for (const IncrementEdge& edge : graph->increments) {
+    Eigen::Vector3d residual;
+    edge.Evaluate(graph->layout,
+                  graph->shared.data(),
+                  graph->nodes[edge.from].state.data(),
+                  graph->nodes[edge.from + 1].state.data(),
+                  &residual,
+                  nullptr,
+                  nullptr,
+                  nullptr);
+    sizes.push_back(residual.norm());
+  }
+  const double wild_rad = kWildAtStart * Median(sizes);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    IncrementEdge& edge = graph->increments[i];
+    if (edge.stated_turn >= 0 || !(sizes[i] > wild_rad)) continue;
+    edge.weight = std::max(wild_rad * wild_rad / (sizes[i] * sizes[i]), kRejectedWeight);
+  }
 }
 
 void SolveLog::Solve(double tolerance, PoseGraph* graph) {

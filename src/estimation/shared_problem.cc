@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/shared_problem.h"
 
+#include <cmath>
+
 #include "estimation/pose_cost.h"
 
 namespace truetriad {
@@ -32,11 +34,31 @@ ceres::Solver::Options SolverOptions(double tolerance) {
   return options;
 }
 
-SolveOutcome SolveProblem(const ceres::Solver::Options& options, ceres::Problem* problem) {
+namespace {
+
+// At the optimum rounding decides whether a step lowers the cost. Ceres would try shorter and shorter
+// ones.
+class StopAtRounding : public ceres::IterationCallback {
+ public:
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    constexpr double kRounding = 1e-12;
+    const bool has_not_moved =
+        summary.iteration > 0 && !summary.step_is_successful && summary.step_is_valid &&
+        std::abs(summary.cost_change) <= kRounding * summary.cost;
+    return has_not_moved ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+};
+
+}  // namespace
+
+SolveOutcome SolveProblem(ceres::Solver::Options options, ceres::Problem* problem) {
+  StopAtRounding stop;
+  options.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem, &summary);
   SolveOutcome outcome;
-  outcome.converged = summary.termination_type == ceres::CONVERGENCE;
+  outcome.converged = summary.termination_type == ceres::CONVERGENCE ||
+                      summary.termination_type == ceres::USER_SUCCESS;
   outcome.iterations = static_cast<int>(summary.iterations.size());
   outcome.initial_cost = summary.initial_cost;
   outcome.final_cost = summary.final_cost;

@@ -19,6 +19,6 @@ std::vector<double*> AddSharedBlocks(PoseGraph* graph, ceres::Problem* problem);
 // Single-threaded and silent; stops when a step lowers the cost by less than `tolerance` of it.
 ceres::Solver::Options SolverOptions(double tolerance);
 
-SolveOutcome SolveProblem(const ceres::Solver::Options& options, ceres::Problem* problem);
+SolveOutcome SolveProblem(ceres::Solver::Options options, ceres::Problem* problem);
 
 }  // namespace truetriad

@@ -99,17 +99,16 @@ TurnErrors FindTurnErrors(const PoseGraph& graph,
     if (!in_sample) continue;
     errors.in_sample.push_back(*in_sample);
     if (nominal) {
-      const GyroIncrement turn =
-          IntegrateMove(edge.move, {*nominal}, edge.sigma_raw, edge.sampling);
-      errors.nominal.push_back(*ErrorOf(graph, graph.shared, edge, turn.rotation));
+      const GyroReadings readings{edge.move.time_s, edge.move.reading_raw, {}};
+      errors.nominal.push_back(*ErrorOf(
+          graph, graph.shared, edge, IntegrateRotation(readings, {*nominal}, edge.sampling)));
     }
     const auto shared =
         SharedWithout(graph.nodes.size() + i, edge.variance / edge.weight, graph, system);
     is_determined = is_determined && shared;
     if (!is_determined) continue;
-    IncrementEdge without = edge;
-    without.Integrate(graph.layout, shared->data());
-    errors.held_out.push_back(*ErrorOf(graph, *shared, without, without.increment.rotation));
+    errors.held_out.push_back(
+        *ErrorOf(graph, *shared, edge, edge.RotationAt(graph.layout, shared->data())));
   }
   if (!is_determined) errors.held_out.clear();
   return errors;

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
+#include "truetriad/math/distributions.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -23,6 +24,12 @@ using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
 constexpr int kRefinements = 8;
+// Gauss-Newton: after a step of this share the next one would be its square.
+constexpr double kSmallStep = 1e-5;
+// A turn that misses by so many times the median miss is not one: something happened in between.
+constexpr double kWildMiss = 10.0;
+// Share of a direction's length below which a miss is rounding.
+constexpr double kExact = 1e-9;
 // Turns whose smallest singular value is below this share of the largest turn about too few axes.
 constexpr double kThinTurns = 1e-4;
 
@@ -69,22 +76,32 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   GyroModel model{{correction.inverse(), bias_raw}};
   // What the accelerometer read while the unit was pushed about has spoilt this a little: now from
   // the directions at rest alone, Gauss-Newton.
+  std::vector<Matrix39> by_sensitivity(moves.size());
+  std::vector<Eigen::Vector3d> missed(moves.size());
+  std::vector<double> sizes(moves.size());
   for (int round = 0; round < kRefinements; ++round) {
-    information.setZero();
-    gradient.setZero();
-    for (const DirectionMove& move : moves) {
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      const DirectionMove& move = moves[i];
       const GyroIncrement increment =
           IntegrateMove(move.move, model, Eigen::Vector3d::Ones(), RateSampling::kInstantaneous);
       const Eigen::Vector3d predicted = increment.rotation.conjugate() * move.before;
       // Exp(-J d) u = u + [u]_x J d.
-      const Matrix39 by_sensitivity = Skew(predicted) * increment.by_sensitivity;
-      information += by_sensitivity.transpose() * by_sensitivity;
-      gradient += by_sensitivity.transpose() * (move.after - predicted);
+      by_sensitivity[i] = Skew(predicted) * increment.by_sensitivity;
+      missed[i] = move.after - predicted;
+      sizes[i] = missed[i].norm();
+    }
+    const double wild = kWildMiss * std::max(Median(sizes), kExact * moves.front().before.norm());
+    information.setZero();
+    gradient.setZero();
+    for (std::size_t i = 0; i < moves.size(); ++i) {
+      if (sizes[i] > wild) continue;
+      information += by_sensitivity[i].transpose() * by_sensitivity[i];
+      gradient += by_sensitivity[i].transpose() * missed[i];
     }
     const Vector9 step = information.ldlt().solve(gradient);
     if (!step.allFinite()) break;
     model.triad.sensitivity += step.reshaped(3, 3);
-    if (step.norm() < 1e-9 * model.triad.sensitivity.norm()) break;
+    if (step.norm() < kSmallStep * model.triad.sensitivity.norm()) break;
   }
   if (!model.triad.sensitivity.allFinite()) {
     return NotEnoughError(

@@ -18,14 +18,22 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& vector) {
 }
 
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad) {
-  const double angle = vector_rad.norm();
-  // sin(a / 2) / a.
-  const double factor = angle < kSmallAngle
-                            ? 0.5 - angle * angle * (1.0 / 48.0 - angle * angle * (1.0 / 3840.0))
-                            : std::sin(0.5 * angle) / angle;
+  const double square = vector_rad.squaredNorm();
   Eigen::Quaterniond rotation;
-  rotation.w() = std::cos(0.5 * angle);
-  rotation.vec() = factor * vector_rad;
+  // sin(a / 2) / a and cos(a / 2); readings of a gyroscope turn by little at a time.
+  constexpr double kSeries = 0.04;
+  if (square < kSeries) {
+    const double h = 0.25 * square;
+    rotation.vec() =
+        (0.5 - 0.5 * h * (1.0 / 6.0 - h * (1.0 / 120.0 - h * (1.0 / 5040.0 - h / 362880.0)))) *
+        vector_rad;
+    rotation.w() =
+        1.0 - h * (0.5 - h * (1.0 / 24.0 - h * (1.0 / 720.0 - h * (1.0 / 40320.0 - h / 3628800.0))));
+  } else {
+    const double angle = std::sqrt(square);
+    rotation.vec() = std::sin(0.5 * angle) / angle * vector_rad;
+    rotation.w() = std::cos(0.5 * angle);
+  }
   return rotation;
 }
 

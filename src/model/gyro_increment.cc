@@ -12,22 +12,36 @@
 namespace truetriad {
 namespace {
 
-// Sums over the readings of weight * turned * (what the rate is multiplied with), with `turned`
-// the attitude against the begin.
+// A 3x3, column by column, with one more number so that it fills whole registers.
+using Padded = Eigen::Matrix<double, 10, 1>;
+
+// Sums over the readings of weight * turned * (what each parameter's change is multiplied with), with
+// `turned` the attitude against the begin.
 struct Sums {
+  // Times 1, the rates x y z, the forces x y z.
+  Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
+  // With asymmetry: of readings, forces and sizes, each through its own slope.
   Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
-  std::array<Eigen::Matrix3d, 3> by_rate{
+  std::array<Eigen::Matrix3d, 3> by_force{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  std::array<Eigen::Matrix3d, 3> by_force = by_rate;
   Eigen::Matrix3d by_size = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+
+  Eigen::Matrix3d Factor(Eigen::Index i) const {
+    return Eigen::Map<const Eigen::Matrix3d>(by_factor.col(i).data());
+  }
 };
 
 // The sensor that the readings come from.
 struct Sensor {
+  Sensor(const GyroModel& gyro, const Eigen::Vector3d& sigma)
+      : model(gyro), correction(gyro.triad.Correction()), variance_raw(sigma.cwiseAbs2()) {
+    noise.noalias() = correction * variance_raw.asDiagonal() * correction.transpose();
+  }
   const GyroModel& model;
   Eigen::Matrix3d correction;
-  Eigen::Vector3d sigma_raw;
+  Eigen::Vector3d variance_raw;
+  Eigen::Matrix3d noise;  // of a rate, without asymmetry
 };
 
 // What one reading adds: it turned the body by weight_s * rate while that stood at `turned`.
@@ -38,20 +52,28 @@ void AddReading(const Sensor& sensor,
                 const Eigen::Vector3d* force_mps2,
                 Sums* sums) {
   const Eigen::Matrix3d weighted = weight_s * turned;
-  Eigen::Matrix3d by_reading = weighted * sensor.correction;
-  if (sensor.model.has_asymmetry) {
-    const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
-    by_reading *= sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
-    sums->by_size += by_reading * felt.cwiseAbs().asDiagonal();
+  Padded padded;
+  padded << weighted.reshaped(), 0.0;
+  sums->by_factor.leftCols<4>().noalias() +=
+      padded * Eigen::RowVector4d(1.0, rate_radps.x(), rate_radps.y(), rate_radps.z());
+  if (!sensor.model.has_asymmetry) {
+    if (force_mps2 != nullptr) {
+      sums->by_factor.rightCols<3>().noalias() += padded * force_mps2->transpose();
+    }
+    sums->noise.noalias() += (weighted * sensor.noise).lazyProduct(weighted.transpose());
+    return;
   }
+  const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
+  const Eigen::Matrix3d by_reading =
+      weighted * sensor.correction * sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
+  sums->by_size += by_reading * felt.cwiseAbs().asDiagonal();
   sums->by_reading += by_reading;
-  for (std::size_t j = 0; j < 3; ++j) {
-    const auto axis = static_cast<Eigen::Index>(j);
-    sums->by_rate[j] += rate_radps[axis] * weighted;
-    if (force_mps2 != nullptr) sums->by_force[j] += (*force_mps2)[axis] * by_reading;
+  if (force_mps2 != nullptr) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      sums->by_force[j] += (*force_mps2)[static_cast<Eigen::Index>(j)] * by_reading;
+    }
   }
-  const Eigen::Matrix3d noise = by_reading * sensor.sigma_raw.asDiagonal();
-  sums->noise.noalias() += noise * noise.transpose();
+  sums->noise += by_reading * sensor.variance_raw.asDiagonal() * by_reading.transpose();
 }
 
 // Rates of three readings in a row, as far as there are so many: the one before a step, both of its
@@ -130,7 +152,7 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   CHECK(model.triad.quadratic.isZero(0.0));
   CHECK(model.has_asymmetry || model.triad.asymmetry.isZero(0.0));
 
-  const Sensor sensor{model, model.triad.Correction(), sigma_raw};
+  const Sensor sensor(model, sigma_raw);
   const auto force_at = [&](std::size_t i) {
     return has_force ? &readings.force_mps2[i] : nullptr;
   };
@@ -169,12 +191,19 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   increment.rotation = rotation.normalized();
   const Eigen::Matrix3d to_end = turned.transpose();
   // d rate = -C dS rate - C D^-1 (db + dG force + |u| da) with D = d raw / d u.
+  if (!model.has_asymmetry) {
+    sums.by_reading = sums.Factor(0) * sensor.correction;
+    for (std::size_t j = 0; j < 3; ++j) {
+      sums.by_force[j] = sums.Factor(4 + static_cast<Eigen::Index>(j)) * sensor.correction;
+    }
+  }
   increment.by_bias = -to_end * sums.by_reading;
   increment.by_asymmetry = -to_end * sums.by_size;
-  for (std::size_t j = 0; j < 3; ++j) {
-    const Eigen::Index columns = 3 * static_cast<Eigen::Index>(j);
-    increment.by_sensitivity.middleCols<3>(columns) = -to_end * sums.by_rate[j] * sensor.correction;
-    increment.by_g_sensitivity.middleCols<3>(columns) = -to_end * sums.by_force[j];
+  for (Eigen::Index j = 0; j < 3; ++j) {
+    increment.by_sensitivity.middleCols<3>(3 * j) =
+        -to_end * sums.Factor(1 + j) * sensor.correction;
+    increment.by_g_sensitivity.middleCols<3>(3 * j) =
+        -to_end * sums.by_force[static_cast<std::size_t>(j)];
   }
   increment.covariance = to_end * sums.noise * turned;
   return increment;

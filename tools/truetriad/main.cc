@@ -3,10 +3,25 @@
 #include <exception>
 
 #include <glog/logging.h>
+#include <malloc.h>
 
 #include "tools/truetriad/command_line.h"
 
+namespace {
+
+// Memory that is given back is taken again soon: pages that stay need not be cleared and mapped
+// anew, which was a tenth of the time of a calibration.
+void KeepFreedMemory() {
+  constexpr int kMiB = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * kMiB);
+  mallopt(M_TRIM_THRESHOLD, 32 * kMiB);
+  mallopt(M_TOP_PAD, kMiB);
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  KeepFreedMemory();
   // What the library and the solver log is for developers: nothing without --v, and never a file.
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;
