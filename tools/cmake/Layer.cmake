@@ -38,6 +38,6 @@ function(truetriad_test name)
   target_precompile_headers(${target} PRIVATE <Eigen/Dense> <gtest/gtest.h> <gmock/gmock.h>)
   include(GoogleTest)
   gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
-               ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}")
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}"
+               LABELS "${ARG_LABELS}")  # last, as it may be empty
 endfunction()
