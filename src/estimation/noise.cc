@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMaxScoringSteps = 60;
 // Of a variance's own σ.
-constexpr double kSettledScoring = 1e-5;
+constexpr double kSettledScoring = 1e-4;
 
 // Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
 struct VariancePart {
@@ -128,6 +128,134 @@ void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
   }
 }
 
+namespace {
+
+// Rows of D J that have one variance, component by component, and Z_s D J.
+class ComponentRows {
+ public:
+  using Change = ReducedSystem::VarianceChange;
+
+  ComponentRows(const std::vector<NoiseComponent>& components, const PoseGraph& graph)
+      : changes_(components.size()), rows_(components.size()), ZB_(components.size()) {
+    for (const VariancePart& part : PartsOf(graph)) {
+      const auto at = std::find(components.begin(), components.end(), part.component);
+      if (part.rejected || at == components.end()) continue;
+      changes_[static_cast<std::size_t>(at - components.begin())].push_back(
+          {part.factor, part.row, part.unit / part.weight});
+    }
+    for (const std::vector<Change>& of_one : changes_) {
+      all_.insert(all_.end(), of_one.begin(), of_one.end());
+    }
+  }
+
+  // Takes the rows from a system that was eliminated anew.
+  void Take(const ReducedSystem& system) {
+    const auto B = system.B();
+    for (std::size_t s = 0; s < changes_.size(); ++s) {
+      const Eigen::Index count = 3 * static_cast<Eigen::Index>(changes_[s].size());
+      rows_[s].resize(count, B.cols());
+      ZB_[s].resize(count, B.cols());
+      Eigen::Index at = 0;
+      for (const Change& change : changes_[s]) {
+        const auto own = B.middleRows<3>(RowOf(change, system));
+        rows_[s].middleRows<3>(at) = own;
+        ZB_[s].middleRows<3>(at).setZero();
+        AddProduct(1.0, change.change, own, ZB_[s].middleRows<3>(at));
+        at += 3;
+      }
+    }
+  }
+
+  // C_s, see ExcessEstimate.
+  Eigen::MatrixXd Sensitivity(std::size_t s) const { return rows_[s].transpose() * ZB_[s]; }
+
+  // D Z_t D J, all rows.
+  StackedRows Projected(std::size_t t, const ReducedSystem& system) const {
+    StackedRows all = StackedRows::Zero(system.residual().size(), ZB_[t].cols());
+    Eigen::Index at = 0;
+    for (const Change& change : changes_[t]) {
+      all.middleRows<3>(RowOf(change, system)) = ZB_[t].middleRows<3>(at);
+      at += 3;
+    }
+    return system.Project(all);
+  }
+
+  // The component's rows of such a matrix.
+  StackedRows RowsOf(std::size_t s, const StackedRows& all, const ReducedSystem& system) const {
+    StackedRows own(ZB_[s].rows(), all.cols());
+    Eigen::Index at = 0;
+    for (const Change& change : changes_[s]) {
+      own.middleRows<3>(at) = all.middleRows<3>(RowOf(change, system));
+      at += 3;
+    }
+    return own;
+  }
+
+  static Eigen::Index RowOf(const Change& change, const ReducedSystem& system) {
+    return system.factors()[change.factor].row + change.row;
+  }
+
+  const std::vector<Change>& changes(std::size_t s) const { return changes_[s]; }
+  const std::vector<Change>& all_changes() const { return all_; }
+  const StackedRows& ZB(std::size_t s) const { return ZB_[s]; }
+
+ private:
+  std::vector<std::vector<Change>> changes_;
+  std::vector<Change> all_;
+  std::vector<StackedRows> rows_, ZB_;
+};
+
+// Score and Fisher information of the components; `rows` are those of `system`.
+void ScoreOf(const ComponentRows& rows,
+             const ReducedSystem& system,
+             Eigen::VectorXd* score,
+             Eigen::MatrixXd* fisher) {
+  const Eigen::Index count = score->size();
+  const Eigen::MatrixXd& covariance = system.covariance();
+  std::vector<Eigen::MatrixXd> MC;      // M^-1 C_s
+  std::vector<Eigen::MatrixXd> ZB_cov;  // Z_s D J M^-1
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    MC.emplace_back(covariance * rows.Sensitivity(at));
+    ZB_cov.emplace_back(rows.ZB(at) * covariance);
+    double sum = MC.back().trace();
+    for (const ReducedSystem::VarianceChange& change : rows.changes(at)) {
+      const Eigen::Vector3d q =
+          system.projected().segment<3>(ComponentRows::RowOf(change, system));
+      const auto D = system.factors()[change.factor].D.block<3, 3>(change.row, change.row);
+      sum += q.dot(change.change * q) - D.cwiseProduct(change.change).sum();
+    }
+    (*score)[s] = 0.5 * sum;
+  }
+  fisher->setZero(count, count);
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const auto second = static_cast<std::size_t>(t);
+    // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
+    const std::vector<Eigen::Matrix3d> derivative =
+        system.ProjectorDerivative(rows.changes(second), rows.all_changes());
+    const StackedRows projected = rows.Projected(second, system);
+    std::size_t listed = 0;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const auto first = static_cast<std::size_t>(s);
+      double sum = 0.0;
+      Eigen::Index at = 0;
+      for (const ReducedSystem::VarianceChange& change : rows.changes(first)) {
+        sum -= derivative[listed++].cwiseProduct(change.change).sum();
+        if (s >= t) {
+          const auto DZB = projected.middleRows<3>(ComponentRows::RowOf(change, system));
+          sum -= 2.0 * ZB_cov[first].middleRows<3>(at).cwiseProduct(DZB).sum();
+        }
+        at += 3;
+      }
+      if (s < t) continue;
+      sum += MC[first].cwiseProduct(MC[second].transpose()).sum();
+      (*fisher)(s, t) = (*fisher)(t, s) = 0.5 * sum;
+    }
+  }
+}
+
+}  // namespace
+
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessVariance& start,
                               const ExcessVariance& floor,
@@ -137,93 +265,15 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   estimate.variance = start;
   estimate.components = components;
   const auto count = static_cast<Eigen::Index>(components.size());
-  const auto place = [&](NoiseComponent component) {
-    return std::find(components.begin(), components.end(), component) - components.begin();
-  };
-  std::vector<std::vector<ReducedSystem::VarianceChange>> changes(components.size());
-  for (const VariancePart& part : PartsOf(*graph)) {
-    if (part.rejected || place(part.component) == count) continue;
-    changes[static_cast<std::size_t>(place(part.component))].push_back(
-        {part.factor, part.row, part.unit / part.weight});
-  }
-  std::vector<ReducedSystem::VarianceChange> all_changes;
-  for (const auto& of_one : changes) {
-    all_changes.insert(all_changes.end(), of_one.begin(), of_one.end());
-  }
-  estimate.sensitivities.resize(components.size());
+  ComponentRows rows(components, *graph);
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
+  Eigen::MatrixXd fisher;
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     ApplyExcess(estimate.variance, graph);
     system->Eliminate(*graph);
-    const Eigen::MatrixXd& covariance = system->covariance();
-    const std::vector<ReducedSystem::Factor>& factors = system->factors();
-    const auto B = system->B();
-
-    Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
-    Eigen::MatrixXd fisher = Eigen::MatrixXd::Zero(count, count);
-    // Z_s D J of each component: rows of its parts one after another, those of D J beside them.
-    std::vector<StackedRows> ZB(components.size()), own_B(components.size());
-    for (std::size_t s = 0; s < components.size(); ++s) {
-      const Eigen::Index rows = 3 * static_cast<Eigen::Index>(changes[s].size());
-      ZB[s].resize(rows, B.cols());
-      own_B[s].resize(rows, B.cols());
-      for (std::size_t i = 0; i < changes[s].size(); ++i) {
-        const auto& [f, row, unit] = changes[s][i];
-        const Eigen::Index at = 3 * static_cast<Eigen::Index>(i);
-        own_B[s].middleRows<3>(at) = B.middleRows<3>(factors[f].row + row);
-        ZB[s].middleRows<3>(at).noalias() = unit.lazyProduct(own_B[s].middleRows<3>(at));
-        const Eigen::Vector3d q = system->projected().segment<3>(factors[f].row + row);
-        score[static_cast<Eigen::Index>(s)] +=
-            0.5 * q.dot(unit * q) -
-            0.5 * factors[f].D.block<3, 3>(row, row).cwiseProduct(unit).sum();
-      }
-      estimate.sensitivities[s].noalias() = own_B[s].transpose() * ZB[s];
-    }
-    // J^T D Z_s D Z_t D J, then with P in the middle once C_s is whole.
-    std::vector<Eigen::MatrixXd> mixed(components.size() * components.size());
-    for (Eigen::Index t = 0; t < count; ++t) {
-      const auto second = static_cast<std::size_t>(t);
-      // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
-      const std::vector<Eigen::Matrix3d> derivative =
-          system->ProjectorDerivative(changes[second], all_changes);
-      StackedRows whole = StackedRows::Zero(system->residual().size(), B.cols());
-      for (std::size_t i = 0; i < changes[second].size(); ++i) {
-        whole.middleRows<3>(factors[changes[second][i].factor].row + changes[second][i].row) =
-            ZB[second].middleRows<3>(3 * static_cast<Eigen::Index>(i));
-      }
-      whole = system->Project(whole);
-      std::size_t listed = 0;
-      for (Eigen::Index s = 0; s < count; ++s) {
-        const auto first = static_cast<std::size_t>(s);
-        for (const ReducedSystem::VarianceChange& change : changes[first]) {
-          fisher(s, t) -= 0.5 * derivative[listed++].cwiseProduct(change.change).sum();
-        }
-        // Symmetric in s and t but for being transposed.
-        if (s < t) continue;
-        StackedRows& DZB = own_B[first];
-        for (std::size_t i = 0; i < changes[first].size(); ++i) {
-          DZB.middleRows<3>(3 * static_cast<Eigen::Index>(i)) =
-              whole.middleRows<3>(factors[changes[first][i].factor].row + changes[first][i].row);
-        }
-        Eigen::MatrixXd& pair = mixed[static_cast<std::size_t>(s * count + t)];
-        pair.noalias() = ZB[first].transpose() * DZB;
-        if (s != t) mixed[static_cast<std::size_t>(t * count + s)] = pair.transpose();
-      }
-    }
-    for (Eigen::Index s = 0; s < count; ++s) {
-      const Eigen::MatrixXd& Cs = estimate.sensitivities[static_cast<std::size_t>(s)];
-      const Eigen::MatrixXd MC = covariance * Cs;
-      score[s] += 0.5 * MC.trace();
-      for (Eigen::Index t = 0; t < count; ++t) {
-        const Eigen::MatrixXd& Ct = estimate.sensitivities[static_cast<std::size_t>(t)];
-        Eigen::MatrixXd& pair = mixed[static_cast<std::size_t>(s * count + t)];
-        const Eigen::MatrixXd through = Cs * covariance * Ct;
-        fisher(s, t) += 0.5 * (covariance * (through - 2.0 * pair)).trace();
-        pair -= through;
-      }
-    }
-    estimate.curvatures = std::move(mixed);
+    rows.Take(*system);
+    ScoreOf(rows, *system, &score, &fisher);
     // Components at their floor that would go below it are left out of the step.
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(count);
     Eigen::MatrixXd active = fisher;
     Eigen::VectorXd active_score = score;
     for (Eigen::Index s = 0; s < count; ++s) {
@@ -235,8 +285,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
         active_score[s] = 0.0;
       }
     }
-    step = active.fullPivLu().solve(active_score);
-    estimate.covariance = fisher.fullPivLu().inverse();
+    const Eigen::VectorXd step = active.fullPivLu().solve(active_score);
     double largest_change = 0.0;
     for (Eigen::Index s = 0; s < count; ++s) {
       const NoiseComponent component = components[static_cast<std::size_t>(s)];
@@ -251,9 +300,32 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     }
     if (largest_change < kSettledScoring) break;
   }
+  estimate.covariance = fisher.fullPivLu().inverse();
   ApplyExcess(estimate.variance, graph);
   system->Eliminate(*graph);
   return estimate;
+}
+
+void StateCurvatures(const PoseGraph& graph,
+                     const ReducedSystem& system,
+                     ExcessEstimate* estimate) {
+  const std::size_t count = estimate->components.size();
+  ComponentRows rows(estimate->components, graph);
+  rows.Take(system);
+  estimate->sensitivities.clear();
+  for (std::size_t s = 0; s < count; ++s) {
+    estimate->sensitivities.push_back(rows.Sensitivity(s));
+  }
+  estimate->curvatures.resize(count * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const StackedRows projected = rows.Projected(t, system);
+    for (std::size_t s = t; s < count; ++s) {
+      Eigen::MatrixXd& pair = estimate->curvatures[s * count + t];
+      pair = rows.ZB(s).transpose() * rows.RowsOf(s, projected, system);
+      pair -= estimate->sensitivities[s] * system.covariance() * estimate->sensitivities[t];
+      if (s != t) estimate->curvatures[t * count + s] = pair.transpose();
+    }
+  }
 }
 
 Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system) {

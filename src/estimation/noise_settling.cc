@@ -21,6 +21,8 @@ constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
 // Of the median, see WeighTurnsAtStart.
 constexpr double kWildAtStart = 10.0;
+// χ² that a step may change the parameters by to be taken without a search, see TakeSmallStep.
+constexpr double kSmallStepChi2 = 0.01;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
 // Relative change of an excess variance below which it has settled.
@@ -54,16 +56,19 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   return floor;
 }
 
-void Estimate(NoiseState* noise, PoseGraph* graph) {
-  ReducedSystem system(*graph);
+// `system`: the graph at its present state; in the end with the variances found.
+void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   noise->estimate =
-      EstimateExcess(noise->estimated, noise->excess, ExcessFloor(*noise, *graph), graph, &system);
+      EstimateExcess(noise->estimated, noise->excess, ExcessFloor(*noise, *graph), graph, system);
   noise->excess = noise->estimate.variance;
 }
 
 // Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
 // information on the excess: its estimate would be noise, and so would every σ made from it.
-void DropExcessThatIsNotSeen(NoiseState* noise, PoseGraph* graph, Messages* messages) {
+void DropExcessThatIsNotSeen(NoiseState* noise,
+                             PoseGraph* graph,
+                             ReducedSystem* system,
+                             Messages* messages) {
   std::vector<NoiseComponent> seen;
   for (const NoiseComponent component : noise->estimated) {
     const double dof = ExcessDegreesOfFreedom(noise->estimate, *graph, component);
@@ -80,15 +85,15 @@ void DropExcessThatIsNotSeen(NoiseState* noise, PoseGraph* graph, Messages* mess
   if (seen.size() == noise->estimated.size()) return;
   noise->estimated = std::move(seen);
   ApplyExcess(noise->excess, graph);
+  system->Eliminate(*graph);
   noise->estimate = ExcessEstimate{};
-  if (!noise->estimated.empty()) Estimate(noise, graph);
+  if (!noise->estimated.empty()) Estimate(noise, graph, system);
 }
 
 // First guess of each excess: what makes the median deletion test match its χ². Half of the poses
 // may be disturbed without moving it much.
-void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph) {
-  const ReducedSystem system(*graph);
-  const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
+void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
+  const std::vector<DeletionTest> tests = DeletionTests(*graph, *system);
   const ExcessVariance floor = ExcessFloor(*noise, *graph);
   for (const NoiseComponent component : noise->estimated) {
     std::vector<double> ratios;
@@ -102,6 +107,7 @@ void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph) {
         std::max(Median(ratios) * (known + noise->excess[component]) - known, floor[component]);
   }
   ApplyExcess(noise->excess, graph);
+  system->Eliminate(*graph);
 }
 
 bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
@@ -128,9 +134,9 @@ RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
 // observation whose test has become good again returns.
 bool UpdateWeights(const RobustOptions& robust,
                    const NoiseState& noise,
+                   const ReducedSystem& system,
                    bool may_readmit,
                    PoseGraph* graph) {
-  const ReducedSystem system(*graph);
   const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
   const double level =
       kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
@@ -194,6 +200,21 @@ bool UpdateWeights(const RobustOptions& robust,
     first = end;
   }
   return changed || moved > kSettledWeight * static_cast<double>(tests.size());
+}
+
+// Takes the Gauss-Newton step of a system that was made at the graph's state, if it is so short
+// against σ that nothing is left of it afterwards. The last solution is the optimiser's in any case.
+bool TakeSmallStep(const ReducedSystem& system, PoseGraph* graph) {
+  const double chi2 = system.step().dot(system.information() * system.step());
+  if (!(chi2 < kSmallStepChi2) || system.rank() < system.size()) return false;
+  const Eigen::VectorXd pose_steps = system.PoseSteps();
+  graph->shared += graph->layout.basis * system.step();
+  Eigen::Index at = 0;
+  for (PoseNode& node : graph->nodes) {
+    node.Step(pose_steps.segment(at, node.tangent_size()));
+    at += node.tangent_size();
+  }
+  return true;
 }
 
 }  // namespace
@@ -313,7 +334,8 @@ int SettleNoise(const RobustOptions& robust,
                 PoseGraph* graph,
                 SolveLog* log,
                 Messages* messages) {
-  const double dof = ResidualDof(*graph, ReducedSystem(*graph));
+  ReducedSystem system(*graph);
+  const double dof = ResidualDof(*graph, system);
   const bool weighs = robust.enabled && dof >= kMinRobustDof;
   if (robust.enabled && !weighs) {
     messages->push_back(
@@ -339,20 +361,27 @@ int SettleNoise(const RobustOptions& robust,
     log->Solve(kFinalTolerance, graph);
     return 0;
   }
-  if (weighs) GuessExcessFromMedians(noise, graph);
+  if (weighs) GuessExcessFromMedians(noise, graph, &system);
   int rounds = 0;
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++rounds;
     // Late in the day borderline observations could come and go for ever.
     const bool weights_changed =
-        weighs && UpdateWeights(robust, *noise, round < kReadmittingRounds, graph);
-    log->Solve(kRoundTolerance, graph);
-    // A direction that nothing determines: more rounds would only creep along it.
-    if (!log->converged) return rounds;
+        weighs && UpdateWeights(robust, *noise, system, round < kReadmittingRounds, graph);
+    if (weighs) system.Eliminate(*graph);
+    if (round == 0 || !TakeSmallStep(system, graph)) {
+      log->Solve(kRoundTolerance, graph);
+      // A direction that nothing determines: more rounds would only creep along it.
+      if (!log->converged) {
+        StateCurvatures(*graph, system, &noise->estimate);
+        return rounds;
+      }
+    }
+    system = ReducedSystem(*graph);
     const ExcessVariance before = noise->excess;
     if (!noise->estimated.empty()) {
-      Estimate(noise, graph);
-      DropExcessThatIsNotSeen(noise, graph, messages);
+      Estimate(noise, graph, &system);
+      DropExcessThatIsNotSeen(noise, graph, &system, messages);
     }
     bool excess_changed = false;
     for (const NoiseComponent component : noise->estimated) {
@@ -361,6 +390,7 @@ int SettleNoise(const RobustOptions& robust,
     }
     if (!weights_changed && !excess_changed) break;
   }
+  StateCurvatures(*graph, system, &noise->estimate);
   log->Solve(kFinalTolerance, graph);
   return rounds;
 }

@@ -191,11 +191,12 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   Marginal marginal;
   if (count == 0) return marginal;
   // What is undetermined gets the largest variance that rounding lets us tell.
-  const double least = kUndetermined * std::max(system.eigenvalues().maxCoeff(), 1e-300);
-  const Eigen::VectorXd variances = system.eigenvalues().cwiseMax(least).cwiseInverse();
+  const auto [values, vectors] = system.FindSpectrum();
+  const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
+  const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
   Eigen::MatrixXd selected(count, system.size());
   for (Eigen::Index i = 0; i < count; ++i) {
-    selected.row(i) = system.eigenvectors().row(wanted[static_cast<std::size_t>(i)]);
+    selected.row(i) = vectors.row(wanted[static_cast<std::size_t>(i)]);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(selected * variances.asDiagonal() *
                                                               selected.transpose());

@@ -208,6 +208,19 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
   }
 }
 
+void PoseNode::Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
+  if (kind == PoseKind::kDirection) {
+    const Eigen::Map<const Eigen::Vector3d> direction(state.data());
+    const Eigen::Vector3d moved =
+        (direction + TangentBasis(direction) * tangent.head<2>()).normalized();
+    state = {moved.x(), moved.y(), moved.z(), 0.0};
+  } else if (kind == PoseKind::kRotation) {
+    const Eigen::Quaterniond moved =
+        (rotation() * RotationExp(Eigen::Vector3d(tangent.head<3>()))).normalized();
+    state = {moved.x(), moved.y(), moved.z(), moved.w()};
+  }
+}
+
 PoseRowMatrix PoseNode::SquareRootInformation() const {
   PoseRowMatrix root;
   root.setZero(row_count(), row_count());

@@ -135,6 +135,9 @@ struct PoseNode {
   // triangular.
   PoseRowMatrix SquareRootInformation() const;
 
+  // Moves the state along its tangent space, as long as tangent_size().
+  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent);
+
  private:
   // G f in the static gyroscope's rows.
   void AddPullOfGravity(const SharedLayout& layout,

@@ -45,13 +45,15 @@ ReducedSystem::ReducedSystem(const PoseGraph& graph) {
   Eigen::Index rows = 3 * static_cast<Eigen::Index>(graph.increments.size());
   for (const PoseNode& node : graph.nodes) rows += node.row_count();
   columns_.resize(rows, n + 1);
+  const StackedRows basis = layout.basis;
   factors_.reserve(graph.nodes.size() + graph.increments.size());
   PoseSharedJacobian shared_jacobian;
   Eigen::Index row = 0;
   const auto take = [&](Factor&& factor, const auto& residual) {
     factor.row = row;
     auto own = columns_.middleRows(row, factor.rows());
-    own.leftCols(n).noalias() = shared_jacobian * layout.basis;
+    own.setZero();
+    AddProduct(1.0, shared_jacobian, basis, own.leftCols(n));
     own.col(n) = residual;
     row += factor.rows();
     factors_.push_back(std::move(factor));
@@ -162,6 +164,19 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
                               prior_gradient_ + whole.topRightCorner(n, 1));
   projected_ = projected_columns_.col(n);
   if (size() > 0) projected_ += B() * step();
+}
+
+// -(A^T W A)^-1 A^T W (r + J step).
+Eigen::VectorXd ReducedSystem::PoseSteps() const {
+  Eigen::VectorXd left = residual_;
+  if (size() > 0) left += J() * step();
+  StackedRows steps = StackedRows::Zero(chain_.size(), 1);
+  for (const Factor& factor : factors_) {
+    steps.middleRows(PoseRow(factor), factor.A.cols()).noalias() -=
+        factor.weighted.transpose() * left.segment(factor.row, factor.rows());
+  }
+  chain_.SolveInPlace(&steps);
+  return steps.col(0);
 }
 
 Eigen::MatrixXd ReducedSystem::ProjectorBlock(std::size_t factor) const {

@@ -76,6 +76,9 @@ class ReducedSystem {
   int rank() const { return shared_.rank(); }
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
+  // The Gauss-Newton step of all poses that goes with it, tangent space after tangent space.
+  Eigen::VectorXd PoseSteps() const;
+
   // The factor's own block of P.
   Eigen::MatrixXd ProjectorBlock(std::size_t factor) const;
 

@@ -21,9 +21,13 @@ class SharedInformation {
   const Eigen::MatrixXd& matrix() const { return matrix_; }
   // M^-1; a direction that is not determined (see `rank`) has zero variance here.
   const Eigen::MatrixXd& covariance() const { return covariance_; }
-  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors.
-  const Eigen::VectorXd& eigenvalues() const { return eigenvalues_; }
-  const Eigen::MatrixXd& eigenvectors() const { return eigenvectors_; }
+  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors: worked out by
+  // this call.
+  struct Spectrum {
+    Eigen::VectorXd values;
+    Eigen::MatrixXd vectors;
+  };
+  Spectrum FindSpectrum() const;
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
@@ -31,8 +35,8 @@ class SharedInformation {
   const Eigen::VectorXd& step() const { return step_; }
 
  private:
-  Eigen::MatrixXd matrix_, covariance_, eigenvectors_;
-  Eigen::VectorXd scale_, eigenvalues_, step_;
+  Eigen::MatrixXd matrix_, covariance_;
+  Eigen::VectorXd scale_, step_;
   int rank_ = 0;
 };
 
