@@ -79,6 +79,7 @@ MoveRecorder::MoveRecorder(Triad leading, const std::vector<RowSpan>& spans) : l
 
 void MoveRecorder::Add(const SampleBlock& block) {
   if (block.triad == leading_) {
+    if (!block.row.empty()) last_row_ = block.row.back();
     for (Span& span : spans_) {
       const auto first = std::lower_bound(block.row.begin(), block.row.end(), span.rows.first);
       const auto last = std::upper_bound(first, block.row.end(), span.rows.last);

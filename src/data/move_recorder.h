@@ -44,6 +44,9 @@ class MoveRecorder {
   /// The readings of each span, in the order they were stated, likewise.
   std::vector<RecordedMove> Spans(const PoseSet& set) const;
 
+  /// The last row of the leading stream's file that has come; -1 before.
+  std::int64_t last_row() const { return last_row_; }
+
   /// Readings of the gyroscope held at most so far: what bounds the memory.
   std::size_t peak_readings() const { return peak_readings_; }
 
@@ -75,6 +78,7 @@ class MoveRecorder {
   Stream gyroscope_, accelerometer_;
   std::vector<Stretch> to_drop_;
   std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
+  std::int64_t last_row_ = -1;
   std::size_t peak_readings_ = 0;
 };
 

@@ -108,7 +108,11 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
       " s; expected poses in which the unit is still for at least " +
       std::to_string(options.min_duration_s) +
       " s, and more so than in between: hold each pose longer, or say where the poses are "
-      "(`poses:`)");
+      "(`poses:`)" +
+      (set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr
+           ? "; a unit that is tumbled on purpose is followed by `poses: { motion: { spacing_s: 0.1 "
+             "} }`"
+           : ""));
 }
 
 // Names the turns that tell nothing, the first few of them one by one.

@@ -26,7 +26,7 @@ constexpr double kSmallStepChi2 = 0.01;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
 // Relative change of an excess variance below which it has settled.
-constexpr double kSettledExcess = 1e-4;
+constexpr double kSettledExcess = 1e-3;
 // Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
 constexpr double kRejectionLevel = 0.01;
 // Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.

@@ -153,6 +153,9 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
+constexpr char kNotDetermined[] =
+    "the poses do not determine every wanted parameter; see the weak directions";
+
 // Why a solution cannot be used.
 struct Refusal {
   Outcome outcome = Outcome::kNotCalled;
@@ -194,8 +197,7 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
                      "at one temperature",
                      (*range)[1])};
     }
-    return Refusal{Outcome::kNotObservable,
-                   "the poses do not determine every wanted parameter; see the weak directions"};
+    return Refusal{Outcome::kNotObservable, kNotDetermined};
   }
   if (!run.converged) {
     return Refusal{
@@ -447,8 +449,16 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
 
   if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite() ||
       solution.covariance.matrix.diagonal().minCoeff() < 0.0) {
+    std::vector<WeakDirection> weak = std::move(quality.weak_directions);
     quality = Quality{};
     quality.poses = CountRests(graph);
+    // More often than not too little data is what makes them leave it.
+    if (graph.shared.allFinite() && !weak.empty()) {
+      quality.weak_directions = std::move(weak);
+      calibration->outcome = Outcome::kNotObservable;
+      calibration->messages.emplace_back(kNotDetermined);
+      return {};
+    }
     calibration->outcome = Outcome::kNotConverged;
     calibration->messages.emplace_back(
         "the numbers left the range that can be computed with; look for absurd readings, σ or held "

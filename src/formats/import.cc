@@ -85,15 +85,15 @@ Result<Import> ImportCalibration(std::string_view format_name,
                                  const std::vector<std::string>& paths,
                                  const ImportOptions& options) {
   const Result<const Format*> found = FindFormat(format_name);
-  TRUETRIAD_RETURN_IF_ERROR(found);
-  const Format& format = **found;
-  if (!format.info.can_import) {
+  if (!found || !(*found)->info.can_import) {
     std::string list;
     for (const Format& other : AllFormats()) {
       if (other.info.can_import) list += (list.empty() ? "" : ", ") + std::string(other.info.name);
     }
-    return UsageError("`" + std::string(format_name) + "` cannot be imported; there are " + list);
+    return UsageError("`" + std::string(format_name) + "` " +
+                      (found ? "cannot be imported" : "is not a format") + "; there are " + list);
   }
+  const Format& format = **found;
   Import import;
   Calibration& calibration = import.calibration;
   ReadRequest request;

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <span>
@@ -163,9 +164,13 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   WritePerTriad(out, quality.residual_rms);
   out << "\n  residual_rms_before: ";
   WritePerTriad(out, quality.residual_rms_before);
-  out << "\n  reduced_chi2: " << quality.reduced_chi2
-      << "\n  reduced_chi2_before: " << quality.reduced_chi2_before
-      << "\n  effective_dof: " << quality.effective_dof << "\n  dof: " << quality.dof << "\n";
+  out << "\n  reduced_chi2: " << quality.reduced_chi2;
+  // Where nothing but the residuals tells the noise, and for a unit followed through its motion,
+  // there is none.
+  if (std::isfinite(quality.reduced_chi2_before)) {
+    out << "\n  reduced_chi2_before: " << quality.reduced_chi2_before;
+  }
+  out << "\n  effective_dof: " << quality.effective_dof << "\n  dof: " << quality.dof << "\n";
   WriteItem(out, "weak_directions", quality.weak_directions.empty());
   for (const WeakDirection& weak : quality.weak_directions) {
     out << "    - { description: " << Quoted{weak.description}
@@ -474,6 +479,7 @@ void ReadQuality(YamlReader reader, Quality* quality) {
   ReadPerTriad(reader.RequireChild("residual_rms"), &quality->residual_rms);
   ReadPerTriad(reader.Child("residual_rms_before"), &quality->residual_rms_before);
   ReadNumber(reader.RequireChild("reduced_chi2"), &quality->reduced_chi2);
+  quality->reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
   ReadNumber(reader.Child("reduced_chi2_before"), &quality->reduced_chi2_before);
   ReadNumber(reader.RequireChild("effective_dof"), &quality->effective_dof);
   ReadNumber(reader.RequireChild("dof"), &quality->dof);

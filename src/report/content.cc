@@ -307,10 +307,14 @@ Section ResidualsSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::move(table));
   std::string fit = std::to_string(quality.poses) + " poses";
   if (quality.dof > 0.0) {
-    fit += ", " + Significant(quality.dof, 4) + " degrees of freedom; reduced χ² " +
-           Significant(quality.reduced_chi2_before, 3) +
-           " with the noise inside the rests alone, " + Significant(quality.reduced_chi2, 3) +
-           " with the pose-to-pose excess";
+    fit += ", " + Significant(quality.dof, 4) + " degrees of freedom; reduced χ² ";
+    if (std::isfinite(quality.reduced_chi2_before)) {
+      fit += Significant(quality.reduced_chi2_before, 3) +
+             " with the noise inside the rests alone, " + Significant(quality.reduced_chi2, 3) +
+             " with the pose-to-pose excess";
+    } else {
+      fit += Significant(quality.reduced_chi2, 3);
+    }
   }
   section.blocks.emplace_back(fit + ".");
   AddKnownTurns(quality.turns, &section);
