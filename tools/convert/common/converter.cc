@@ -105,7 +105,7 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
 }
 
 int Fail(const Error& error) {
-  Note(error.message);
+  if (!error.message.empty()) Note(error.message);
   return static_cast<int>(error.code);
 }
 
