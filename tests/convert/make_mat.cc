@@ -4,9 +4,9 @@
 //
 //   make_mat 5|5z|7.3 FILE ROWS
 //
-// `imu`, a struct of acc (ROWS x 3, m/s^2) and gyr (3 x ROWS, single, rad/s); `mag` (ROWS x 3 int16,
-// counts, in `data`, columns 2 to 4), `t` (ROWS x 1, s). Row i: acc = (i, -i, i + 0.5), gyr = (0.25 i,
-// i, -i), data = (7, i, i + 1, i + 2), t = 0.01 i.
+// `imu`, a struct of acc (ROWS x 3, m/s^2) and gyr (3 x ROWS, single, rad/s); `mag` (ROWS x 3
+// int16, counts, in `data`, columns 2 to 4), `t` (ROWS x 1, s). Row i: acc = (i, -i, i + 0.5), gyr
+// = (0.25 i, i, -i), data = (7, i, i + 1, i + 2), t = 0.01 i.
 #include <cstdint>
 #include <cstdlib>
 #include <string>

@@ -46,7 +46,8 @@ int Work(const std::function<Status()>& work) {
 Status Isolated(const std::string& path, const std::function<Status()>& work) {
   std::fflush(stdout);
   const pid_t child = fork();
-  if (child < 0) return BadInputError(std::string("no process can be started: ") + std::strerror(errno));
+  if (child < 0)
+    return BadInputError(std::string("no process can be started: ") + std::strerror(errno));
   if (child == 0) {
     BoundMemory();
     _exit(Work(work));  // What the parent holds is the parent's to clear away.

@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kTimeColumn = "time_ns";
 constexpr std::string_view kTemperatureColumn = "temperature";
 constexpr std::string_view kManifest = "recording.yaml";
+constexpr std::string_view kPoses = "poses.yaml";
 constexpr std::size_t kChunk = std::size_t{1} << 18U;
 constexpr std::size_t kLongestNumber = 32;
 
@@ -57,18 +58,19 @@ Table::Table(const std::string& folder,
   text_.resize(kChunk + kLongestNumber * (kMostColumns + 1));
 }
 
-void Table::Add(std::int64_t time_ns, const double* readings) {
+void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) {
   if (IsInterrupted()) throw Interrupted();
   Row row;
   row.time_ns = time_ns;
   bool any = false;
   std::size_t column = 0;
-  for (TriadColumns& triad : triads_) {
-    const bool whole = AllFinite(readings + column);
+  for (std::size_t index = 0; index < triads_.size(); ++index) {
+    const bool is_present = ((present >> index) & 1U) != 0;
+    const bool whole = is_present && AllFinite(readings + column);
     for (std::size_t i = 0; i < 3; ++i, ++column) {
       row.values[column] = whole ? readings[column] : std::numeric_limits<double>::quiet_NaN();
     }
-    if (!whole) ++triad.without_numbers;
+    if (is_present && !whole) ++triads_[index].without_numbers;
     any = any || whole;
   }
   if (!any) return;
@@ -171,7 +173,6 @@ void RecordingFolder::SetSource(const std::string& key, const std::string& value
 std::string RecordingFolder::Manifest() const {
   YamlText yaml;
   yaml << "recording: 1\n";
-  if (!serial_.empty()) yaml << "serial: " << Quoted{Printable(serial_)} << "\n";
   yaml << "source:\n";
   for (const auto& [key, value] : source_) {
     yaml << "  " << key << ": " << Quoted{Printable(value)} << "\n";
@@ -200,6 +201,7 @@ std::string RecordingFolder::Manifest() const {
   }
   yaml << (applied.str().empty() ? "applied: none\n" : "applied:\n" + applied.str());
   yaml << "streams:\n" << streams.str();
+  if (!poses_.empty()) yaml << "poses: {file: " << kPoses << "}\n";
   return yaml.str();
 }
 
@@ -211,13 +213,16 @@ Status RecordingFolder::MoveIntoPlace() {
     temporary_.clear();
     return {};
   }
+  std::vector<std::string> files;
   for (const auto& table : tables_) {
-    if (table->rows() == 0) continue;
-    fs::rename(fs::path(temporary_) / table->file(), fs::path(directory_) / table->file(), failure);
+    if (table->rows() > 0) files.push_back(table->file());
+  }
+  if (!poses_.empty()) files.emplace_back(kPoses);
+  files.emplace_back(kManifest);
+  for (const std::string& file : files) {
+    fs::rename(fs::path(temporary_) / file, fs::path(directory_) / file, failure);
     if (failure) return BadInputError(directory_ + ": cannot be written: " + failure.message());
   }
-  fs::rename(fs::path(temporary_) / kManifest, fs::path(directory_) / kManifest, failure);
-  if (failure) return BadInputError(directory_ + ": cannot be written: " + failure.message());
   return {};
 }
 
@@ -230,6 +235,11 @@ Status RecordingFolder::Commit() {
     if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
   }
   if (!any) return BadInputError("no reading in the log is whole; nothing was written");
+  if (!poses_.empty()) {
+    WholeFile poses(temporary_ + "/" + std::string(kPoses));
+    poses.Write(poses_);
+    TRUETRIAD_RETURN_IF_ERROR(poses.Commit());
+  }
   WholeFile manifest(temporary_ + "/" + std::string(kManifest));
   manifest.Write(Manifest());
   TRUETRIAD_RETURN_IF_ERROR(manifest.Commit());

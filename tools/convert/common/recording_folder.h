@@ -40,8 +40,9 @@ class Table {
         std::vector<TriadColumns> triads,
         bool has_temperature);
 
-  /// Adds a row: three readings for each triad, in their order. NaN: there is none.
-  void Add(std::int64_t time_ns, const double* readings);
+  /// Adds a row: three readings for each triad, in their order; bit i of `present` says whether the
+  /// i-th triad has any at this time. One that has, but not three finite numbers, is counted.
+  void Add(std::int64_t time_ns, const double* readings, unsigned present = ~0U);
   /// The temperature that rows carry from now on, in degC.
   void SetTemperature(double temperature_degc) { temperature_degc_ = temperature_degc; }
 
@@ -95,7 +96,8 @@ class RecordingFolder {
   /// What the manifest says about the origin: `source: {key: value, …}`, and `frame:`.
   void SetSource(const std::string& key, const std::string& value);
   void SetFrame(const std::string& frame) { frame_ = frame; }
-  void SetSerial(const std::string& serial) { serial_ = serial; }
+  /// The text of poses.yaml, when the log says where its rests are.
+  void SetPoses(const std::string& poses) { poses_ = poses; }
 
   /// Writes the manifest, gives the folder its name, and prints the manifest's path on stdout and
   /// what it holds on stderr. Error: no triad has a row; or a file cannot be written.
@@ -111,7 +113,7 @@ class RecordingFolder {
   std::vector<std::unique_ptr<Table>> tables_;
   std::vector<std::pair<std::string, std::string>> source_;
   std::string frame_;
-  std::string serial_;
+  std::string poses_;
 };
 
 }  // namespace truetriad::convert

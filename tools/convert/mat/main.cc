@@ -27,23 +27,23 @@ constexpr std::array<std::string_view, 5> kRoles = {
 
 /// Names, in lower case, that can only mean one thing.
 const std::map<std::string, std::string, std::less<>>& KnownNames() {
-  static const auto& names = *new std::map<std::string, std::string, std::less<>>{
-      {"t", "time"},
-      {"time", "time"},
-      {"timestamp", "time"},
-      {"acc", "accelerometer"},
-      {"accel", "accelerometer"},
-      {"accelerometer", "accelerometer"},
-      {"acceleration", "accelerometer"},
-      {"gyr", "gyroscope"},
-      {"gyro", "gyroscope"},
-      {"gyroscope", "gyroscope"},
-      {"angularvelocity", "gyroscope"},
-      {"mag", "magnetometer"},
-      {"magnetometer", "magnetometer"},
-      {"magneticfield", "magnetometer"},
-      {"temp", "temperature"},
-      {"temperature", "temperature"}};
+  static const auto& names =
+      *new std::map<std::string, std::string, std::less<>>{{"t", "time"},
+                                                           {"time", "time"},
+                                                           {"timestamp", "time"},
+                                                           {"acc", "accelerometer"},
+                                                           {"accel", "accelerometer"},
+                                                           {"accelerometer", "accelerometer"},
+                                                           {"acceleration", "accelerometer"},
+                                                           {"gyr", "gyroscope"},
+                                                           {"gyro", "gyroscope"},
+                                                           {"gyroscope", "gyroscope"},
+                                                           {"angularvelocity", "gyroscope"},
+                                                           {"mag", "magnetometer"},
+                                                           {"magnetometer", "magnetometer"},
+                                                           {"magneticfield", "magnetometer"},
+                                                           {"temp", "temperature"},
+                                                           {"temperature", "temperature"}};
   return names;
 }
 
@@ -140,7 +140,8 @@ Result<std::map<std::string, std::string>> ReadUnits(
     if (TriadFromName(role) && counts) {
       units[role] = "counts";
     } else {
-      return UsageError("the unit of the " + role + " is not stated; a .mat file does not hold it. "
+      return UsageError("the unit of the " + role +
+                        " is not stated; a .mat file does not hold it. "
                         "Name units as in --units=s,m/s^2,rad/s,uT,degC");
     }
   }
@@ -340,7 +341,8 @@ int main(int argc, char** argv) {
       .details =
           "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 says\n"
           "what a variable, a field of a struct, three of them or some columns (from 1 on) are;\n"
-          "time=100Hz where there is no time. Without it names like acc, gyro, mag, t and temp are\n"
+          "time=100Hz where there is no time. Without it names like acc, gyro, mag, t and temp "
+          "are\n"
           "taken where each is there once. --units=s,m/s^2,rad/s,uT,degC names the units, which a\n"
           ".mat file does not hold. Readings are taken to be raw.\n",
       .takes_topics = false,

@@ -15,7 +15,7 @@ struct FreeVariable {
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
-constexpr int kDeepest = 8;                                ///< Structs in structs.
+constexpr int kDeepest = 8;                                   ///< Structs in structs.
 constexpr std::size_t kMostElements = std::size_t{1} << 28U;  ///< Of one matrix: 2 GiB of doubles.
 
 std::string ClassName(matio_classes type) {
@@ -106,8 +106,9 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
   }
   mat_t* const handle = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (handle == nullptr) {
-    return BadInputError(path + ": is not a .mat file of version 5 or 7.3; in MATLAB, save(…, '-v7') "
-                                "writes one");
+    return BadInputError(path +
+                         ": is not a .mat file of version 5 or 7.3; in MATLAB, save(…, '-v7') "
+                         "writes one");
   }
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
   file->file_size_ = std::filesystem::file_size(path, missing);
@@ -164,8 +165,8 @@ bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
 }
 
 Result<MatMatrix> MatFile::Read(const MatVariable& wanted) {
-  const Error damaged =
-      BadInputError(path_ + ": variable " + wanted.name + " is not whole, or not what it says it is");
+  const Error damaged = BadInputError(path_ + ": variable " + wanted.name +
+                                      " is not whole, or not what it says it is");
   const std::size_t dot = wanted.name.find('.');
   const std::string top = wanted.name.substr(0, dot);
   const Variable variable(Mat_VarReadInfo(file_.get(), top.c_str()));

@@ -54,7 +54,8 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
   std::vector<const Topic*> candidates;
   for (const Topic& topic : topics) {
     held.push_back(NameAndType(topic));
-    if (arguments.topics.empty() && topic.messages > 0) candidates.push_back(&topic);
+    const bool may_have_any = topic.messages > 0 || !topic.is_counted;
+    if (arguments.topics.empty() && may_have_any) candidates.push_back(&topic);
   }
   for (const std::string& name : arguments.topics) {
     const auto found = std::find_if(

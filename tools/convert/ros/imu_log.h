@@ -20,6 +20,7 @@ struct Topic {
   std::string name;
   std::string type;  ///< "sensor_msgs/Imu" (ROS 1) or "sensor_msgs/msg/Imu" (ROS 2).
   std::uint64_t messages = 0;
+  bool is_counted = true;                  ///< False: nobody knows how many messages.
   std::int64_t first_ns = 0, last_ns = 0;  ///< When the bag received them.
 };
 

@@ -42,8 +42,9 @@ Status Run(const Arguments& arguments) {
     (*bag)->Read(
         [&](const Rosbag::Message& message) {
           // The same bytes give the same topics in the same order.
-          const Role role =
-              message.topic < topics.size() ? choice->RoleOfTopic(&topics[message.topic]) : Role::kNone;
+          const Role role = message.topic < topics.size()
+                                ? choice->RoleOfTopic(&topics[message.topic])
+                                : Role::kNone;
           if (role == Role::kNone) return;
           const std::optional<ImuMessage> read = ReadRos1Message(role, message.data);
           if (read) {
@@ -71,9 +72,12 @@ int main(int argc, char** argv) {
       .format = "ros1",
       .input = "a ROS 1 bag (.bag, version 2.0)",
       .details =
-          "\nTopics of type sensor_msgs/Imu, MagneticField and Temperature are understood. Without\n"
-          "--topic the only Imu and the only MagneticField are taken; --topic=A,B names them where\n"
-          "there are several, and a Temperature, which is never taken unnamed. Time is that of the\n"
+          "\nTopics of type sensor_msgs/Imu, MagneticField and Temperature are understood. "
+          "Without\n"
+          "--topic the only Imu and the only MagneticField are taken; --topic=A,B names them "
+          "where\n"
+          "there are several, and a Temperature, which is never taken unnamed. Time is that of "
+          "the\n"
           "messages' headers. Bags that were never closed (.bag.active) or cut are read as far as\n"
           "they are whole.\n",
       .takes_topics = true,

@@ -79,10 +79,11 @@ Result<std::unique_ptr<Rosbag>> Rosbag::Open(const std::string& path) {
   const std::string_view beginning = (*bytes)->Peek(kMagic.size());
   if (beginning != kMagic) {
     const bool is_other = beginning.starts_with("#ROS");
-    return BadInputError(path + (is_other ? ": is a bag of another version than 2.0; `rosbag fix` or "
-                                            "`rosbag migrate` brings old ones up to it"
-                                          : ": is not a ROS 1 bag (.bag): it does not begin with "
-                                            "#ROSBAG V2.0"));
+    return BadInputError(path + (is_other
+                                     ? ": is a bag of another version than 2.0; `rosbag fix` or "
+                                       "`rosbag migrate` brings old ones up to it"
+                                     : ": is not a ROS 1 bag (.bag): it does not begin with "
+                                       "#ROSBAG V2.0"));
   }
   (*bytes)->Skip(kMagic.size());
   return std::unique_ptr<Rosbag>(new Rosbag(std::move(*bytes)));
@@ -146,8 +147,7 @@ bool Rosbag::FindNextRecord() {
     const std::string_view ahead = bytes_->Peek(kWindow);
     const std::size_t mark = ahead.find(kMark);
     if (mark == std::string_view::npos) {
-      const std::size_t skip =
-          ahead.size() > 2 * kBefore ? ahead.size() - kBefore : ahead.size();
+      const std::size_t skip = ahead.size() > 2 * kBefore ? ahead.size() - kBefore : ahead.size();
       skipped_bytes_ += skip;
       bytes_->Skip(skip);
       continue;
@@ -218,7 +218,8 @@ void Rosbag::TakeMessage(const Record& record) {
   }
   Message message;
   message.topic = known->second;
-  message.received_ns = StampNs(LoadNumber<std::uint32_t>(time, 0), LoadNumber<std::uint32_t>(time, 4));
+  message.received_ns =
+      StampNs(LoadNumber<std::uint32_t>(time, 0), LoadNumber<std::uint32_t>(time, 4));
   message.data = record.data;
   Topic& topic = topics_[message.topic];
   if (topic.messages++ == 0) topic.first_ns = message.received_ns;

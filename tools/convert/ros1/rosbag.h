@@ -16,11 +16,12 @@
 
 namespace truetriad::convert {
 
-/// A ROS 1 bag, version 2.0, read from front to back without its index, so that a bag that was never
-/// closed, or was cut, gives what it holds.
+/// A ROS 1 bag, version 2.0, read from front to back without its index, so that a bag that was
+/// never closed, or was cut, gives what it holds.
 ///
 /// A bag is a line `#ROSBAG V2.0`, then records: header length, header (fields of name=value), data
-/// length, data. Chunks hold records of messages and connections, plain or compressed by bz2 or lz4.
+/// length, data. Chunks hold records of messages and connections, plain or compressed by bz2 or
+/// lz4.
 class Rosbag {
  public:
   /// Error: unreadable, or no bag of version 2.0.

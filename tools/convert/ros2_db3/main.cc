@@ -78,18 +78,25 @@ class Bag {
     sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestBlob);
     sqlite3_exec(
         handle, "PRAGMA cell_size_check=ON; PRAGMA trusted_schema=OFF", nullptr, nullptr, nullptr);
-    TRUETRIAD_RETURN_IF_ERROR(bag->ReadTopics());
+    Status topics = bag->ReadTopics();
+    if (!topics) {
+      // A file that is shorter than it says is refused, unless one insists.
+      sqlite3_exec(handle, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
+      topics = bag->ReadTopics();
+    }
+    TRUETRIAD_RETURN_IF_ERROR(topics);
     return bag;
   }
 
   const std::vector<Topic>& topics() const { return topics_; }
 
-  /// How many messages each topic has, and when.
+  /// How many messages each topic has, and when; as far as a damaged bag can be read.
   void CountMessages() {
     Statement all = Prepare(
         "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
         "topic_id");
-    while (all && sqlite3_step(all.get()) == SQLITE_ROW) {
+    int step = SQLITE_ERROR;
+    while (all && (step = sqlite3_step(all.get())) == SQLITE_ROW) {
       for (std::size_t i = 0; i < ids_.size(); ++i) {
         if (ids_[i] != sqlite3_column_int64(all.get(), 0)) continue;
         topics_[i].messages = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 1));
@@ -97,6 +104,9 @@ class Bag {
         topics_[i].last_ns = sqlite3_column_int64(all.get(), 3);
       }
     }
+    if (step == SQLITE_DONE) return;
+    Note(path_ + ": is damaged, its messages cannot be counted beforehand");
+    for (Topic& topic : topics_) topic.is_counted = false;
   }
 
   /// Hands the chosen topics' messages to `recording`, in the order in which they were written.
@@ -134,11 +144,11 @@ class Bag {
       if (step == SQLITE_DONE) return {};
       const std::optional<std::int64_t> next = NextReadable(&statement, from, last);
       ++damages_;
-      const std::int64_t lost = (next ? *next : last + 1) - from;
-      Note(path_ + ": damaged (" + sqlite3_errmsg(database_.get()) + "): at most " +
-           Count(
-               static_cast<std::uint64_t>(std::max<std::int64_t>(lost, 0)), "message", "messages") +
-           " of all topics lost after message " + std::to_string(from - 1));
+      const std::string lost =
+          next ? "at most " + Count(static_cast<std::uint64_t>(*next - from), "message", "messages")
+               : std::string("whatever comes");
+      Note(path_ + ": damaged (" + sqlite3_errmsg(database_.get()) + "): " + lost +
+           " of all topics after message " + std::to_string(from - 1) + " lost");
       if (!next) return {};
       from = *next;
     }
@@ -180,7 +190,9 @@ class Bag {
 
   std::int64_t LastId() const {
     Statement last = Prepare("SELECT max(id) FROM messages");
-    return last && sqlite3_step(last.get()) == SQLITE_ROW ? sqlite3_column_int64(last.get(), 0) : 0;
+    const bool is_known = last && sqlite3_step(last.get()) == SQLITE_ROW;
+    // Far, where it is not known: NextReadable gets there in sixty steps.
+    return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
   }
 
   /// The first message after a damage: further and further on until there is one, then back.
