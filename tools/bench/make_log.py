@@ -158,11 +158,13 @@ def ros1(path, count, _):
     out.write(b"#ROSBAG V2.0\n")
     out.write(record(b" " * 4027, op=b"\3", index_pos=b"\0" * 8, conn_count=struct.pack("<I", 2),
                      chunk_count=struct.pack("<I", 0)))
-    chunk = b""
+    connections = b""
     for number, (topic, kind) in enumerate((("/imu", "Imu"), ("/mag", "MagneticField"))):
         body = header(topic=topic.encode(), type=b"sensor_msgs/" + kind.encode(),
                       md5sum=b"0" * 32, message_definition=b"")[4:]
-        chunk += record(body, op=b"\7", conn=struct.pack("<I", number), topic=topic.encode())
+        connections += record(body, op=b"\7", conn=struct.pack("<I", number),
+                              topic=topic.encode())
+    chunk = connections
 
     def flush():
         out.write(record(chunk, op=b"\5", compression=b"none", size=struct.pack("<I", len(chunk))))
@@ -182,6 +184,7 @@ def ros1(path, count, _):
             chunk = b""
     if chunk:
         flush()
+    out.write(connections)  # As in a bag's index.
 
 
 def main():

@@ -157,6 +157,10 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
   for (const std::string& part : Split(reference, '+')) {
     const std::size_t colon = part.find(':');
     const MatVariable* const variable = file->Find(part.substr(0, colon));
+    if (variable == nullptr && file->is_damaged()) {
+      return BadInputError("the file is damaged, and " + part.substr(0, colon) +
+                           " is not there, or not whole");
+    }
     if (variable == nullptr) {
       return UsageError("there is no numeric variable `" + part.substr(0, colon) + "`; there are " +
                         ListOf(AllVariables(*file), 30));
@@ -244,8 +248,9 @@ Status Convert(MatFile* file,
   std::vector<double> temperature;
   if (const auto stated = columns.find("temperature"); stated != columns.end()) {
     const Result<std::vector<std::vector<double>>> vectors = ReadVectors(file, stated->second, 1);
-    TRUETRIAD_RETURN_IF_ERROR(vectors);
-    temperature = (*vectors)[0];
+    if (!vectors && vectors.error().code == ErrorCode::kUsage) return vectors.error();
+    if (!vectors) Note(vectors.error().message + "; there is no temperature");
+    if (vectors) temperature = (*vectors)[0];
     const TemperatureUnit unit = *ParseTemperatureUnit(units.at("temperature"));
     for (double& value : temperature) value = unit.scale * value + unit.offset;
   }
@@ -295,6 +300,10 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
                   variable.class_name.c_str());
     }
     return {};
+  }
+  if ((*file)->is_damaged()) {
+    Note(arguments.input +
+         ": is damaged: a variable is not whole, and those after it may be missing");
   }
   if ((*file)->variables().empty()) {
     return BadInputError(arguments.input + ": holds no numeric matrix, or none that is whole");

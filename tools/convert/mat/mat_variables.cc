@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/convert/mat/mat_variables.h"
 
-#include <array>
 #include <cstdint>
-#include <filesystem>
-#include <system_error>
+#include <string_view>
 #include <utility>
+
+#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
 
 namespace truetriad::convert {
 namespace {
@@ -97,21 +98,58 @@ bool CopyNumbers(const matvar_t& variable, std::size_t count, std::vector<double
   }
 }
 
+constexpr std::size_t kHeader5 = 128;
+
+/// What the first bytes say; the library would also take a file for one of version 4, which has no
+/// signature, and then believe its lengths.
+enum class Version { kNone, k5, k73 };
+Version VersionOf(ByteStream* file) {
+  constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t kUserBlock = 512;
+  const std::string_view beginning = file->Peek(kUserBlock + kHdf5.size());
+  if (beginning.starts_with(kHdf5)) return Version::k73;
+  if (beginning.size() > kUserBlock && beginning.substr(kUserBlock) == kHdf5) return Version::k73;
+  if (beginning.size() < kHeader5) return Version::kNone;
+  const std::string_view mark = beginning.substr(kHeader5 - 4, 4);
+  constexpr std::string_view kLittle("\0\1IM", 4);
+  constexpr std::string_view kBig("\1\0MI", 4);
+  return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
+}
+
+/// Whether the elements of a little-endian file of version 5 fill it exactly.
+bool IsFilled5(ByteStream* file) {
+  file->Skip(kHeader5);
+  while (!file->at_end()) {
+    constexpr std::size_t kTag = 8;
+    const std::string_view tag = file->Peek(kTag);
+    if (tag.size() < kTag) return false;
+    const auto type = LoadNumber<std::uint32_t>(tag, 0);
+    const auto size = LoadNumber<std::uint32_t>(tag, 4);
+    const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
+    if (!is_known || size > file->left() - kTag) return false;
+    file->Skip(kTag + size);
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
-  std::error_code missing;
-  if (!std::filesystem::is_regular_file(path, missing)) {
-    return BadInputError(path + ": cannot be read, or is no file");
-  }
-  mat_t* const handle = Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  Result<std::unique_ptr<ByteStream>> bytes = ByteStream::Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(bytes);
+  const Version version = VersionOf(bytes->get());
+  mat_t* const handle =
+      version == Version::kNone ? nullptr : Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (handle == nullptr) {
-    return BadInputError(path +
-                         ": is not a .mat file of version 5 or 7.3; in MATLAB, save(…, '-v7') "
-                         "writes one");
+    return BadInputError(
+        path +
+        ": is not a .mat file of version 5 or 7.3, or its beginning is damaged; in "
+        "MATLAB, save(…, '-v7') writes one");
   }
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
-  file->file_size_ = std::filesystem::file_size(path, missing);
+  file->file_size_ = (*bytes)->size();
+  file->is_damaged_ = version == Version::k5 && (*bytes)->Peek(kHeader5)[kHeader5 - 2] == 'I' &&
+                      !IsFilled5(bytes->get());
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
   for (int i = 0; i < kMostVariables; ++i) {

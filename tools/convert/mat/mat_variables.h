@@ -36,6 +36,8 @@ class MatFile {
   /// Real numeric matrices and vectors, those in (nested) 1×1 structs included.
   const std::vector<MatVariable>& variables() const { return variables_; }
   const MatVariable* Find(const std::string& name) const;
+  /// Whether the file ends, or goes astray, inside of a variable: then some may be missing.
+  bool is_damaged() const { return is_damaged_; }
   /// Error: it is not whole, or too large to be what it says.
   Result<MatMatrix> Read(const MatVariable& variable);
 
@@ -50,6 +52,7 @@ class MatFile {
   std::string path_;
   std::unique_ptr<mat_t, CloseFile> file_;
   std::size_t file_size_ = 0;
+  bool is_damaged_ = false;
   std::vector<MatVariable> variables_;
 };
 

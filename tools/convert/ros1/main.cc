@@ -37,11 +37,11 @@ Status Run(const Arguments& arguments) {
   TRUETRIAD_RETURN_IF_ERROR(recording);
   Result<std::unique_ptr<Rosbag>> bag = Rosbag::Open(arguments.input);
   TRUETRIAD_RETURN_IF_ERROR(bag);
+  (*bag)->UseConnectionsOf(**survey);
   {
     ProgressLine line("Converting");
     (*bag)->Read(
         [&](const Rosbag::Message& message) {
-          // The same bytes give the same topics in the same order.
           const Role role = message.topic < topics.size()
                                 ? choice->RoleOfTopic(&topics[message.topic])
                                 : Role::kNone;

@@ -25,6 +25,10 @@ enum Op : std::uint8_t {
   kConnection = 7,
 };
 
+// What stands in the header of a chunk, and in that of a message, only.
+constexpr std::string_view kChunkMark = "compression=";
+constexpr std::string_view kMessageMark("\4\0\0\0op=\2", 8);
+
 /// A field of a record's header; empty where there is none.
 std::string_view FieldOf(std::string_view header, std::string_view name) {
   ByteCursor cursor(header);
@@ -53,6 +57,22 @@ bool IsHeader(std::string_view header) {
     if (cursor.TakeBytes(length).find('=') == std::string_view::npos) return false;
   }
   return !cursor.failed() && NumberOf<std::uint8_t>(header, "op").has_value();
+}
+
+/// Where, from `from` on, a record begins in whose header `mark` stands; npos when none does.
+/// Headers with a mark are short.
+std::size_t FindRecord(std::string_view data, std::string_view mark, std::size_t from) {
+  constexpr std::size_t kBefore = 64;  // Of a header, at most, before the mark.
+  for (std::size_t at = data.find(mark, from); at != std::string_view::npos;
+       at = data.find(mark, at + 1)) {
+    for (std::size_t begin = std::max(from, at > kBefore ? at - kBefore : 0); begin + 8 <= at;
+         ++begin) {
+      const std::size_t size = LoadNumber<std::uint32_t>(data, begin);
+      if (size > 2 * kBefore || begin + 4 + size > data.size()) continue;
+      if (IsHeader(data.substr(begin + 4, size))) return begin;
+    }
+  }
+  return std::string_view::npos;
 }
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -102,7 +122,7 @@ void Rosbag::Read(const std::function<void(const Message&)>& consume,
     if (header_size <= kLongestHeader) ahead = bytes_->Peek(kLength + header_size + kLength);
     if (header_size > kLongestHeader || ahead.size() < kLength + header_size + kLength ||
         !IsHeader(ahead.substr(kLength, header_size))) {
-      if (!FindNextRecord()) return;
+      if (!FindNextRecord()) break;
       continue;
     }
     const std::string header(ahead.substr(kLength, header_size));
@@ -110,7 +130,7 @@ void Rosbag::Read(const std::function<void(const Message&)>& consume,
     const std::uint8_t op = *NumberOf<std::uint8_t>(header, "op");
     const bool is_whole = data_size <= bytes_->left() - (kLength + header_size + kLength);
     if (!is_whole && op != kChunk) {
-      if (!FindNextRecord()) return;
+      if (!FindNextRecord()) break;
       continue;
     }
     bytes_->Skip(kLength + header_size + kLength);
@@ -132,37 +152,29 @@ void Rosbag::Read(const std::function<void(const Message&)>& consume,
     }
     bytes_->Skip(data_size);
   }
+  // The index at the end may name what the beginning had lost.
+  for (Topic& topic : topics_) topic.is_counted = !has_unknown_connection_;
 }
 
-/// Goes on to the next chunk after damage. Chunks are what holds messages, and their header has a
-/// field that nothing else has.
+/// Goes on to the next chunk, or message of one that is not packed, after damage.
 bool Rosbag::FindNextRecord() {
-  constexpr std::string_view kMark = "compression=";
   constexpr std::size_t kWindow = std::size_t{1} << 16U;
-  constexpr std::size_t kBefore = 64;  // Of a chunk's header, at most, before the mark.
-  if (damaged_records_ == 0 || skipped_bytes_ == 0) ++damaged_records_;
+  constexpr std::size_t kOverlap =
+      256;  // A header that the window cuts in two is found in the next.
+  ++damaged_records_;
   bytes_->Skip(1);
   ++skipped_bytes_;
   while (!bytes_->at_end()) {
     const std::string_view ahead = bytes_->Peek(kWindow);
-    const std::size_t mark = ahead.find(kMark);
-    if (mark == std::string_view::npos) {
-      const std::size_t skip = ahead.size() > 2 * kBefore ? ahead.size() - kBefore : ahead.size();
-      skipped_bytes_ += skip;
-      bytes_->Skip(skip);
-      continue;
-    }
-    // Of the places before the mark, one begins a header that holds.
-    for (std::size_t begin = mark > kBefore ? mark - kBefore : 0; begin + 8 <= mark; ++begin) {
-      const std::size_t size = LoadNumber<std::uint32_t>(ahead, begin);
-      if (size > 2 * kBefore || begin + 4 + size > ahead.size()) continue;
-      if (!IsHeader(ahead.substr(begin + 4, size))) continue;
-      skipped_bytes_ += begin;
-      bytes_->Skip(begin);
-      return true;
-    }
-    skipped_bytes_ += mark + kMark.size();
-    bytes_->Skip(mark + kMark.size());
+    const std::size_t begin =
+        std::min(FindRecord(ahead, kChunkMark, 0), FindRecord(ahead, kMessageMark, 0));
+    const bool is_found = begin != std::string_view::npos;
+    const std::size_t skip = is_found                  ? begin
+                             : ahead.size() > kOverlap ? ahead.size() - kOverlap
+                                                       : ahead.size();
+    skipped_bytes_ += skip;
+    bytes_->Skip(skip);
+    if (is_found) return true;
   }
   return false;
 }
@@ -179,11 +191,17 @@ void Rosbag::ReadChunk(std::string_view compression, std::uint32_t size, std::st
 void Rosbag::ReadRecords(std::string_view data) {
   ByteCursor cursor(data);
   while (!cursor.at_end()) {
+    const std::string_view rest = cursor.left();
     const std::string_view header = cursor.TakeBytes(cursor.Take<std::uint32_t>());
     const std::string_view body = cursor.TakeBytes(cursor.Take<std::uint32_t>());
     if (cursor.failed() || !IsHeader(header)) {
+      // On to the next message; what lies between is lost.
       ++damaged_records_;
-      return;
+      const std::size_t next = FindRecord(rest, kMessageMark, 1);
+      if (next == std::string_view::npos) return;
+      skipped_bytes_ += next;
+      cursor = ByteCursor(rest.substr(next));
+      continue;
     }
     const std::uint8_t op = *NumberOf<std::uint8_t>(header, "op");
     if (op == kConnection) TakeConnection({header, body});
@@ -214,6 +232,7 @@ void Rosbag::TakeMessage(const Record& record) {
   const auto known = connection ? connections_.find(*connection) : connections_.end();
   if (known == connections_.end() || time.size() != 8) {
     ++damaged_records_;
+    has_unknown_connection_ = true;
     return;
   }
   Message message;
@@ -225,6 +244,12 @@ void Rosbag::TakeMessage(const Record& record) {
   if (topic.messages++ == 0) topic.first_ns = message.received_ns;
   topic.last_ns = std::max(topic.last_ns, message.received_ns);
   (*consume_)(message);
+}
+
+void Rosbag::UseConnectionsOf(const Rosbag& other) {
+  connections_ = other.connections_;
+  topics_ = other.topics_;
+  for (Topic& topic : topics_) topic.messages = 0;
 }
 
 std::optional<ImuMessage> ReadRos1Message(Role role, std::string_view data) {

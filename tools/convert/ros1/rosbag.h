@@ -36,6 +36,9 @@ class Rosbag {
   void Read(const std::function<void(const Message&)>& consume,
             const std::function<void(double)>& progress);
 
+  /// Takes over what an earlier reading of the same bag found out, before this one begins.
+  void UseConnectionsOf(const Rosbag& other);
+
   /// Topics of the connections met so far, with how often.
   const std::vector<Topic>& topics() const { return topics_; }
 
@@ -58,6 +61,7 @@ class Rosbag {
   std::map<std::uint32_t, std::size_t> connections_;  ///< To topics_.
   const std::function<void(const Message&)>* consume_ = nullptr;
   std::string unpacked_;
+  bool has_unknown_connection_ = false;
   std::uint64_t damaged_chunks_ = 0;
   std::uint64_t damaged_records_ = 0;
   std::uint64_t skipped_bytes_ = 0;

@@ -161,9 +161,11 @@ class Bag {
       : path_(std::move(path)), database_(std::move(database)) {}
 
   Error Fail(const std::string& what) const {
-    return BadInputError(path_ + ": " + what + ": " +
-                         (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
-                         "; a ROS 2 bag in SQLite (.db3) is expected");
+    return BadInputError(
+        path_ + ": " + what + ": " +
+        (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
+        "; a ROS 2 bag in SQLite (.db3) is expected. Of a damaged one, sqlite3's `.recover` "
+        "may bring back more");
   }
 
   Statement Prepare(const char* sql) const {
