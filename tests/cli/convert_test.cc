@@ -173,7 +173,7 @@ TEST_F(Convert, CountsMagnetometerRowsWithoutNumbers) {
   if (!fs::exists(path)) GTEST_SKIP() << "there is no " << path;
   const Finished run = Run("ros1", path);
   EXPECT_THAT(run.err, HasSubstr("magnetometer: 6974 samples"));
-  EXPECT_THAT(run.err, HasSubstr("6990 rows without three finite numbers left out"));
+  EXPECT_THAT(run.err, HasSubstr("6990 rows without three numbers that can be readings left out"));
 }
 
 class ConvertMadeLog : public Convert, public ::testing::WithParamInterface<std::string> {};

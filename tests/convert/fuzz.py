@@ -2,16 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a converter on damaged variants of a valid log.
 
-    fuzz.py CONVERTER LOG COUNT [--seed=N] [ARGUMENT]...
+    fuzz.py CONVERTER LOG COUNT [--seed=N] [--inspect=TRUETRIAD] [ARGUMENT]...
 
 Bits flipped, bytes overwritten, cut out, put in or doubled, the end cut off, lengths replaced by lies.
 Each run must end by itself within 20 s, with exit code 0, 1 or 2 and a message where it is not 0,
-without a sanitizer's report, with bounded memory, and leave a whole recording or nothing. Prints
-how many of which; exit code 1 when one did not, with the variant kept in fuzz-failures/.
+without a sanitizer's report, with bounded memory, and leave a recording that can be read to its end, or
+nothing. Prints how many of which; exit code 1 when one did not, with the variant kept in fuzz-failures/.
 """
 
 import os
 import random
+import re
 import shutil
 import signal
 import struct
@@ -97,12 +98,23 @@ def complaint(code, memory, said, folder, name):
     return None
 
 
+def unreadable(truetriad, folder):
+    """Readings may say nothing, or their corrections be unknown; but each row must be one."""
+    done = subprocess.run([truetriad, "inspect", f"--input={folder}/out/recording.yaml"],
+                          capture_output=True, text=True, timeout=60)
+    if done.returncode not in (0, 2, 3) or re.search(r"\.csv:\d+:", done.stderr):
+        return f"inspect said {done.returncode}: {done.stderr}"
+    return None
+
+
 def main():
     converter, log, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
-    seed, more = 1, []
+    seed, inspect, more = 1, None, []
     for argument in sys.argv[4:]:
         if argument.startswith("--seed="):
             seed = int(argument[7:])
+        elif argument.startswith("--inspect="):
+            inspect = argument[10:]
         else:
             more.append(argument)
     valid = open(log, "rb").read()
@@ -119,6 +131,8 @@ def main():
             said = open(os.path.join(folder, "stderr"), "rb").read().decode("utf-8", "replace")
             ended += "had to be ended" in said
             wrong = complaint(code, memory, said, folder, name)
+            if not wrong and code == 0 and inspect:
+                wrong = unreadable(inspect, folder)
             codes[code] = codes.get(code, 0) + 1
             slowest, largest = max(slowest, seconds), max(largest, memory)
             if wrong:

@@ -8,7 +8,9 @@ format=$1 build=$2 count=$3
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-fuzz() { "$here/fuzz.py" "$build/truetriad-convert-$format" "$@"; }
+fuzz() {
+  "$here/fuzz.py" "$build/truetriad-convert-$format" "$@" --inspect="$build/truetriad"
+}
 if [[ $format == mat ]]; then
   for version in 5 5z 7.3; do
     "$build/tests/convert/truetriad_make_mat" "$version" "$folder/$version.mat" 200

@@ -15,6 +15,7 @@
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
 #include "tools/truetriad/interruption.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 namespace {
@@ -34,9 +35,25 @@ std::string Column(const TriadColumns& triad, char axis) {
   return std::string(TriadPrefix(triad.triad)) + "_" + axis;
 }
 
-bool AllFinite(const double* values) {
-  return std::isfinite(values[0]) && std::isfinite(values[1]) && std::isfinite(values[2]);
+/// Beyond any sensor: ten thousand g, a million turns a minute, a hundred tesla. Such a reading
+/// comes of damage to a log that has no checksum.
+double LargestReading(const TriadColumns& columns) {
+  constexpr PerTriad<double> kLargest = {{1e5, 1e5, 1e8}};
+  constexpr double kLargestCount = 1e15;
+  const Result<Unit> unit = ParseTriadUnit(columns.triad, columns.unit);
+  CHECK(unit) << columns.unit;
+  return unit->is_counts ? kLargestCount : kLargest[columns.triad] / unit->truth_per_raw;
 }
+
+/// Not so for NaN.
+bool AllBelow(double largest, const double* values) {
+  return std::abs(values[0]) <= largest && std::abs(values[1]) <= largest &&
+         std::abs(values[2]) <= largest;
+}
+
+/// Half of what an integer of nanoseconds holds, so that differences do not overflow: the year
+/// 2116.
+constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
 
 }  // namespace
 
@@ -49,6 +66,7 @@ Table::Table(const std::string& folder,
       has_temperature_(has_temperature),
       output_(folder + "/" + file_name_) {
   CHECK_LE(3 * triads_.size() + (has_temperature ? 1 : 0), kMostColumns);
+  for (const TriadColumns& columns : triads_) largest_.push_back(LargestReading(columns));
   std::string header(kTimeColumn);
   for (const TriadColumns& triad : triads_) {
     for (const char axis : {'x', 'y', 'z'}) header.append(",").append(Column(triad, axis));
@@ -66,7 +84,7 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
   std::size_t column = 0;
   for (std::size_t index = 0; index < triads_.size(); ++index) {
     const bool is_present = ((present >> index) & 1U) != 0;
-    const bool whole = is_present && AllFinite(readings + column);
+    const bool whole = is_present && AllBelow(largest_[index], readings + column);
     for (std::size_t i = 0; i < 3; ++i, ++column) {
       row.values[column] = whole ? readings[column] : std::numeric_limits<double>::quiet_NaN();
     }
@@ -75,11 +93,11 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
   }
   if (!any) return;
   if (has_temperature_) {
-    row.values[column] = std::isfinite(temperature_degc_)
-                             ? temperature_degc_
-                             : std::numeric_limits<double>::quiet_NaN();
+    // From absolute zero to where no electronics live; NaN is neither.
+    const bool is_one = temperature_degc_ >= -273.15 && temperature_degc_ <= 1000.0;
+    row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
   }
-  if (rows_ > 0 && time_ns < last_time_ns_) {
+  if ((rows_ > 0 && time_ns < last_time_ns_) || time_ns > kLastTimeNs || time_ns < -kLastTimeNs) {
     ++too_late_;
     return;
   }
@@ -260,11 +278,12 @@ Status RecordingFolder::Commit() {
       }
       if (columns.without_numbers > 0) {
         line += "; " + Count(columns.without_numbers, "row", "rows") +
-                " without three finite numbers left out";
+                " without three numbers that can be readings left out";
       }
       if (table->too_late() > 0) {
-        line += "; " + Count(table->too_late(), "row", "rows") +
-                " left out because their time lies before that of rows long written";
+        line +=
+            "; " + Count(table->too_late(), "row", "rows") +
+            " left out because their time lies before that of rows long written, or beyond 2116";
       }
       Note(line);
     }

@@ -23,7 +23,7 @@ struct TriadColumns {
   std::string unit;     ///< As in recordings: "m/s^2".
   std::string applied;  ///< What firmware has done to it: YAML behind `applied.<triad>:`; or empty.
   std::uint64_t rows = 0;
-  std::uint64_t without_numbers = 0;  ///< Rows whose readings were NaN or infinite.
+  std::uint64_t without_numbers = 0;  ///< Rows with NaN, or what no sensor says.
 };
 
 /// One CSV of a recording: rows of a time, some triads and perhaps a temperature.
@@ -41,7 +41,8 @@ class Table {
         bool has_temperature);
 
   /// Adds a row: three readings for each triad, in their order; bit i of `present` says whether the
-  /// i-th triad has any at this time. One that has, but not three finite numbers, is counted.
+  /// i-th triad has any at this time. One that has, but not three numbers that can be
+  /// readings, is counted.
   void Add(std::int64_t time_ns, const double* readings, unsigned present = ~0U);
   /// The temperature that rows carry from now on, in degC.
   void SetTemperature(double temperature_degc) { temperature_degc_ = temperature_degc; }
@@ -68,6 +69,7 @@ class Table {
 
   std::string file_name_;
   std::vector<TriadColumns> triads_;
+  std::vector<double> largest_;  ///< Of a reading, by triad.
   bool has_temperature_;
   WholeFile output_;
   std::string text_;

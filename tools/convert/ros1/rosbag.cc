@@ -65,7 +65,7 @@ std::size_t FindRecord(std::string_view data, std::string_view mark, std::size_t
   constexpr std::size_t kBefore = 64;  // Of a header, at most, before the mark.
   for (std::size_t at = data.find(mark, from); at != std::string_view::npos;
        at = data.find(mark, at + 1)) {
-    for (std::size_t begin = std::max(from, at > kBefore ? at - kBefore : 0); begin + 8 <= at;
+    for (std::size_t begin = std::max(from, at > kBefore ? at - kBefore : 0); begin + 4 <= at;
          ++begin) {
       const std::size_t size = LoadNumber<std::uint32_t>(data, begin);
       if (size > 2 * kBefore || begin + 4 + size > data.size()) continue;
