@@ -148,23 +148,26 @@ ManifestStream ReadStream(YamlReader yaml, Triad triad) {
   return stream;
 }
 
-void ReadApplied(YamlReader applied) {
-  std::string text;
+/// Which corrections the readings already have, one entry for all triads or one a triad.
+void ReadApplied(YamlReader applied, std::vector<ManifestStream>* streams) {
   if (!applied) return;
-  if (applied.IsMap()) {
-    const std::vector<std::string> keys = applied.Keys();
-    applied.Fail("the recording says that corrections were applied to its readings (" +
-                 (keys.empty() ? std::string("none named") : keys.front()) +
-                 "); undoing them is not supported yet. Record raw readings, or convert the log to "
-                 "raw readings and say `applied: none`");
-  } else if (applied.Read(&text) && text != "none") {
-    applied.Fail(
-        text == "unknown"
-            ? "it is unknown which corrections the readings already have, so a calibration "
-              "of them could be wrong by as much; find out, and say `applied: none` when "
-              "they are raw"
-            : "`" + text + "` is neither none, unknown nor a map of corrections");
+  if (!applied.IsMap()) {
+    ReadAppliedCorrection(applied);
+    return;
   }
+  for (const Triad triad : kTriads) {
+    YamlReader entry = applied.Child(TriadName(triad));
+    const std::optional<AppliedCorrection> correction = ReadAppliedCorrection(entry);
+    for (ManifestStream& stream : *streams) {
+      if (stream.layout.info.triad != triad || !correction) continue;
+      if (correction->thermal && !stream.temperature) {
+        entry.Child("thermal").Fail(
+            "needs the temperature of the readings: give the stream a `temperature`");
+      }
+      stream.layout.applied = correction;
+    }
+  }
+  applied.RejectUnknown();
 }
 
 Status ReadPoses(YamlReader poses, Manifest* manifest) {
@@ -215,7 +218,7 @@ Result<Manifest> ReadManifest(const std::string& path) {
   yaml.Optional("serial", &manifest.serial);
   yaml.Child("source");  // For people; nothing depends on them.
   yaml.Child("frame");
-  ReadApplied(yaml.Child("applied"));
+  YamlReader applied = yaml.Child("applied");
   YamlReader streams = yaml.RequireChild("streams");
   for (const Triad triad : kTriads) {
     if (YamlReader stream = streams.Child(TriadName(triad))) {
@@ -226,6 +229,7 @@ Result<Manifest> ReadManifest(const std::string& path) {
   if (streams.IsMap() && manifest.streams.empty()) {
     streams.Fail("expected at least one of accelerometer, gyroscope, magnetometer");
   }
+  ReadApplied(applied, &manifest.streams);
   for (const ManifestStream& stream : manifest.streams) {
     if ((stream.layout.time.kind == TimeColumn::Kind::kNone) !=
         (manifest.streams[0].layout.time.kind == TimeColumn::Kind::kNone)) {

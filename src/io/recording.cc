@@ -47,6 +47,7 @@ class Stream {
     block.time_ns = Times(csv, block.row);
     TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
     if (layout_.temperature) block.temperature_degc = Temperatures(csv, row_count);
+    if (layout_.applied) TRUETRIAD_RETURN_IF_ERROR(UndoApplied(csv, &block));
     if (layout_.pose) {
       TRUETRIAD_RETURN_IF_ERROR(ReadPoses(csv));
       block.pose = poses_;
@@ -140,6 +141,32 @@ class Stream {
     return temperatures_;
   }
 
+  /// Makes readings raw that were logged corrected.
+  Status UndoApplied(const CsvReader& csv, SampleBlock* block) {
+    for (std::vector<double>& axis : raw_) axis.resize(selected_count_);
+    const std::optional<AppliedCorrection::Thermal>& thermal = layout_.applied->thermal;
+    for (std::size_t i = 0; i < selected_count_; ++i) {
+      Eigen::Vector3d raw =
+          layout_.applied->RawFromLogged(Eigen::Vector3d(block->x[i], block->y[i], block->z[i]));
+      if (thermal) {
+        const double temperature_degc = temperatures_[i];
+        if (std::isnan(temperature_degc)) {
+          return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) +
+                               ": there is no temperature yet, without which the `thermal` part of "
+                               "`applied` cannot be undone; remove the rows before the first one");
+        }
+        raw += thermal->At(temperature_degc) - thermal->at_calibration;
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        raw_[axis][i] = raw[static_cast<Eigen::Index>(axis)];
+      }
+    }
+    block->x = raw_[0];
+    block->y = raw_[1];
+    block->z = raw_[2];
+    return {};
+  }
+
   Status ReadPoses(const CsvReader& csv) {
     const double* const stated = csv.Numbers(*layout_.pose);
     poses_.resize(selected_count_);
@@ -166,6 +193,7 @@ class Stream {
   std::vector<std::size_t> selection_;
   std::size_t selected_count_ = 0;
   std::array<std::vector<double>, 3> axes_;
+  std::array<std::vector<double>, 3> raw_;  ///< Used only where a correction is undone.
   std::vector<std::int64_t> rows_, times_;
   std::vector<double> temperatures_;
   std::vector<std::int32_t> poses_;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "io/applied_correction.h"
 #include "io/csv_reader.h"
 #include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
@@ -34,6 +35,7 @@ struct StreamLayout {
   std::optional<std::size_t> temperature;
   TemperatureUnit temperature_unit;
   std::optional<std::size_t> pose;
+  std::optional<AppliedCorrection> applied;  ///< What is undone, so that readings are raw.
 };
 
 /// One file and the streams that it holds; their columns are mapped.

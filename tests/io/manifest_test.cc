@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <vector>
 
+#include <Eigen/Core>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,6 +18,7 @@
 namespace truetriad {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -183,8 +189,83 @@ TEST_F(Manifest, RefusesReadingsThatWereCorrectedAlready) {
       "z: c, unit: g}\n";
   EXPECT_EQ(ReadingError(Write(rest + "applied: none\n")), "");
   EXPECT_THAT(ReadingError(Write(rest + "applied: unknown\n")), HasSubstr("it is unknown which"));
+  EXPECT_THAT(
+      ReadingError(Write(rest + "applied: {accelerometer: unknown}\n")),
+      AllOf(HasSubstr("applied.accelerometer: it is unknown which"), HasSubstr("state them")));
   EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {offset: 1}}\n")),
-              HasSubstr("corrections were applied to its readings (accelerometer)"));
+              HasSubstr("applied.accelerometer.offset"));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {gain: [1, 1, 1]}}\n")),
+              HasSubstr("gain"));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {scale: [1, 0, 1]}}\n")),
+              HasSubstr("singular"));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {thermal: {reference_degc: 25, "
+                                        "range_degc: [0, 50], coefficients: [[1, 1, 1]]}}}\n")),
+              HasSubstr("give the stream a `temperature`"));
+}
+
+// The equation of ArduPilot's accelerometer, with a board mounted upside down: what the firmware
+// would log for a known raw reading reads back as that reading.
+TEST_F(Manifest, UndoesWhatFirmwareApplied) {
+  const std::array<double, 3> raw = {0.31, -9.7, 1.2};
+  const std::array<double, 3> offset = {0.1, -0.25, 0.4};
+  const std::array<double, 3> scale = {1.02, 0.98, 1.01};
+  const std::array<double, 3> linear = {2e-3, -1e-3, 5e-4};
+  const std::array<double, 3> cubic = {1e-6, 2e-6, -3e-6};
+  const auto thermal = [&](double temperature_degc, std::size_t axis) {
+    const double tau = std::min(std::max(temperature_degc, 10.0), 60.0) - 35.0;
+    return linear[axis] * tau + cubic[axis] * tau * tau * tau;
+  };
+  std::string log = "t,a,b,c,T\n";
+  // In the range, on both sides of it, and a row without a temperature, which takes the last one.
+  const std::vector<double> temperatures = {25.0, 5.0, 71.5};
+  const std::array<double, 3> sign = {1.0, -1.0, -1.0};  // Rolled by half a turn.
+  for (std::size_t row = 0; row < 4; ++row) {
+    log += std::to_string(row);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double temperature_degc = temperatures[std::min<std::size_t>(row, 2)];
+      const double logged =
+          sign[axis] * scale[axis] *
+          (raw[axis] - offset[axis] - (thermal(temperature_degc, axis) - thermal(-300.0, axis)));
+      char text[40];
+      std::snprintf(text, sizeof text, ",%.17g", logged);
+      log += text;
+    }
+    log += row < 3 ? "," + std::to_string(temperatures[row]) + "\n" : ",\n";
+  }
+  folder_.Write("log.csv", log);
+  const RecordingSamples recording = Read(Write(
+      "recording: 1\napplied:\n  accelerometer:\n    offset: [0.1, -0.25, 0.4]\n"
+      "    scale: [1.02, 0.98, 1.01]\n    matrix: [[1, 0, 0], [0, -1, 0], [0, 0, -1]]\n"
+      "    thermal: {reference_degc: 35, calibrated_degc: -300, range_degc: [10, 60], "
+      "coefficients: [[2e-3, -1e-3, 5e-4], [0, 0, 0], [1e-6, 2e-6, -3e-6]]}\n"
+      "streams:\n  accelerometer: {file: log.csv, time: {column: t, unit: s}, x: a, y: b, z: c, "
+      "unit: m/s^2, temperature: {column: T, unit: degC}}\n"));
+  const StreamSamples& stream = recording.streams[Triad::kAccelerometer];
+  ASSERT_EQ(stream.x.size(), 4U);
+  for (std::size_t row = 0; row < 4; ++row) {
+    // A dozen roundings of numbers below 10.
+    constexpr double kRounding = 12.0 * 10.0 * std::numeric_limits<double>::epsilon();
+    EXPECT_NEAR(stream.x[row], raw[0], kRounding) << row;
+    EXPECT_NEAR(stream.y[row], raw[1], kRounding) << row;
+    EXPECT_NEAR(stream.z[row], raw[2], kRounding) << row;
+  }
+}
+
+// A matrix with all entries, as of a magnetometer, and an offset that the firmware adds.
+TEST_F(Manifest, UndoesAFullMatrix) {
+  folder_.Write("log.csv", "a,b,c\n-160.5,233.25,91\n");
+  const std::string manifest =
+      "recording: 1\napplied: {magnetometer: {offset: [10, -20, 30], matrix: [[1.1, 0.02, -0.03], "
+      "[0.02, 0.9, 0.04], [-0.03, 0.04, 1.05]]}}\n"
+      "streams: {magnetometer: {file: log.csv, x: a, y: b, z: c, unit: mG}}\n";
+  const RecordingSamples recording = Read(Write(manifest));
+  const StreamSamples& stream = recording.streams[Triad::kMagnetometer];
+  Eigen::Matrix3d matrix;
+  matrix << 1.1, 0.02, -0.03, 0.02, 0.9, 0.04, -0.03, 0.04, 1.05;
+  const Eigen::Vector3d raw(stream.x[0], stream.y[0], stream.z[0]);
+  const Eigen::Vector3d logged = matrix * (raw - Eigen::Vector3d(10.0, -20.0, 30.0));
+  constexpr double kRounding = 12.0 * 300.0 * std::numeric_limits<double>::epsilon();
+  EXPECT_LT((logged - Eigen::Vector3d(-160.5, 233.25, 91.0)).norm(), kRounding);
 }
 
 TEST_F(Manifest, RefusesTimeForSomeStreamsOnly) {

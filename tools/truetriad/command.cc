@@ -10,7 +10,7 @@ namespace truetriad {
 namespace {
 
 /// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 2> kUnavailable = {"convert", "fleet"};
+constexpr std::array<std::string_view, 1> kUnavailable = {"fleet"};
 
 }  // namespace
 
@@ -29,6 +29,7 @@ const std::vector<Command>& Commands() {
                                                           AllanCommand(),
                                                           SimulateCommand(),
                                                           PlanCommand(),
+                                                          ConvertCommand(),
                                                           ExportCommand(),
                                                           ImportCommand(),
                                                           ReportCommand(),

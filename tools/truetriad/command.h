@@ -51,6 +51,7 @@ Command CompareCommand();
 Command AllanCommand();
 Command SimulateCommand();
 Command PlanCommand();
+Command ConvertCommand();
 Command ExportCommand();
 Command ImportCommand();
 Command ReportCommand();

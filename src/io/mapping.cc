@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/io/mapping.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "io/csv_reader.h"
+#include "io/text_file.h"
+#include "io/yaml_reader.h"
+#include "io/yaml_text.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+namespace {
+
+/// One way in which a file may hold a triad.
+struct Candidate {
+  Triad triad = Triad::kAccelerometer;
+  int input = 1;  ///< 1-based.
+  std::string time_column, time_unit;
+  std::array<std::string, 3> axes;
+  std::string unit;
+  std::string separator, header;  ///< Empty: found.
+};
+
+struct Mapping {
+  MappingInfo info;
+  std::string first_line;
+  std::vector<Candidate> candidates;
+};
+
+Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
+  Candidate candidate;
+  candidate.triad = triad;
+  if (yaml.Optional("input", &candidate.input) &&
+      (candidate.input < 1 || candidate.input > input_count)) {
+    yaml.Child("input").Fail("is none of the inputs, which are counted from 1");
+    candidate.input = 1;
+  }
+  YamlReader time = yaml.RequireChild("time");
+  time.Require("column", &candidate.time_column);
+  time.Require("unit", &candidate.time_unit);
+  time.RejectUnknown();
+  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  for (std::size_t axis = 0; axis < 3; ++axis) yaml.Require(kAxes[axis], &candidate.axes[axis]);
+  yaml.Require("unit", &candidate.unit);
+  yaml.Optional("separator", &candidate.separator);
+  yaml.Optional("header", &candidate.header);
+  yaml.RejectUnknown();
+  return candidate;
+}
+
+Result<Mapping> ReadMapping(const std::string& text, const std::string& name) {
+  Result<YamlReader> file = YamlReader::FromText(text, name);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  YamlReader& yaml = *file;
+  Mapping mapping;
+  int version = 0;
+  if (yaml.Require("mapping", &version) && version != 1) {
+    yaml.Child("mapping").Fail("this program reads version 1 of mappings");
+  }
+  yaml.Require("about", &mapping.info.about);
+  for (YamlReader& item : yaml.RequireChild("inputs").Items()) {
+    std::string input;
+    item.Read(&input);
+    mapping.info.inputs.push_back(input);
+  }
+  yaml.Optional("first_line", &mapping.first_line);
+  for (YamlReader& item : yaml.RequireChild("streams").Items()) {
+    for (const Triad triad : kTriads) {
+      if (YamlReader stream = item.Child(TriadName(triad))) {
+        mapping.candidates.push_back(
+            ReadCandidate(stream, triad, static_cast<int>(mapping.info.inputs.size())));
+      }
+    }
+    item.RejectUnknown();
+  }
+  yaml.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(yaml.status());
+  return mapping;
+}
+
+CsvLayout LayoutOf(const Candidate& candidate) {
+  CsvLayout layout;
+  if (candidate.separator == "blank") {
+    layout.separator = ' ';
+  } else if (candidate.separator == "tab") {
+    layout.separator = '\t';
+  } else if (!candidate.separator.empty()) {
+    layout.separator = candidate.separator[0];
+  }
+  if (candidate.header == "false") layout.header = CsvLayout::Header::kAbsent;
+  if (candidate.header == "true") layout.header = CsvLayout::Header::kPresent;
+  return layout;
+}
+
+bool HasColumn(const CsvReader& csv, const std::string& column) {
+  if (std::find(csv.header().begin(), csv.header().end(), column) != csv.header().end())
+    return true;
+  std::size_t index = 0;
+  const char* const end = column.data() + column.size();
+  const auto [stop, failure] = std::from_chars(column.data(), end, index);
+  return failure == std::errc() && stop == end && index < csv.column_count();
+}
+
+Status CheckFirstLine(const std::string& expected, const std::string& path) {
+  Result<std::unique_ptr<TextFile>> file = TextFile::Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  const Result<std::string_view> lines = (*file)->Next();
+  TRUETRIAD_RETURN_IF_ERROR(lines);
+  if (lines->starts_with(expected)) return {};
+  constexpr std::size_t kShown = 80;
+  const std::string_view seen = lines->substr(0, std::min(lines->find('\n'), kShown));
+  return BadInputError(path + ":1: `" + std::string(seen) +
+                       "` is not the first line of this format, `" + expected + "…`");
+}
+
+/// Whether the file has the candidate's columns.
+Result<bool> Fits(const Candidate& candidate, const std::string& path) {
+  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, LayoutOf(candidate));
+  TRUETRIAD_RETURN_IF_ERROR(csv);
+  return HasColumn(**csv, candidate.time_column) &&
+         std::all_of(candidate.axes.begin(), candidate.axes.end(), [&](const std::string& axis) {
+           return HasColumn(**csv, axis);
+         });
+}
+
+void WriteStream(const Candidate& candidate, const std::string& path, YamlText* yaml) {
+  *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path}
+        << "\n    time: {column: " << Quoted{candidate.time_column}
+        << ", unit: " << candidate.time_unit << "}\n";
+  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    *yaml << "    " << kAxes[axis] << ": " << Quoted{candidate.axes[axis]} << "\n";
+  }
+  *yaml << "    unit: " << candidate.unit << "\n";
+  if (!candidate.separator.empty())
+    *yaml << "    separator: " << Quoted{candidate.separator} << "\n";
+  if (!candidate.header.empty()) *yaml << "    header: " << candidate.header << "\n";
+}
+
+}  // namespace
+
+Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& name) {
+  Result<Mapping> mapping = ReadMapping(text, name);
+  TRUETRIAD_RETURN_IF_ERROR(mapping);
+  return std::move(mapping->info);
+}
+
+Result<std::string> ReadMappingFile(const std::string& path) { return ReadSmallFile(path); }
+
+Result<std::string> ManifestFromMapping(const std::string& text,
+                                        const std::string& name,
+                                        const std::vector<std::string>& inputs,
+                                        const std::string& directory) {
+  const Result<Mapping> mapping = ReadMapping(text, name);
+  TRUETRIAD_RETURN_IF_ERROR(mapping);
+  if (inputs.size() != mapping->info.inputs.size()) {
+    std::string expected;
+    for (const std::string& input : mapping->info.inputs) {
+      expected += (expected.empty() ? "" : ",") + input;
+    }
+    return UsageError("--input: " + name + " needs " + std::to_string(mapping->info.inputs.size()) +
+                      (mapping->info.inputs.size() == 1 ? " file" : " files, with a comma") + ": " +
+                      expected);
+  }
+  if (!mapping->first_line.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckFirstLine(mapping->first_line, inputs[0]));
+  }
+  YamlText yaml;
+  yaml << "recording: 1\nsource: {format: " << Quoted{name} << "}\napplied: none\nstreams:\n";
+  bool any = false;
+  std::string wanted;
+  for (const Triad triad : kTriads) {
+    for (const Candidate& candidate : mapping->candidates) {
+      if (candidate.triad != triad) continue;
+      const std::string& input = inputs[static_cast<std::size_t>(candidate.input - 1)];
+      const Result<bool> fits = Fits(candidate, input);
+      TRUETRIAD_RETURN_IF_ERROR(fits);
+      if (!*fits) {
+        wanted += (wanted.empty() ? "" : ", ") + candidate.axes[0];
+        continue;
+      }
+      namespace fs = std::filesystem;
+      std::error_code failure;
+      fs::path path = fs::relative(fs::absolute(input), fs::absolute(directory), failure);
+      if (failure || path.empty()) path = fs::absolute(input);
+      WriteStream(candidate, path.string(), &yaml);
+      any = true;
+      break;
+    }
+  }
+  if (!any) {
+    return BadInputError(inputs[0] + ": has none of the columns of " + name + ": " + wanted);
+  }
+  return yaml.str();
+}
+
+}  // namespace truetriad

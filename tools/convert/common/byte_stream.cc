@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/common/byte_stream.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include <glog/logging.h>
+#include <sys/stat.h>
+
+namespace truetriad::convert {
+
+Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
+  std::unique_ptr<ByteStream> stream(new ByteStream());
+  stream->path_ = path;
+  stream->file_.reset(std::fopen(path.c_str(), "rbe"));
+  if (!stream->file_) return BadInputError(path + ": cannot be read: " + std::strerror(errno));
+  struct stat status {};
+  if (fstat(fileno(stream->file_.get()), &status) != 0 || !S_ISREG(status.st_mode)) {
+    return BadInputError(path + ": is not a file; a log is expected");
+  }
+  if (status.st_size == 0) return BadInputError(path + ": is empty");
+  stream->size_ = static_cast<std::uint64_t>(status.st_size);
+  return stream;
+}
+
+void ByteStream::Fill(std::size_t count) {
+  constexpr std::size_t kChunk = std::size_t{1} << 20U;
+  std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+  end_ -= begin_;
+  begin_ = 0;
+  // Grows with what the file holds, not with what is asked for.
+  while (end_ < count && !read_failed_) {
+    if (buffer_.size() < end_ + kChunk) buffer_.resize(end_ + kChunk);
+    const std::size_t got =
+        std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
+    end_ += got;
+    if (got == 0) {
+      // Cut short meanwhile, or unreadable: what is left is not there.
+      read_failed_ = std::ferror(file_.get()) != 0;
+      size_ = position_ + end_;
+      break;
+    }
+  }
+}
+
+std::string_view ByteStream::Peek(std::size_t count) {
+  CHECK_LE(count, kLookAhead);
+  count = static_cast<std::size_t>(std::min<std::uint64_t>(count, left()));
+  if (end_ - begin_ < count) Fill(count);
+  return {buffer_.data() + begin_, std::min(count, end_ - begin_)};
+}
+
+void ByteStream::Skip(std::uint64_t count) {
+  count = std::min(count, left());
+  const std::uint64_t buffered = end_ - begin_;
+  if (count <= buffered) {
+    begin_ += static_cast<std::size_t>(count);
+  } else {
+    begin_ = end_ = 0;
+    if (fseeko(file_.get(), static_cast<off_t>(position_ + count), SEEK_SET) != 0) {
+      read_failed_ = true;
+      size_ = position_ + count;
+    }
+  }
+  position_ += count;
+}
+
+}  // namespace truetriad::convert

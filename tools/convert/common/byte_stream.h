@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad::convert {
+
+/// A binary file, read from front to back with a view of the bytes ahead. Memory depends on how far
+/// ahead one looks, never on the file's length or on what it says about itself.
+class ByteStream {
+ public:
+  /// Error: missing, unreadable, empty, or no regular file.
+  static Result<std::unique_ptr<ByteStream>> Open(const std::string& path);
+  ByteStream(const ByteStream&) = delete;
+  ByteStream& operator=(const ByteStream&) = delete;
+
+  /// The next `count` bytes; fewer only at the end. Valid until the next call. Range: <=
+  /// kLookAhead.
+  std::string_view Peek(std::size_t count);
+  /// Goes on by `count` bytes, or to the end.
+  void Skip(std::uint64_t count);
+
+  static constexpr std::size_t kLookAhead = std::size_t{64} << 20U;
+
+  std::uint64_t position() const { return position_; }  ///< Of the next byte.
+  std::uint64_t size() const { return size_; }
+  std::uint64_t left() const { return size_ - position_; }
+  bool at_end() const { return position_ >= size_; }
+  double progress() const { return static_cast<double>(position_) / static_cast<double>(size_); }
+  const std::string& path() const { return path_; }
+  bool read_failed() const { return read_failed_; }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  ByteStream() = default;
+  void Fill(std::size_t count);
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::uint64_t size_ = 0;
+  std::uint64_t position_ = 0;
+  std::string buffer_;
+  std::size_t begin_ = 0;  ///< Bytes of the buffer that have been passed.
+  std::size_t end_ = 0;    ///< Bytes of the buffer that hold the file's.
+  bool read_failed_ = false;
+};
+
+}  // namespace truetriad::convert

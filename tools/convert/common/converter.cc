@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/common/converter.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <sstream>
+
+#include <glog/logging.h>
+
+#include "tools/truetriad/interruption.h"
+#include "truetriad/base/spelling.h"
+
+namespace truetriad::convert {
+namespace {
+
+std::string program = "truetriad-convert";  // NOLINT: set once, before anything is said.
+
+std::string Usage(const Converter& converter) {
+  std::string flags = " INPUT --output=DIR";
+  if (converter.takes_topics) flags += " [--topic=NAME,…]";
+  if (converter.takes_instance) flags += " [--instance=N]";
+  for (const std::string_view flag : converter.others) flags += " [--" + std::string(flag) + "=…]";
+  return program + flags + "\n" + program + " INPUT --list\n";
+}
+
+std::string Help(const Converter& converter) {
+  return "Usage:\n" + Usage(converter) + "\nTurns " + std::string(converter.input) +
+         " into DIR/recording.yaml and its CSV files, which every verb of truetriad takes.\n"
+         "--list says what the log holds and writes nothing.\n" +
+         std::string(converter.details) + "\nExit codes: 0 good, 1 usage, 2 bad input.\n";
+}
+
+std::vector<std::string> SplitList(const std::string& list) {
+  std::vector<std::string> items;
+  std::istringstream stream(list);
+  for (std::string item; std::getline(stream, item, ',');) {
+    if (!item.empty()) items.push_back(item);
+  }
+  return items;
+}
+
+Status SetFlag(const Converter& converter,
+               const std::string& name,
+               const std::string& value,
+               Arguments* arguments) {
+  if (name == "output") {
+    arguments->output = value;
+  } else if (name == "topic" && converter.takes_topics) {
+    arguments->topics = SplitList(value);
+  } else if (name == "instance" && converter.takes_instance) {
+    int instance = -1;
+    const char* const end = value.data() + value.size();
+    const auto [stop, failure] = std::from_chars(value.data(), end, instance);
+    if (failure != std::errc() || stop != end || instance < 0) {
+      return UsageError("--instance=" + value + ": a number from 0 on is expected");
+    }
+    arguments->instance = instance;
+  } else if (std::find(converter.others.begin(), converter.others.end(), name) !=
+             converter.others.end()) {
+    arguments->others[name] = value;
+  } else if (name == "topic" || name == "instance") {
+    return UsageError("--" + name + " has no meaning for this format");
+  } else {
+    std::vector<std::string_view> known = {"output", "list", "help"};
+    if (converter.takes_topics) known.push_back("topic");
+    if (converter.takes_instance) known.push_back("instance");
+    known.insert(known.end(), converter.others.begin(), converter.others.end());
+    return UsageError("--" + name + " is not a flag" + DidYouMean(name, known));
+  }
+  return {};
+}
+
+Result<Arguments> Parse(const Converter& converter, const std::vector<std::string>& words) {
+  Arguments arguments;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (word == "--list") {
+      arguments.list = true;
+    } else if (word.starts_with("--")) {
+      const std::size_t equals = word.find('=');
+      const std::string name = word.substr(2, equals == std::string::npos ? equals : equals - 2);
+      std::string value;
+      if (equals != std::string::npos) {
+        value = word.substr(equals + 1);
+      } else if (i + 1 < words.size() && !words[i + 1].starts_with("--")) {
+        value = words[++i];
+      }
+      if (value.empty()) return UsageError("--" + name + " needs a value: --" + name + "=…");
+      TRUETRIAD_RETURN_IF_ERROR(SetFlag(converter, name, value, &arguments));
+    } else if (arguments.input.empty()) {
+      arguments.input = word;
+    } else {
+      return UsageError("`" + word + "`: one log is converted at a time");
+    }
+  }
+  if (arguments.input.empty()) return UsageError("no log was named");
+  if (arguments.output.empty() && !arguments.list) {
+    return UsageError("--output=DIR is needed: where the recording goes; or --list");
+  }
+  return arguments;
+}
+
+int Fail(const Error& error) {
+  if (!error.message.empty()) Note(error.message);
+  return static_cast<int>(error.code);
+}
+
+}  // namespace
+
+int RunConverter(const Converter& converter, int argc, char** argv) {
+  program = "truetriad-convert-" + std::string(converter.format);
+  FLAGS_logtostderr = true;
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  google::InitGoogleLogging(argc > 0 ? argv[0] : program.c_str());
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  for (const std::string& word : words) {
+    if (word == "--help" || word == "-h") {
+      std::fputs(Help(converter).c_str(), stdout);
+      return 0;
+    }
+  }
+  try {
+    const Result<Arguments> arguments = Parse(converter, words);
+    if (!arguments) {
+      const int code = Fail(arguments.error());
+      std::fputs(("Usage:\n" + Usage(converter)).c_str(), stderr);
+      return code;
+    }
+    const Status status = converter.run(*arguments);
+    if (!status) return Fail(status.error());
+  } catch (const Interrupted&) {
+    EndAsInterrupted();
+  } catch (const std::exception& failure) {
+    return Fail(BadInputError(failure.what()));
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return Fail(BadInputError("stdout: cannot be written: " + std::string(std::strerror(errno))));
+  }
+  return 0;
+}
+
+std::string Printable(std::string_view text) {
+  std::string printable(text);
+  for (char& c : printable) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte >= 0x7f) c = '?';
+  }
+  return printable;
+}
+
+std::string ListOf(const std::vector<std::string>& names, std::size_t most) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), most); ++i) {
+    text += (i > 0 ? ", " : "") + Printable(names[i]);
+  }
+  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
+  return text.empty() ? "none" : text;
+}
+
+std::string Count(std::uint64_t count, std::string_view one, std::string_view many) {
+  return std::to_string(count) + " " + std::string(count == 1 ? one : many);
+}
+
+void Note(const std::string& message) {
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), message.c_str());
+}
+
+}  // namespace truetriad::convert

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad::convert {
+
+/// Thrown where rows are added once a signal wants the program to end: what is half written goes.
+struct Interrupted {};
+
+/// What a converter was asked for: `truetriad-convert-FORMAT INPUT --output=DIR [--topic=A,B]
+/// [--instance=N] [--list]`.
+struct Arguments {
+  std::string input;
+  std::string output;                                      ///< Empty only with `list`.
+  std::vector<std::string> topics;                         ///< Empty: the converter's choice.
+  std::optional<int> instance;                             ///< Range: >= 0.
+  bool list = false;                                       ///< Only say what the log holds.
+  std::map<std::string, std::string, std::less<>> others;  ///< Flags of this converter alone.
+};
+
+/// One converter program.
+struct Converter {
+  std::string_view format;   ///< "dataflash": the program is truetriad-convert-dataflash.
+  std::string_view input;    ///< "an ArduPilot log (.bin)"
+  std::string_view details;  ///< Lines of --help about topics, instances and choices.
+  bool takes_topics = false;
+  bool takes_instance = false;
+  std::vector<std::string_view> others;  ///< Names of its own flags.
+  /// Converts or lists. Error: usage, or bad input; then nothing has been written.
+  Status (*run)(const Arguments& arguments) = nullptr;
+};
+
+/// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.
+int RunConverter(const Converter& converter, int argc, char** argv);
+
+/// "/a, /b and 3 more", for messages; nothing of a damaged name can reach the terminal as a control
+/// character.
+std::string ListOf(const std::vector<std::string>& names, std::size_t most = 12);
+/// `text` with every byte that is not printable ASCII or UTF-8 text as `?`.
+std::string Printable(std::string_view text);
+/// "1 message", "2 messages".
+std::string Count(std::uint64_t count, std::string_view one, std::string_view many);
+/// Says something on stderr, after the program's name.
+void Note(const std::string& message);
+
+}  // namespace truetriad::convert

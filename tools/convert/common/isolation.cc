@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/common/isolation.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tools/convert/common/converter.h"
+#include "tools/truetriad/interruption.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr int kInterrupted = 120;
+
+void BoundMemory() {
+#ifndef __SANITIZE_ADDRESS__  // Which maps terabytes.
+  const rlimit limit = {rlim_t{8} << 30U, rlim_t{8} << 30U};
+  setrlimit(RLIMIT_AS, &limit);
+#endif
+}
+
+int Work(const std::function<Status()>& work) {
+  try {
+    const Status status = work();
+    if (!status) {
+      Note(status.error().message);
+      return static_cast<int>(status.error().code);
+    }
+  } catch (const Interrupted&) {
+    return kInterrupted;
+  } catch (const std::exception& failure) {
+    Note(failure.what());
+    return static_cast<int>(ErrorCode::kBadInput);
+  }
+  return std::fflush(stdout) == 0 ? 0 : static_cast<int>(ErrorCode::kBadInput);
+}
+
+}  // namespace
+
+Status Isolated(const std::string& path, const std::function<Status()>& work) {
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child < 0)
+    return BadInputError(std::string("no process can be started: ") + std::strerror(errno));
+  if (child == 0) {
+    BoundMemory();
+    _exit(Work(work));  // What the parent holds is the parent's to clear away.
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return BadInputError(std::strerror(errno));
+  }
+  if (!WIFEXITED(status)) {
+    return BadInputError(path + ": is damaged so badly that reading it had to be ended (signal " +
+                         std::to_string(WTERMSIG(status)) + "); nothing was written");
+  }
+  if (WEXITSTATUS(status) == kInterrupted) throw Interrupted();
+  if (WEXITSTATUS(status) == 0) return {};
+  // The child has said why.
+  return Error{static_cast<ErrorCode>(WEXITSTATUS(status)), ""};
+}
+
+}  // namespace truetriad::convert

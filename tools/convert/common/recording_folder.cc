@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/common/recording_folder.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <glog/logging.h>
+#include <unistd.h>
+
+#include "io/yaml_text.h"
+#include "tools/convert/common/converter.h"
+#include "tools/truetriad/interruption.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Without units, which the manifest states: opened without it, and so without what it says about
+// corrections, the file is refused.
+constexpr std::string_view kTimeColumn = "time_ns";
+constexpr std::string_view kTemperatureColumn = "temperature";
+constexpr std::string_view kManifest = "recording.yaml";
+constexpr std::string_view kPoses = "poses.yaml";
+constexpr std::size_t kChunk = std::size_t{1} << 18U;
+constexpr std::size_t kLongestNumber = 32;
+
+std::string Column(const TriadColumns& triad, char axis) {
+  return std::string(TriadPrefix(triad.triad)) + "_" + axis;
+}
+
+/// Beyond any sensor: ten thousand g, a million turns a minute, a hundred tesla. Such a reading
+/// comes of damage to a log that has no checksum.
+double LargestReading(const TriadColumns& columns) {
+  constexpr PerTriad<double> kLargest = {{1e5, 1e5, 1e8}};
+  constexpr double kLargestCount = 1e15;
+  const Result<Unit> unit = ParseTriadUnit(columns.triad, columns.unit);
+  CHECK(unit) << columns.unit;
+  return unit->is_counts ? kLargestCount : kLargest[columns.triad] / unit->truth_per_raw;
+}
+
+/// Not so for NaN.
+bool AllBelow(double largest, const double* values) {
+  return std::abs(values[0]) <= largest && std::abs(values[1]) <= largest &&
+         std::abs(values[2]) <= largest;
+}
+
+/// Half of what an integer of nanoseconds holds, so that differences do not overflow: the year
+/// 2116.
+constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
+
+}  // namespace
+
+Table::Table(const std::string& folder,
+             std::string file,
+             std::vector<TriadColumns> triads,
+             bool has_temperature)
+    : file_name_(std::move(file)),
+      triads_(std::move(triads)),
+      has_temperature_(has_temperature),
+      output_(folder + "/" + file_name_) {
+  CHECK_LE(3 * triads_.size() + (has_temperature ? 1 : 0), kMostColumns);
+  for (const TriadColumns& columns : triads_) largest_.push_back(LargestReading(columns));
+  std::string header(kTimeColumn);
+  for (const TriadColumns& triad : triads_) {
+    for (const char axis : {'x', 'y', 'z'}) header.append(",").append(Column(triad, axis));
+  }
+  if (has_temperature_) header.append(",").append(kTemperatureColumn);
+  output_.Write(header + "\n");
+  text_.resize(kChunk + kLongestNumber * (kMostColumns + 1));
+}
+
+void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) {
+  if (IsInterrupted()) throw Interrupted();
+  Row row;
+  row.time_ns = time_ns;
+  bool any = false;
+  std::size_t column = 0;
+  for (std::size_t index = 0; index < triads_.size(); ++index) {
+    const bool is_present = ((present >> index) & 1U) != 0;
+    const bool whole = is_present && AllBelow(largest_[index], readings + column);
+    for (std::size_t i = 0; i < 3; ++i, ++column) {
+      row.values[column] = whole ? readings[column] : std::numeric_limits<double>::quiet_NaN();
+    }
+    if (is_present && !whole) ++triads_[index].without_numbers;
+    any = any || whole;
+  }
+  if (!any) return;
+  if (has_temperature_) {
+    // From absolute zero to where no electronics live; NaN is neither.
+    const bool is_one = temperature_degc_ >= -273.15 && temperature_degc_ <= 1000.0;
+    row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
+  }
+  if ((rows_ > 0 && time_ns < last_time_ns_) || time_ns > kLastTimeNs || time_ns < -kLastTimeNs) {
+    ++too_late_;
+    return;
+  }
+  if (waiting_.empty() || waiting_.back().time_ns <= time_ns) {
+    waiting_.push_back(row);
+  } else {
+    const auto place = std::upper_bound(
+        waiting_.begin(), waiting_.end(), time_ns, [](std::int64_t t, const Row& r) {
+          return t < r.time_ns;
+        });
+    waiting_.insert(place, row);
+  }
+  if (waiting_.size() > kReach) WriteFirst();
+}
+
+void Table::WriteFirst() {
+  const Row& row = waiting_.front();
+  if (rows_ == 0) first_time_ns_ = row.time_ns;
+  last_time_ns_ = row.time_ns;
+  ++rows_;
+  for (std::size_t i = 0; i < triads_.size(); ++i) {
+    if (!std::isnan(row.values[3 * i])) ++triads_[i].rows;
+  }
+  filled_ = static_cast<std::size_t>(WriteRow(row, text_.data() + filled_) - text_.data());
+  waiting_.pop_front();
+  if (filled_ >= kChunk) {
+    output_.Write({text_.data(), filled_});
+    filled_ = 0;
+  }
+}
+
+char* Table::WriteRow(const Row& row, char* text) const {
+  text = std::to_chars(text, text + kLongestNumber, row.time_ns).ptr;
+  const std::size_t columns = 3 * triads_.size() + (has_temperature_ ? 1 : 0);
+  for (std::size_t i = 0; i < columns; ++i) {
+    *text++ = ',';
+    if (!std::isnan(row.values[i])) {
+      text = std::to_chars(text, text + kLongestNumber, row.values[i]).ptr;
+    }
+  }
+  *text++ = '\n';
+  return text;
+}
+
+Status Table::Commit() {
+  while (!waiting_.empty()) WriteFirst();
+  output_.Write({text_.data(), filled_});
+  filled_ = 0;
+  return output_.Commit();
+}
+
+RecordingFolder::RecordingFolder(std::string directory, std::string temporary)
+    : directory_(std::move(directory)), temporary_(std::move(temporary)) {}
+
+Result<std::unique_ptr<RecordingFolder>> RecordingFolder::Create(const std::string& directory) {
+  fs::path target = fs::absolute(directory).lexically_normal();
+  if (!target.has_filename()) target = target.parent_path();
+  std::error_code failure;
+  if (fs::exists(target, failure) && !fs::is_directory(target, failure)) {
+    return BadInputError(directory + ": is a file; the name of a folder is expected");
+  }
+  fs::create_directories(target.parent_path(), failure);
+  std::string temporary =
+      (target.parent_path() / ("." + target.filename().string() + ".tmp-XXXXXX")).string();
+  if (failure || mkdtemp(temporary.data()) == nullptr) {
+    return BadInputError(directory + ": cannot be written: no folder can be created beside it");
+  }
+  fs::permissions(temporary, static_cast<fs::perms>(0755), failure);
+  NoteInterruptions();
+  return std::unique_ptr<RecordingFolder>(new RecordingFolder(directory, temporary));
+}
+
+RecordingFolder::~RecordingFolder() {
+  tables_.clear();
+  std::error_code ignored;
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+}
+
+Table* RecordingFolder::AddTable(std::string file,
+                                 std::vector<TriadColumns> triads,
+                                 bool has_temperature) {
+  tables_.push_back(
+      std::make_unique<Table>(temporary_, std::move(file), std::move(triads), has_temperature));
+  return tables_.back().get();
+}
+
+void RecordingFolder::SetSource(const std::string& key, const std::string& value) {
+  source_.emplace_back(key, value);
+}
+
+std::string RecordingFolder::Manifest() const {
+  YamlText yaml;
+  yaml << "recording: 1\n";
+  yaml << "source:\n";
+  for (const auto& [key, value] : source_) {
+    yaml << "  " << key << ": " << Quoted{Printable(value)} << "\n";
+  }
+  if (!frame_.empty()) yaml << "frame: " << Quoted{Printable(frame_)} << "\n";
+  YamlText applied;
+  YamlText streams;
+  for (const Triad triad : kTriads) {
+    for (const auto& table : tables_) {
+      for (const TriadColumns& columns : table->triads()) {
+        if (columns.triad != triad || columns.rows == 0) continue;
+        if (!columns.applied.empty()) {
+          applied << "  " << TriadName(triad) << ":" << columns.applied;
+        }
+        streams << "  " << TriadName(triad) << ":\n    file: " << table->file()
+                << "\n    time: {column: " << kTimeColumn << ", unit: ns}\n";
+        for (const char axis : {'x', 'y', 'z'}) {
+          streams << "    " << std::string_view(&axis, 1) << ": " << Column(columns, axis) << "\n";
+        }
+        streams << "    unit: " << columns.unit << "\n";
+        if (table->has_temperature()) {
+          streams << "    temperature: {column: " << kTemperatureColumn << ", unit: degC}\n";
+        }
+      }
+    }
+  }
+  yaml << (applied.str().empty() ? "applied: none\n" : "applied:\n" + applied.str());
+  yaml << "streams:\n" << streams.str();
+  if (!poses_.empty()) yaml << "poses: {file: " << kPoses << "}\n";
+  return yaml.str();
+}
+
+Status RecordingFolder::MoveIntoPlace() {
+  std::error_code failure;
+  // Takes the place of nothing, or of an empty folder.
+  fs::rename(temporary_, directory_, failure);
+  if (!failure) {
+    temporary_.clear();
+    return {};
+  }
+  std::vector<std::string> files;
+  for (const auto& table : tables_) {
+    if (table->rows() > 0) files.push_back(table->file());
+  }
+  if (!poses_.empty()) files.emplace_back(kPoses);
+  files.emplace_back(kManifest);
+  for (const std::string& file : files) {
+    fs::rename(fs::path(temporary_) / file, fs::path(directory_) / file, failure);
+    if (failure) return BadInputError(directory_ + ": cannot be written: " + failure.message());
+  }
+  return {};
+}
+
+Status RecordingFolder::Commit() {
+  bool any = false;
+  for (const auto& table : tables_) {
+    TRUETRIAD_RETURN_IF_ERROR(table->Commit());
+    any = any || table->rows() > 0;
+    std::error_code ignored;
+    if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
+  }
+  if (!any) return BadInputError("no reading in the log is whole; nothing was written");
+  if (!poses_.empty()) {
+    WholeFile poses(temporary_ + "/" + std::string(kPoses));
+    poses.Write(poses_);
+    TRUETRIAD_RETURN_IF_ERROR(poses.Commit());
+  }
+  WholeFile manifest(temporary_ + "/" + std::string(kManifest));
+  manifest.Write(Manifest());
+  TRUETRIAD_RETURN_IF_ERROR(manifest.Commit());
+  TRUETRIAD_RETURN_IF_ERROR(MoveIntoPlace());
+  for (const auto& table : tables_) {
+    for (const TriadColumns& columns : table->triads()) {
+      std::string line =
+          std::string(TriadName(columns.triad)) + ": " + Count(columns.rows, "sample", "samples");
+      if (columns.rows > 0) {
+        char span[32];
+        std::snprintf(span,
+                      sizeof span,
+                      " over %.3f s",
+                      (static_cast<double>(table->last_time_ns()) -
+                       static_cast<double>(table->first_time_ns())) *
+                          1e-9);
+        line += span;
+      }
+      if (columns.without_numbers > 0) {
+        line += "; " + Count(columns.without_numbers, "row", "rows") +
+                " without three numbers that can be readings left out";
+      }
+      if (table->too_late() > 0) {
+        line +=
+            "; " + Count(table->too_late(), "row", "rows") +
+            " left out because their time lies before that of rows long written, or beyond 2116";
+      }
+      Note(line);
+    }
+  }
+  std::printf("%s\n", (fs::path(directory_) / kManifest).c_str());
+  return {};
+}
+
+}  // namespace truetriad::convert

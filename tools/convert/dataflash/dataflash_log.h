@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/convert/common/byte_stream.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::convert {
+
+/// One field of a message. The letters are those of ArduPilot, AP_Logger/LogStructure.h.
+struct MessageField {
+  std::string name;
+  char letter = '\0';
+  std::size_t offset = 0;  ///< From the record's first byte.
+};
+
+/// One kind of message, as the log itself describes it.
+struct MessageFormat {
+  int type = 0;
+  std::string name;
+  std::size_t length = 0;  ///< Of the whole record, its header included.
+  std::vector<MessageField> fields;
+
+  const MessageField* Find(std::string_view field) const;
+};
+
+/// The value of a number's field; NaN for text.
+double NumberIn(const MessageField& field, std::string_view record);
+/// The value of an integer's field; nullopt for others.
+std::optional<std::uint64_t> IntegerIn(const MessageField& field, std::string_view record);
+/// The characters of a text's field, up to its first NUL.
+std::string_view TextIn(const MessageField& field, std::string_view record);
+
+/// An ArduPilot DataFlash log, record by record: A3 95 type body, where messages of type 128 (FMT)
+/// describe the others. formats.md §1.3.
+///
+/// A record counts as whole when it has its magic bytes, a type that was described, and is followed
+/// by another record's magic bytes or the end. After anything else the reader goes on at the next
+/// place where that holds.
+class DataflashLog {
+ public:
+  /// Error: unreadable, or nothing in its first MiB describes a message.
+  static Result<std::unique_ptr<DataflashLog>> Open(const std::string& path);
+
+  struct Record {
+    const MessageFormat* format = nullptr;  ///< Null at the end.
+    std::string_view bytes;                 ///< Valid until the next call.
+  };
+  Record Next();
+
+  std::uint64_t records() const { return records_; }
+  std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Of no whole record.
+  std::uint64_t damages() const { return damages_; }              ///< Places where they lie.
+  double progress() const { return bytes_->progress(); }
+  /// Whether the file could not be read to its end.
+  bool read_failed() const { return bytes_->read_failed(); }
+  /// The kind of message called `name`, if the log has described it so far.
+  const MessageFormat* Find(std::string_view name) const;
+
+ private:
+  explicit DataflashLog(std::unique_ptr<ByteStream> bytes);
+  /// The length of the record that `ahead` begins with; 0 when it begins with none that is whole.
+  std::size_t WholeRecord(std::string_view ahead) const;
+  void Describe(std::string_view record);
+
+  std::unique_ptr<ByteStream> bytes_;
+  std::array<std::unique_ptr<MessageFormat>, 256> formats_;
+  std::uint64_t records_ = 0;
+  std::uint64_t skipped_bytes_ = 0;
+  std::uint64_t damages_ = 0;
+  bool in_damage_ = false;
+};
+
+}  // namespace truetriad::convert

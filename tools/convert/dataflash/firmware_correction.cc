@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/dataflash/firmware_correction.h"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "io/yaml_text.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr std::array<std::string_view, 3> kAxes = {"X", "Y", "Z"};
+
+/// "INS_ACCOFFS", "INS_ACC2OFFS", …, "INS4_ACCOFFS": the first sensor has no number, the fourth and
+/// later ones stand in groups of their own.
+std::string InertialName(std::string_view sensor, std::string_view what, int instance) {
+  const std::string number = std::to_string(instance + 1);
+  if (instance >= 3) {
+    return "INS" + number + "_" + std::string(sensor) + std::string(what);
+  }
+  return "INS_" + std::string(sensor) + (instance == 0 ? "" : number) + std::string(what);
+}
+
+/// "INS_TCAL1_" or "INS4_TCAL_".
+std::string ThermalPrefix(int instance) {
+  const std::string number = std::to_string(instance + 1);
+  return instance >= 3 ? "INS" + number + "_TCAL_" : "INS_TCAL" + number + "_";
+}
+
+/// "INS_ACC1_CALTEMP" or "INS4_ACC_CALTEMP".
+std::string CalibrationTemperature(std::string_view sensor, int instance) {
+  const std::string number = std::to_string(instance + 1);
+  return instance >= 3 ? "INS" + number + "_" + std::string(sensor) + "_CALTEMP"
+                       : "INS_" + std::string(sensor) + number + "_CALTEMP";
+}
+
+/// "COMPASS_OFS", "COMPASS_OFS2".
+std::string CompassName(std::string_view what, int instance) {
+  return "COMPASS_" + std::string(what) + (instance == 0 ? "" : std::to_string(instance + 1));
+}
+
+Result<double> Value(const Parameters& parameters, const std::string& name) {
+  const auto found = parameters.find(name);
+  if (found == parameters.end()) return BadInputError("the log has no parameter " + name);
+  if (!std::isfinite(found->second)) return BadInputError("parameter " + name + " is no number");
+  return found->second;
+}
+
+Result<std::array<double, 3>> Vector(const Parameters& parameters, const std::string& prefix) {
+  std::array<double, 3> values{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Result<double> value = Value(parameters, prefix + "_" + std::string(kAxes[axis]));
+    TRUETRIAD_RETURN_IF_ERROR(value);
+    values[axis] = *value;
+  }
+  return values;
+}
+
+/// Roll, pitch, yaw in degrees for AHRS_ORIENTATION 0, 1, …: AP_Math/rotations.h.
+struct Euler {
+  double roll, pitch, yaw;
+};
+constexpr std::array<Euler, 44> kOrientations = {{
+    {0, 0, 0},     {0, 0, 45},    {0, 0, 90},        {0, 0, 135},   {0, 0, 180},   {0, 0, 225},
+    {0, 0, 270},   {0, 0, 315},   {180, 0, 0},       {180, 0, 45},  {180, 0, 90},  {180, 0, 135},
+    {0, 180, 0},   {180, 0, 225}, {180, 0, 270},     {180, 0, 315}, {90, 0, 0},    {90, 0, 45},
+    {90, 0, 90},   {90, 0, 135},  {270, 0, 0},       {270, 0, 45},  {270, 0, 90},  {270, 0, 135},
+    {0, 90, 0},    {0, 270, 0},   {0, 180, 90},      {0, 180, 270}, {90, 90, 0},   {180, 90, 0},
+    {270, 90, 0},  {90, 180, 0},  {270, 180, 0},     {90, 270, 0},  {180, 270, 0}, {270, 270, 0},
+    {90, 180, 90}, {90, 0, 270},  {90, 68.8, 293.3}, {0, 315, 0},   {90, 315, 0},  {0, 7, 0},
+    {45, 0, 0},    {315, 0, 0},
+}};
+
+/// The rotation from the sensor to the vehicle, which comes after the correction.
+Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
+  const Result<double> orientation = Value(parameters, "AHRS_ORIENTATION");
+  TRUETRIAD_RETURN_IF_ERROR(orientation);
+  const double code = *orientation;
+  if (!(code >= 0.0 && code < static_cast<double>(kOrientations.size())) ||
+      code != std::floor(code)) {
+    return BadInputError("AHRS_ORIENTATION is not one of the rotations that are known here");
+  }
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  const Euler& euler = kOrientations[static_cast<std::size_t>(code)];
+  Eigen::Matrix3d rotation = (Eigen::AngleAxisd(euler.yaw * kDegree, Eigen::Vector3d::UnitZ()) *
+                              Eigen::AngleAxisd(euler.pitch * kDegree, Eigen::Vector3d::UnitY()) *
+                              Eigen::AngleAxisd(euler.roll * kDegree, Eigen::Vector3d::UnitX()))
+                                 .toRotationMatrix();
+  // Quarter turns exactly.
+  for (double& entry : rotation.reshaped()) {
+    if (std::abs(entry - std::round(entry)) < 1e-12) entry = std::round(entry) + 0.0;
+  }
+  return rotation;
+}
+
+template <typename Values>
+std::string List(const Values& values) {
+  YamlText text;
+  text << "[";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (i > 0) text << ", ";
+    text << values[i];
+  }
+  text << "]";
+  return text.str();
+}
+
+/// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
+Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
+  const std::string prefix = ThermalPrefix(instance);
+  const auto enabled = parameters.find(prefix + "ENABLE");
+  // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
+  if (enabled == parameters.end() || enabled->second != 1.0) return std::string();
+  const Result<double> low = Value(parameters, prefix + "TMIN");
+  TRUETRIAD_RETURN_IF_ERROR(low);
+  const Result<double> high = Value(parameters, prefix + "TMAX");
+  TRUETRIAD_RETURN_IF_ERROR(high);
+  const Result<double> calibrated = Value(parameters, CalibrationTemperature(sensor, instance));
+  TRUETRIAD_RETURN_IF_ERROR(calibrated);
+  if (*high <= *low) return BadInputError(prefix + "TMAX is not above " + prefix + "TMIN");
+  constexpr double kScale = 1e-6;
+  std::string coefficients;
+  for (int power = 1; power <= 3; ++power) {
+    Result<std::array<double, 3>> row =
+        Vector(parameters, prefix + std::string(sensor) + std::to_string(power));
+    TRUETRIAD_RETURN_IF_ERROR(row);
+    for (double& value : *row) value *= kScale;
+    coefficients += (power > 1 ? ", " : "") + List(*row);
+  }
+  YamlText text;
+  text << "\n    thermal: {reference_degc: 35, calibrated_degc: " << *calibrated
+       << ", range_degc: [" << *low << ", " << *high << "], coefficients: [" << coefficients
+       << "]}";
+  return text.str();
+}
+
+Result<std::string> InertialCorrection(const Parameters& parameters,
+                                       std::string_view sensor,
+                                       int instance) {
+  const Result<std::array<double, 3>> offset =
+      Vector(parameters, InertialName(sensor, "OFFS", instance));
+  TRUETRIAD_RETURN_IF_ERROR(offset);
+  const Result<Eigen::Matrix3d> rotation = BoardRotation(parameters);
+  TRUETRIAD_RETURN_IF_ERROR(rotation);
+  std::string text = "\n    offset: " + List(*offset);
+  if (sensor == "ACC") {
+    const std::string name = InertialName(sensor, "SCAL", instance);
+    const Result<std::array<double, 3>> scale = Vector(parameters, name);
+    TRUETRIAD_RETURN_IF_ERROR(scale);
+    for (const double value : *scale) {
+      if (value == 0.0)
+        return BadInputError(name + " is zero: that accelerometer was never scaled");
+    }
+    text += "\n    scale: " + List(*scale);
+  }
+  if (!rotation->isIdentity(0.0)) {
+    YamlText matrix;
+    matrix << *rotation;
+    text += "\n    matrix: " + matrix.str();
+  }
+  const Result<std::string> thermal = Thermal(parameters, sensor, instance);
+  TRUETRIAD_RETURN_IF_ERROR(thermal);
+  return text + *thermal + "\n";
+}
+
+Result<std::string> CompassCorrection(const Parameters& parameters, int instance) {
+  const Result<std::array<double, 3>> added = CompassOffsets(parameters, instance);
+  TRUETRIAD_RETURN_IF_ERROR(added);
+  const Result<std::array<double, 9>> matrix = CompassMatrix(parameters, instance);
+  TRUETRIAD_RETURN_IF_ERROR(matrix);
+  // A recording's offset is subtracted; ArduPilot's is added.
+  std::array<double, 3> offset{};
+  for (std::size_t axis = 0; axis < 3; ++axis) offset[axis] = 0.0 - (*added)[axis];
+  const Eigen::Matrix3d rows =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->data());
+  YamlText text;
+  text << "\n    offset: " << std::string_view(List(offset)) << "\n    matrix: " << rows << "\n";
+  return text.str();
+}
+
+}  // namespace
+
+Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance) {
+  return Vector(parameters, CompassName("OFS", instance));
+}
+
+Result<std::array<double, 9>> CompassMatrix(const Parameters& parameters, int instance) {
+  const Result<std::array<double, 3>> diagonal = Vector(parameters, CompassName("DIA", instance));
+  TRUETRIAD_RETURN_IF_ERROR(diagonal);
+  const Result<std::array<double, 3>> off = Vector(parameters, CompassName("ODI", instance));
+  TRUETRIAD_RETURN_IF_ERROR(off);
+  const std::array<double, 3>& d = *diagonal;
+  const std::array<double, 3>& o = *off;
+  const bool unset = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;  // Firmware then takes ones.
+  std::array<double, 9> matrix = {unset ? 1.0 : d[0],
+                                  o[0],
+                                  o[1],
+                                  o[0],
+                                  unset ? 1.0 : d[1],
+                                  o[2],
+                                  o[1],
+                                  o[2],
+                                  unset ? 1.0 : d[2]};
+  // A scale outside of 1/1.5 … 1.5, as 0, is ignored; older firmware has none.
+  const auto scale = parameters.find(CompassName("SCALE", instance));
+  constexpr double kLargestScale = 1.5;
+  if (scale != parameters.end() && scale->second >= 1.0 / kLargestScale &&
+      scale->second <= kLargestScale) {
+    for (double& entry : matrix) entry *= scale->second;
+  }
+  return matrix;
+}
+
+bool IsCorrectionParameter(Triad triad, int instance, std::string_view name) {
+  std::vector<std::string> prefixes;
+  if (triad == Triad::kMagnetometer) {
+    for (const std::string_view what : {"OFS", "DIA", "ODI", "SCALE"}) {
+      prefixes.push_back(CompassName(what, instance));
+    }
+  } else {
+    const std::string sensor = triad == Triad::kAccelerometer ? "ACC" : "GYR";
+    prefixes = {InertialName(sensor, "OFFS", instance),
+                InertialName(sensor, "SCAL", instance),
+                CalibrationTemperature(sensor, instance),
+                ThermalPrefix(instance) + "ENABLE",
+                ThermalPrefix(instance) + "TM",
+                ThermalPrefix(instance) + sensor,
+                "AHRS_ORIENTATION"};
+  }
+  for (const std::string& prefix : prefixes) {
+    if (!name.starts_with(prefix)) continue;
+    const std::string_view rest = name.substr(prefix.size());
+    // COMPASS_OFS is not COMPASS_OFS2.
+    if (rest.empty() || rest[0] == '_' || prefix.starts_with(ThermalPrefix(instance))) return true;
+  }
+  return false;
+}
+
+Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad, int instance) {
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return InertialCorrection(parameters, "ACC", instance);
+    case Triad::kGyroscope:
+      return InertialCorrection(parameters, "GYR", instance);
+    case Triad::kMagnetometer:
+      return CompassCorrection(parameters, instance);
+  }
+  return BadInputError("no such triad");
+}
+
+}  // namespace truetriad::convert

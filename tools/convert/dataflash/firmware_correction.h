@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad::convert {
+
+/// Parameters of a log by name.
+using Parameters = std::map<std::string, double, std::less<>>;
+
+/// Names of the parameters that correct sensor `instance` (0-based) of `triad`; what stands before
+/// _X is the prefix. ArduPilot: AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
+/// AP_Compass.cpp.
+bool IsCorrectionParameter(Triad triad, int instance, std::string_view name);
+
+/// What the firmware did to the readings in its log, as the text behind `applied.<triad>:` of a
+/// manifest (docs/recordings.md). formats.md §3.2.
+///
+/// Error (bad input): which parameter is missing or cannot be undone, in a few words.
+Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad, int instance);
+
+/// Compass offset, added: x, y, z in mG. Error: missing.
+Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int instance);
+/// D·s, which multiplies the sum of reading and offset, row by row.
+Result<std::array<double, 9>> CompassMatrix(const Parameters& parameters, int instance);
+
+}  // namespace truetriad::convert

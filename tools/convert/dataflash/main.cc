@@ -1,0 +1,450 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// ArduPilot DataFlash logs (.bin) to a recording. formats.md §1.3.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/convert/common/converter.h"
+#include "tools/convert/common/recording_folder.h"
+#include "tools/convert/dataflash/dataflash_log.h"
+#include "tools/convert/dataflash/firmware_correction.h"
+#include "tools/truetriad/progress.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t kNsPerUs = 1000;
+
+/// Messages that hold readings. Older logs number the message (IMU2), newer ones have a field I.
+constexpr std::array<std::string_view, 4> kKinds = {"IMU", "ACC", "GYR", "MAG"};
+
+/// Which message, and which sensor: "IMU2" is {IMU, 1}.
+struct Source {
+  std::string_view kind;  ///< Empty: none of them.
+  int instance = 0;
+
+  friend auto operator<=>(const Source&, const Source&) = default;
+};
+
+Source SourceOf(const MessageFormat& format, std::string_view record) {
+  for (const std::string_view kind : kKinds) {
+    if (!format.name.starts_with(kind)) continue;
+    const std::string_view number = std::string_view(format.name).substr(kind.size());
+    if (number.empty()) {
+      const MessageField* const field = format.Find("I");
+      return {kind, field == nullptr ? 0 : static_cast<int>(NumberIn(*field, record))};
+    }
+    if (number.size() == 1 && number[0] >= '1' && number[0] <= '9') return {kind, number[0] - '1'};
+  }
+  return {};
+}
+
+/// Nanoseconds since the autopilot's start; nullopt where the message has no such field.
+std::optional<std::int64_t> TimeOf(const MessageFormat& format,
+                                   std::string_view record,
+                                   std::string_view field_name) {
+  const MessageField* const field = format.Find(field_name);
+  const std::optional<std::uint64_t> us =
+      field == nullptr ? std::nullopt : IntegerIn(*field, record);
+  constexpr auto kMost =
+      static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max() / kNsPerUs);
+  if (!us || *us > kMost) return std::nullopt;
+  return static_cast<std::int64_t>(*us) * kNsPerUs;
+}
+
+/// Three fields of a message.
+struct Axes {
+  std::array<const MessageField*, 3> fields{};
+
+  static std::optional<Axes> Of(const MessageFormat& format, const std::string& prefix) {
+    Axes axes;
+    constexpr std::array<char, 3> kLetters = {'X', 'Y', 'Z'};
+    for (std::size_t i = 0; i < 3; ++i) {
+      axes.fields[i] = format.Find(prefix + kLetters[i]);
+      if (axes.fields[i] == nullptr) return std::nullopt;
+    }
+    return axes;
+  }
+  std::array<double, 3> In(std::string_view record) const {
+    return {
+        NumberIn(*fields[0], record), NumberIn(*fields[1], record), NumberIn(*fields[2], record)};
+  }
+};
+
+/// What one reading of the whole log, from front to back, found.
+struct Contents {
+  struct Messages {
+    std::uint64_t count = 0;
+    std::int64_t first_ns = 0, last_ns = 0;
+  };
+  std::map<Source, Messages> sources;
+  Parameters parameters;
+  std::map<std::string, std::string> changed;  ///< Parameters that changed after readings began.
+  std::map<int, std::array<double, 3>> compass_offsets;  ///< Of the first row of each magnetometer.
+  std::string firmware;
+  std::uint64_t records = 0, skipped_bytes = 0, damages = 0;
+};
+
+void ReadParameter(const DataflashLog::Record& record, bool readings_began, Contents* contents) {
+  const MessageField* const name_field = record.format->Find("Name");
+  const MessageField* const value_field = record.format->Find("Value");
+  if (name_field == nullptr || value_field == nullptr) return;
+  const std::string name(TextIn(*name_field, record.bytes));
+  const double value = NumberIn(*value_field, record.bytes);
+  const auto [known, fresh] = contents->parameters.emplace(name, value);
+  if (!fresh && known->second != value) {
+    if (readings_began) contents->changed[name] = "changed while the log ran";
+    known->second = value;
+  }
+}
+
+/// "ArduCopter V4.6.2 (1ebd4d99)": the first message that names a version.
+void ReadMessage(const DataflashLog::Record& record, Contents* contents) {
+  const MessageField* const text = record.format->Find("Message");
+  if (text == nullptr || !contents->firmware.empty()) return;
+  const std::string_view words = TextIn(*text, record.bytes);
+  if (words.starts_with("Ardu")) contents->firmware = words;
+}
+
+Result<Contents> Survey(const std::string& path) {
+  Result<std::unique_ptr<DataflashLog>> log = DataflashLog::Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(log);
+  Contents contents;
+  for (auto record = (*log)->Next(); record.format != nullptr; record = (*log)->Next()) {
+    const MessageFormat& format = *record.format;
+    if (format.name == "PARM") {
+      ReadParameter(record, !contents.sources.empty(), &contents);
+    } else if (format.name == "MSG") {
+      ReadMessage(record, &contents);
+    } else if (const Source source = SourceOf(format, record.bytes); !source.kind.empty()) {
+      Contents::Messages& messages = contents.sources[source];
+      const std::int64_t time_ns = TimeOf(format, record.bytes, "TimeUS").value_or(0);
+      if (messages.count++ == 0) messages.first_ns = time_ns;
+      messages.last_ns = time_ns;
+      if (source.kind == "MAG" && messages.count == 1) {
+        const std::optional<Axes> offsets = Axes::Of(format, "Ofs");
+        if (offsets) contents.compass_offsets[source.instance] = offsets->In(record.bytes);
+      }
+    }
+  }
+  if ((*log)->read_failed()) return BadInputError(path + ": could not be read to its end");
+  contents.records = (*log)->records();
+  contents.skipped_bytes = (*log)->skipped_bytes();
+  contents.damages = (*log)->damages();
+  return contents;
+}
+
+std::string SourceName(const Source& source) {
+  return std::string(source.kind) + " of instance " + std::to_string(source.instance);
+}
+
+/// Where each triad of the recording comes from.
+struct Choice {
+  int instance = 0;
+  bool accelerometer_raw_rate = false;  ///< From ACC, not from IMU.
+  bool gyroscope_raw_rate = false;
+  bool accelerometer = false, gyroscope = false, magnetometer = false;
+};
+
+Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
+  for (const std::string& topic : arguments.topics) {
+    if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
+      return UsageError("--topic=" + topic + ": is none of IMU, ACC, GYR, MAG");
+    }
+  }
+  const auto wanted = [&](std::string_view kind) {
+    return arguments.topics.empty() ||
+           std::find(arguments.topics.begin(), arguments.topics.end(), kind) !=
+               arguments.topics.end();
+  };
+  Choice choice;
+  choice.instance = arguments.instance.value_or(0);
+  const auto has = [&](std::string_view kind) {
+    return wanted(kind) && contents.sources.contains({kind, choice.instance});
+  };
+  choice.accelerometer_raw_rate = has("ACC");
+  choice.gyroscope_raw_rate = has("GYR");
+  choice.accelerometer = has("IMU") || has("ACC");
+  choice.gyroscope = has("IMU") || has("GYR");
+  choice.magnetometer = has("MAG");
+  if (choice.accelerometer || choice.gyroscope || choice.magnetometer) return choice;
+  std::vector<std::string> held;
+  for (const auto& [source, messages] : contents.sources) held.push_back(SourceName(source));
+  return BadInputError(arguments.input + ": holds no such readings (instance " +
+                       std::to_string(choice.instance) +
+                       "); its messages with readings: " + ListOf(held) +
+                       (held.empty() ? ". Set LOG_BITMASK so that IMU is logged" : ""));
+}
+
+/// What stands behind `applied.<triad>:`; ` unknown`, and a note, where the log does not say.
+std::string Applied(const Contents& contents, Triad triad, int instance) {
+  constexpr std::string_view kWhatToDo =
+      "; the recording says `unknown`, and is refused until its `applied:` is completed by hand "
+      "(docs/recordings.md)";
+  Result<std::string> applied = AppliedByFirmware(contents.parameters, triad, instance);
+  for (const auto& [name, what] : contents.changed) {
+    if (IsCorrectionParameter(triad, instance, name)) applied = BadInputError(name + " " + what);
+  }
+  if (applied && triad == Triad::kMagnetometer) {
+    // Rows state whole numbers, cut off.
+    const Result<std::array<double, 3>> offsets = CompassOffsets(contents.parameters, instance);
+    const auto logged = contents.compass_offsets.find(instance);
+    for (std::size_t i = 0; offsets && logged != contents.compass_offsets.end() && i < 3; ++i) {
+      if (std::abs((*offsets)[i] - logged->second[i]) >= 1.0 + 1e-3) {
+        applied = BadInputError("its rows carry other offsets than the parameters COMPASS_OFS");
+        break;
+      }
+    }
+  }
+  if (applied) return *applied;
+  Note(std::string(TriadName(triad)) + ": what the firmware corrected is unknown: " +
+       applied.error().message + std::string(kWhatToDo));
+  return " unknown\n";
+}
+
+/// Moves rows of one message into one table.
+struct Route {
+  Table* table = nullptr;
+  std::string time_field;
+  std::vector<std::string> prefixes;  ///< "Acc": AccX, AccY, AccZ.
+};
+
+/// Restates what the log's rows hold for the offsets that the manifest names, and takes the motors'
+/// part away: m = D·s·(y + Ofs) + MO. formats.md §3.2.
+class CompassRows {
+ public:
+  CompassRows(const Contents& contents, int instance)
+      : matrix_(CompassMatrix(contents.parameters, instance)) {
+    const auto found = contents.compass_offsets.find(instance);
+    if (found != contents.compass_offsets.end()) first_offsets_ = found->second;
+  }
+
+  std::array<double, 3> Restated(const MessageFormat& format, std::string_view record) {
+    std::array<double, 3> reading = Axes::Of(format, "Mag")->In(record);
+    std::optional<Axes> motor = Axes::Of(format, "MO");
+    if (!motor) motor = Axes::Of(format, "MOfs");
+    if (motor) {
+      const std::array<double, 3> part = motor->In(record);
+      for (std::size_t i = 0; i < 3; ++i) reading[i] -= part[i];
+    }
+    const std::optional<Axes> offset_fields = Axes::Of(format, "Ofs");
+    if (!offset_fields || !first_offsets_ || !matrix_) return reading;
+    const std::array<double, 3> offsets = offset_fields->In(record);
+    if (offsets == *first_offsets_) return reading;
+    ++restated_;
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = 0; column < 3; ++column) {
+        reading[row] +=
+            (*matrix_)[3 * row + column] * ((*first_offsets_)[column] - offsets[column]);
+      }
+    }
+    return reading;
+  }
+
+  std::uint64_t restated() const { return restated_; }
+
+ private:
+  Result<std::array<double, 9>> matrix_;
+  std::optional<std::array<double, 3>> first_offsets_;
+  std::uint64_t restated_ = 0;
+};
+
+/// The second reading: rows into tables.
+class Conversion {
+ public:
+  Conversion(const Contents& contents, const Choice& choice, RecordingFolder* folder)
+      : choice_(choice), compass_(contents, choice.instance) {
+    const auto columns = [&](Triad triad, const std::string& unit) {
+      return TriadColumns{triad, unit, Applied(contents, triad, choice.instance)};
+    };
+    std::vector<TriadColumns> imu;
+    if (choice.gyroscope && !choice.gyroscope_raw_rate) {
+      imu.push_back(columns(Triad::kGyroscope, "rad/s"));
+      routes_["IMU"].prefixes.push_back("Gyr");
+    }
+    if (choice.accelerometer && !choice.accelerometer_raw_rate) {
+      imu.push_back(columns(Triad::kAccelerometer, "m/s^2"));
+      routes_["IMU"].prefixes.push_back("Acc");
+    }
+    if (!imu.empty()) Add("IMU", "TimeUS", "imu.csv", imu, true, folder);
+    if (choice.gyroscope_raw_rate) {
+      routes_["GYR"].prefixes = {"Gyr"};
+      Add("GYR", "SampleUS", "gyroscope.csv", {columns(Triad::kGyroscope, "rad/s")}, true, folder);
+    }
+    if (choice.accelerometer_raw_rate) {
+      routes_["ACC"].prefixes = {"Acc"};
+      Add("ACC",
+          "SampleUS",
+          "accelerometer.csv",
+          {columns(Triad::kAccelerometer, "m/s^2")},
+          true,
+          folder);
+    }
+    if (choice.magnetometer) {
+      Add("MAG",
+          "TimeUS",
+          "magnetometer.csv",
+          {columns(Triad::kMagnetometer, "mG")},
+          false,
+          folder);
+    }
+  }
+
+  void Take(const MessageFormat& format, std::string_view record) {
+    const Source source = SourceOf(format, record);
+    if (source.kind.empty() || source.instance != choice_.instance) return;
+    if (source.kind == "IMU") SetTemperature(format, record);
+    const auto route = routes_.find(source.kind);
+    if (route == routes_.end()) return;
+    const std::optional<std::int64_t> time_ns = TimeOf(format, record, route->second.time_field);
+    std::array<double, 6> readings{};
+    readings.fill(kNothing);
+    bool whole = time_ns.has_value();
+    if (source.kind == "MAG") {
+      whole = whole && Axes::Of(format, "Mag").has_value();
+      if (whole) {
+        const std::array<double, 3> reading = compass_.Restated(format, record);
+        std::copy(reading.begin(), reading.end(), readings.begin());
+      }
+    } else {
+      for (std::size_t i = 0; whole && i < route->second.prefixes.size(); ++i) {
+        const std::optional<Axes> axes = Axes::Of(format, route->second.prefixes[i]);
+        if (!axes) continue;
+        const std::array<double, 3> reading = axes->In(record);
+        std::copy(reading.begin(), reading.end(), readings.begin() + static_cast<long>(3 * i));
+      }
+    }
+    if (!whole) {
+      ++without_time_;
+      return;
+    }
+    route->second.table->Add(*time_ns, readings.data());
+  }
+
+  std::uint64_t restated() const { return compass_.restated(); }
+  std::uint64_t without_time() const { return without_time_; }
+
+ private:
+  void Add(const std::string& kind,
+           const std::string& time_field,
+           const std::string& file,
+           const std::vector<TriadColumns>& triads,
+           bool has_temperature,
+           RecordingFolder* folder) {
+    Route& route = routes_[kind];
+    route.time_field = time_field;
+    route.table = folder->AddTable(file, triads, has_temperature);
+  }
+
+  void SetTemperature(const MessageFormat& format, std::string_view record) {
+    const MessageField* field = format.Find("T");
+    if (field == nullptr) field = format.Find("Temp");
+    if (field == nullptr) return;
+    const double temperature_degc = NumberIn(*field, record);
+    for (auto& [kind, route] : routes_) {
+      if (route.table->has_temperature()) route.table->SetTemperature(temperature_degc);
+    }
+  }
+
+  Choice choice_;
+  CompassRows compass_;
+  std::map<std::string, Route, std::less<>> routes_;
+  std::uint64_t without_time_ = 0;
+};
+
+void List(const Contents& contents) {
+  if (!contents.firmware.empty())
+    std::printf("firmware: %s\n", Printable(contents.firmware).c_str());
+  std::printf(
+      "%-6s %8s %10s %14s %14s\n", "topic", "instance", "messages", "first [s]", "last [s]");
+  for (const auto& [source, messages] : contents.sources) {
+    std::printf("%-6s %8d %10llu %14.6f %14.6f\n",
+                std::string(source.kind).c_str(),
+                source.instance,
+                static_cast<unsigned long long>(messages.count),
+                1e-9 * static_cast<double>(messages.first_ns),
+                1e-9 * static_cast<double>(messages.last_ns));
+  }
+}
+
+void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
+  if (contents.skipped_bytes == 0) return;
+  Note(path + ": " + Count(contents.skipped_bytes, "byte", "bytes") + " in " +
+       Count(contents.damages, "place", "places") + " belong to no whole message; " +
+       Count(contents.records, "message", "messages") + " are whole");
+}
+
+Status Run(const Arguments& arguments) {
+  const Result<Contents> contents = Survey(arguments.input);
+  TRUETRIAD_RETURN_IF_ERROR(contents);
+  SayWhatIsDamaged(*contents, arguments.input);
+  if (arguments.list) {
+    List(*contents);
+    return {};
+  }
+  const Result<Choice> choice = Choose(*contents, arguments);
+  TRUETRIAD_RETURN_IF_ERROR(choice);
+  Result<std::unique_ptr<RecordingFolder>> folder = RecordingFolder::Create(arguments.output);
+  TRUETRIAD_RETURN_IF_ERROR(folder);
+  (*folder)->SetSource("format", "ardupilot-dataflash");
+  (*folder)->SetSource("file", std::filesystem::path(arguments.input).filename().string());
+  (*folder)->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
+  (*folder)->SetSource("instance", std::to_string(choice->instance));
+  if (!contents->firmware.empty()) (*folder)->SetSource("firmware", contents->firmware);
+  if (contents->skipped_bytes > 0) {
+    (*folder)->SetSource("bytes of no whole message", std::to_string(contents->skipped_bytes));
+  }
+  (*folder)->SetFrame("vehicle, after AHRS_ORIENTATION; sensor where `applied` is undone");
+
+  Conversion conversion(*contents, *choice, folder->get());
+  {
+    Result<std::unique_ptr<DataflashLog>> log = DataflashLog::Open(arguments.input);
+    TRUETRIAD_RETURN_IF_ERROR(log);
+    ProgressLine line("Converting");
+    const ProgressCallback progress = line.callback();
+    std::uint64_t count = 0;
+    for (auto record = (*log)->Next(); record.format != nullptr; record = (*log)->Next()) {
+      conversion.Take(*record.format, record.bytes);
+      if (progress && ++count % 10000 == 0) progress((*log)->progress());
+    }
+  }
+  if (conversion.restated() > 0) {
+    Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
+         " logged under other offsets than the first were restated for those of the first");
+  }
+  if (conversion.without_time() > 0) {
+    Note(Count(conversion.without_time(), "message", "messages") +
+         " without a time or without readings left out");
+  }
+  return (*folder)->Commit();
+}
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  const truetriad::convert::Converter converter = {
+      .format = "dataflash",
+      .input = "an ArduPilot DataFlash log (.bin)",
+      .details =
+          "\nTopics are IMU, ACC, GYR, MAG. Without --topic: ACC and GYR (raw rate) where the log\n"
+          "has them, else IMU; and MAG. --instance counts sensors from 0, which is also the "
+          "choice\n"
+          "without it. The firmware logs corrected readings; what it did, by the log's own\n"
+          "parameters, goes into `applied:` of the recording and is undone when it is read.\n",
+      .takes_topics = true,
+      .takes_instance = true,
+      .others = {},
+      .run = truetriad::convert::Run};
+  return truetriad::convert::RunConverter(converter, argc, argv);
+}

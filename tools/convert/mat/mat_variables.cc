@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/mat/mat_variables.h"
+
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include "tools/convert/common/byte_cursor.h"
+#include "tools/convert/common/byte_stream.h"
+
+namespace truetriad::convert {
+namespace {
+
+struct FreeVariable {
+  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+};
+using Variable = std::unique_ptr<matvar_t, FreeVariable>;
+
+constexpr int kDeepest = 8;                                   ///< Structs in structs.
+constexpr std::size_t kMostElements = std::size_t{1} << 28U;  ///< Of one matrix: 2 GiB of doubles.
+
+std::string ClassName(matio_classes type) {
+  switch (type) {
+    case MAT_C_DOUBLE:
+      return "double";
+    case MAT_C_SINGLE:
+      return "single";
+    case MAT_C_INT8:
+      return "int8";
+    case MAT_C_UINT8:
+      return "uint8";
+    case MAT_C_INT16:
+      return "int16";
+    case MAT_C_UINT16:
+      return "uint16";
+    case MAT_C_INT32:
+      return "int32";
+    case MAT_C_UINT32:
+      return "uint32";
+    case MAT_C_INT64:
+      return "int64";
+    case MAT_C_UINT64:
+      return "uint64";
+    default:
+      return "";
+  }
+}
+
+bool IsMatrix(const matvar_t& variable) {
+  return !ClassName(variable.class_type).empty() && variable.isComplex == 0 && variable.rank == 2 &&
+         variable.dims != nullptr && variable.dims[0] > 0 && variable.dims[1] > 0;
+}
+
+bool IsSingleStruct(const matvar_t& variable) {
+  return variable.class_type == MAT_C_STRUCT && variable.rank == 2 && variable.dims != nullptr &&
+         variable.dims[0] == 1 && variable.dims[1] == 1;
+}
+
+matvar_t* Field(const matvar_t& variable, unsigned index) {
+  // The library takes a pointer to what it does not change.
+  return Mat_VarGetStructFieldByIndex(const_cast<matvar_t*>(&variable), index, 0);
+}
+
+template <typename T>
+void Append(const matvar_t& variable, std::size_t count, std::vector<double>* values) {
+  const T* const numbers = static_cast<const T*>(variable.data);
+  values->assign(numbers, numbers + count);
+}
+
+bool CopyNumbers(const matvar_t& variable, std::size_t count, std::vector<double>* values) {
+  if (variable.data == nullptr || variable.data_size <= 0 ||
+      variable.nbytes < count * static_cast<std::size_t>(variable.data_size)) {
+    return false;
+  }
+  switch (variable.data_type) {
+    case MAT_T_DOUBLE:
+      return Append<double>(variable, count, values), true;
+    case MAT_T_SINGLE:
+      return Append<float>(variable, count, values), true;
+    case MAT_T_INT8:
+      return Append<std::int8_t>(variable, count, values), true;
+    case MAT_T_UINT8:
+      return Append<std::uint8_t>(variable, count, values), true;
+    case MAT_T_INT16:
+      return Append<std::int16_t>(variable, count, values), true;
+    case MAT_T_UINT16:
+      return Append<std::uint16_t>(variable, count, values), true;
+    case MAT_T_INT32:
+      return Append<std::int32_t>(variable, count, values), true;
+    case MAT_T_UINT32:
+      return Append<std::uint32_t>(variable, count, values), true;
+    case MAT_T_INT64:
+      return Append<std::int64_t>(variable, count, values), true;
+    case MAT_T_UINT64:
+      return Append<std::uint64_t>(variable, count, values), true;
+    default:
+      return false;
+  }
+}
+
+constexpr std::size_t kHeader5 = 128;
+
+/// What the first bytes say; the library would also take a file for one of version 4, which has no
+/// signature, and then believe its lengths.
+enum class Version { kNone, k5, k73 };
+Version VersionOf(ByteStream* file) {
+  constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
+  constexpr std::size_t kUserBlock = 512;
+  const std::string_view beginning = file->Peek(kUserBlock + kHdf5.size());
+  if (beginning.starts_with(kHdf5)) return Version::k73;
+  if (beginning.size() > kUserBlock && beginning.substr(kUserBlock) == kHdf5) return Version::k73;
+  if (beginning.size() < kHeader5) return Version::kNone;
+  const std::string_view mark = beginning.substr(kHeader5 - 4, 4);
+  constexpr std::string_view kLittle("\0\1IM", 4);
+  constexpr std::string_view kBig("\1\0MI", 4);
+  return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
+}
+
+/// Whether the elements of a little-endian file of version 5 fill it exactly.
+bool IsFilled5(ByteStream* file) {
+  file->Skip(kHeader5);
+  while (!file->at_end()) {
+    constexpr std::size_t kTag = 8;
+    const std::string_view tag = file->Peek(kTag);
+    if (tag.size() < kTag) return false;
+    const auto type = LoadNumber<std::uint32_t>(tag, 0);
+    const auto size = LoadNumber<std::uint32_t>(tag, 4);
+    const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
+    if (!is_known || size > file->left() - kTag) return false;
+    file->Skip(kTag + size);
+  }
+  return true;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
+  Result<std::unique_ptr<ByteStream>> bytes = ByteStream::Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(bytes);
+  const Version version = VersionOf(bytes->get());
+  mat_t* const handle =
+      version == Version::kNone ? nullptr : Mat_Open(path.c_str(), MAT_ACC_RDONLY);
+  if (handle == nullptr) {
+    return BadInputError(
+        path +
+        ": is not a .mat file of version 5 or 7.3, or its beginning is damaged; in "
+        "MATLAB, save(…, '-v7') writes one");
+  }
+  std::unique_ptr<MatFile> file(new MatFile(path, handle));
+  file->file_size_ = (*bytes)->size();
+  file->is_damaged_ = version == Version::k5 && (*bytes)->Peek(kHeader5)[kHeader5 - 2] == 'I' &&
+                      !IsFilled5(bytes->get());
+  // A damaged file may go round in a circle.
+  constexpr int kMostVariables = 100'000;
+  for (int i = 0; i < kMostVariables; ++i) {
+    const Variable variable(Mat_VarReadNextInfo(handle));
+    if (!variable) break;
+    if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
+  }
+  return file;
+}
+
+void MatFile::Collect(const matvar_t& variable, const std::string& name, int depth) {
+  if (IsMatrix(variable)) {
+    variables_.push_back(
+        {name, ClassName(variable.class_type), variable.dims[0], variable.dims[1]});
+  } else if (IsSingleStruct(variable) && depth < kDeepest) {
+    const unsigned count = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
+    char* const* const names = Mat_VarGetStructFieldnames(&variable);
+    for (unsigned i = 0; names != nullptr && i < count; ++i) {
+      const matvar_t* const field = Field(variable, i);
+      if (field != nullptr && names[i] != nullptr) {
+        Collect(*field, name + "." + names[i], depth + 1);
+      }
+    }
+  }
+}
+
+const MatVariable* MatFile::Find(const std::string& name) const {
+  for (const MatVariable& variable : variables_) {
+    if (variable.name == name) return &variable;
+  }
+  return nullptr;
+}
+
+/// Whether so many elements can come out of a file of this size: zlib packs at most 1032 to 1.
+bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
+  constexpr std::size_t kDensest = 1032;
+  std::size_t count = 1;
+  for (int i = 0; i < variable.rank && variable.dims != nullptr; ++i) {
+    if (variable.dims[i] != 0 && count > kMostElements / variable.dims[i]) return false;
+    count *= variable.dims[i];
+  }
+  if (count / kDensest > file_size_) return false;
+  if (!IsSingleStruct(variable)) return variable.class_type != MAT_C_STRUCT || count <= kDensest;
+  if (depth >= kDeepest) return false;
+  const unsigned fields = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));
+  for (unsigned i = 0; i < fields; ++i) {
+    const matvar_t* const field = Field(variable, i);
+    if (field != nullptr && !IsPlausible(*field, depth + 1)) return false;
+  }
+  return true;
+}
+
+Result<MatMatrix> MatFile::Read(const MatVariable& wanted) {
+  const Error damaged = BadInputError(path_ + ": variable " + wanted.name +
+                                      " is not whole, or not what it says it is");
+  const std::size_t dot = wanted.name.find('.');
+  const std::string top = wanted.name.substr(0, dot);
+  const Variable variable(Mat_VarReadInfo(file_.get(), top.c_str()));
+  if (!variable || !IsPlausible(*variable, 0)) return damaged;
+  if (Mat_VarReadDataAll(file_.get(), variable.get()) != 0) return damaged;
+  const matvar_t* at = variable.get();
+  for (std::size_t begin = dot; begin != std::string::npos;) {
+    const std::size_t end = wanted.name.find('.', begin + 1);
+    const std::string field = wanted.name.substr(begin + 1, end - begin - 1);
+    at = Mat_VarGetStructFieldByName(const_cast<matvar_t*>(at), field.c_str(), 0);
+    if (at == nullptr) return damaged;
+    begin = end;
+  }
+  if (!IsMatrix(*at)) return damaged;
+  MatMatrix matrix{.rows = at->dims[0], .columns = at->dims[1], .values = {}};
+  if (matrix.rows != wanted.rows || matrix.columns != wanted.columns ||
+      !CopyNumbers(*at, matrix.rows * matrix.columns, &matrix.values)) {
+    return damaged;
+  }
+  return matrix;
+}
+
+}  // namespace truetriad::convert

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// ROS 1 bags (.bag) to a recording. formats.md §1.3.
+#include <memory>
+#include <string>
+
+#include "tools/convert/common/converter.h"
+#include "tools/convert/ros/imu_log.h"
+#include "tools/convert/ros1/rosbag.h"
+#include "tools/truetriad/progress.h"
+
+namespace truetriad::convert {
+namespace {
+
+void SayWhatIsDamaged(const Rosbag& bag, const std::string& path) {
+  if (bag.damaged_chunks() + bag.damaged_records() == 0) return;
+  Note(path + ": damaged: " + Count(bag.damaged_chunks(), "chunk", "chunks") + " and " +
+       Count(bag.damaged_records(), "record", "records") + " not whole, " +
+       Count(bag.skipped_bytes(), "byte", "bytes") + " passed over");
+}
+
+/// A bag lists its topics as it goes, so it is read twice: once for what it holds.
+Status Run(const Arguments& arguments) {
+  Result<std::unique_ptr<Rosbag>> survey = Rosbag::Open(arguments.input);
+  TRUETRIAD_RETURN_IF_ERROR(survey);
+  (*survey)->Read([](const Rosbag::Message&) {}, {});
+  SayWhatIsDamaged(**survey, arguments.input);
+  const std::vector<Topic>& topics = (*survey)->topics();
+  if (arguments.list) {
+    ListTopics(topics);
+    return {};
+  }
+  const Result<TopicChoice> choice = ChooseTopics(topics, arguments);
+  TRUETRIAD_RETURN_IF_ERROR(choice);
+  Result<std::unique_ptr<ImuRecording>> recording = ImuRecording::Create(
+      *choice, arguments, "ros1-bag", "truetriad-convert-ros1 " TRUETRIAD_VERSION);
+  TRUETRIAD_RETURN_IF_ERROR(recording);
+  Result<std::unique_ptr<Rosbag>> bag = Rosbag::Open(arguments.input);
+  TRUETRIAD_RETURN_IF_ERROR(bag);
+  (*bag)->UseConnectionsOf(**survey);
+  {
+    ProgressLine line("Converting");
+    (*bag)->Read(
+        [&](const Rosbag::Message& message) {
+          const Role role = message.topic < topics.size()
+                                ? choice->RoleOfTopic(&topics[message.topic])
+                                : Role::kNone;
+          if (role == Role::kNone) return;
+          const std::optional<ImuMessage> read = ReadRos1Message(role, message.data);
+          if (read) {
+            (*recording)->Add(role, message.received_ns, *read);
+          } else {
+            (*recording)->CountDamaged();
+          }
+        },
+        line.callback());
+  }
+  if ((*bag)->damaged_chunks() > 0) {
+    (*recording)->SetSource("chunks not whole", std::to_string((*bag)->damaged_chunks()));
+  }
+  if ((*bag)->damaged_records() > 0) {
+    (*recording)->SetSource("records not whole", std::to_string((*bag)->damaged_records()));
+  }
+  return (*recording)->Commit();
+}
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  const truetriad::convert::Converter converter = {
+      .format = "ros1",
+      .input = "a ROS 1 bag (.bag, version 2.0)",
+      .details =
+          "\nTopics of type sensor_msgs/Imu, MagneticField and Temperature are understood. "
+          "Without\n"
+          "--topic the only Imu and the only MagneticField are taken; --topic=A,B names them "
+          "where\n"
+          "there are several, and a Temperature, which is never taken unnamed. Time is that of "
+          "the\n"
+          "messages' headers. Bags that were never closed (.bag.active) or cut are read as far as\n"
+          "they are whole.\n",
+      .takes_topics = true,
+      .takes_instance = false,
+      .others = {},
+      .run = truetriad::convert::Run};
+  return truetriad::convert::RunConverter(converter, argc, argv);
+}

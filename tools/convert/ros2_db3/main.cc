@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// ROS 2 bags in SQLite (.db3) to a recording. formats.md §1.3.
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <sqlite3.h>
+
+#include "tools/convert/common/converter.h"
+#include "tools/convert/ros/imu_log.h"
+#include "tools/convert/ros2_db3/cdr_messages.h"
+#include "tools/truetriad/progress.h"
+
+namespace truetriad::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CloseDatabase {
+  void operator()(sqlite3* database) const { sqlite3_close_v2(database); }
+};
+struct Finalize {
+  void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+};
+using Database = std::unique_ptr<sqlite3, CloseDatabase>;
+using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
+
+std::string Text(sqlite3_stmt* statement, int column) {
+  const unsigned char* const text = sqlite3_column_text(statement, column);
+  const int size = sqlite3_column_bytes(statement, column);
+  return text == nullptr
+             ? std::string()
+             : std::string(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
+}
+
+/// `path` inside a file: URI.
+std::string Escaped(const std::string& path) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string uri;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '%' || c == '?' || c == '#' || byte < 0x21 || byte > 0x7e) {
+      uri += {'%', kHex[byte / 16], kHex[byte % 16]};
+    } else {
+      uri += c;
+    }
+  }
+  return uri;
+}
+
+class Bag {
+ public:
+  /// Error: no SQLite database, or not one of a bag.
+  static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
+    std::error_code missing;
+    if (!fs::is_regular_file(path, missing)) {
+      return BadInputError(path + (fs::is_directory(path, missing)
+                                       ? ": is a folder; name the .db3 file in it"
+                                       : ": cannot be read"));
+    }
+    // What a crashed recorder left in the -wal file belongs to the bag. Without one, `immutable`
+    // lets a bag on a read-only disk be read, and promises not to touch it.
+    const bool has_log =
+        fs::exists(path + "-wal", missing) && fs::file_size(path + "-wal", missing) > 0;
+    const std::string uri =
+        "file:" + Escaped(path) + (has_log ? "?mode=ro" : "?mode=ro&immutable=1");
+    sqlite3_hard_heap_limit64(std::int64_t{512} << 20U);
+    sqlite3* handle = nullptr;
+    const int failure =
+        sqlite3_open_v2(uri.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+    std::unique_ptr<Bag> bag(new Bag(path, Database(handle)));
+    if (failure != SQLITE_OK) return bag->Fail("cannot be opened");
+    constexpr int kLongestBlob = 64 << 20;
+    sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestBlob);
+    sqlite3_exec(
+        handle, "PRAGMA cell_size_check=ON; PRAGMA trusted_schema=OFF", nullptr, nullptr, nullptr);
+    Status topics = bag->ReadTopics();
+    if (!topics) {
+      // A file that is shorter than it says is refused, unless one insists.
+      sqlite3_exec(handle, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
+      topics = bag->ReadTopics();
+    }
+    TRUETRIAD_RETURN_IF_ERROR(topics);
+    return bag;
+  }
+
+  const std::vector<Topic>& topics() const { return topics_; }
+
+  /// How many messages each topic has, and when; as far as a damaged bag can be read.
+  void CountMessages() {
+    Statement all = Prepare(
+        "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
+        "topic_id");
+    int step = SQLITE_ERROR;
+    while (all && (step = sqlite3_step(all.get())) == SQLITE_ROW) {
+      for (std::size_t i = 0; i < ids_.size(); ++i) {
+        if (ids_[i] != sqlite3_column_int64(all.get(), 0)) continue;
+        topics_[i].messages = static_cast<std::uint64_t>(sqlite3_column_int64(all.get(), 1));
+        topics_[i].first_ns = sqlite3_column_int64(all.get(), 2);
+        topics_[i].last_ns = sqlite3_column_int64(all.get(), 3);
+      }
+    }
+    if (step == SQLITE_DONE) return;
+    Note(path_ + ": is damaged, its messages cannot be counted beforehand");
+    for (Topic& topic : topics_) topic.is_counted = false;
+  }
+
+  /// Hands the chosen topics' messages to `recording`, in the order in which they were written.
+  Status ReadMessages(const TopicChoice& choice, ImuRecording* recording) {
+    std::string ids;
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      if (choice.RoleOfTopic(&topics_[i]) != Role::kNone) {
+        ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
+      }
+    }
+    // Row by row along the table, not along an index: fast, and it survives a damaged index.
+    const std::string query =
+        "SELECT id, topic_id, timestamp, data FROM messages NOT INDEXED WHERE id >= ?1 AND "
+        "topic_id IN (" +
+        ids + ") ORDER BY id";
+    Statement statement = Prepare(query.c_str());
+    if (!statement) return Fail("its messages cannot be read");
+    const std::int64_t last = LastId();
+    ProgressLine line("Converting");
+    const ProgressCallback progress = line.callback();
+    std::int64_t id = 0;
+    for (std::int64_t from = 0;;) {
+      sqlite3_reset(statement.get());
+      sqlite3_bind_int64(statement.get(), 1, from);
+      int step = SQLITE_ROW;
+      for (std::uint64_t count = 0; (step = sqlite3_step(statement.get())) == SQLITE_ROW; ++count) {
+        id = sqlite3_column_int64(statement.get(), 0);
+        if (id < from) break;  // Rows of a damaged table that go round in a circle.
+        from = id + 1;
+        Take(statement.get(), choice, recording);
+        if (progress && count % 10000 == 0 && last > 0) {
+          progress(static_cast<double>(id) / static_cast<double>(last));
+        }
+      }
+      if (step == SQLITE_DONE) return {};
+      const std::optional<std::int64_t> next = NextReadable(&statement, from, last);
+      ++damages_;
+      const std::string lost =
+          next ? "at most " + Count(static_cast<std::uint64_t>(*next - from), "message", "messages")
+               : std::string("whatever comes");
+      Note(path_ + ": damaged (" + sqlite3_errmsg(database_.get()) + "): " + lost +
+           " of all topics after message " + std::to_string(from - 1) + " lost");
+      if (!next) return {};
+      from = *next;
+    }
+  }
+
+  std::uint64_t damages() const { return damages_; }
+
+ private:
+  Bag(std::string path, Database database)
+      : path_(std::move(path)), database_(std::move(database)) {}
+
+  Error Fail(const std::string& what) const {
+    return BadInputError(
+        path_ + ": " + what + ": " +
+        (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
+        "; a ROS 2 bag in SQLite (.db3) is expected. Of a damaged one, sqlite3's `.recover` "
+        "may bring back more");
+  }
+
+  Statement Prepare(const char* sql) const {
+    sqlite3_stmt* statement = nullptr;
+    sqlite3_prepare_v2(database_.get(), sql, -1, &statement, nullptr);
+    return Statement(statement);
+  }
+
+  Status ReadTopics() {
+    Statement all = Prepare("SELECT id, name, type, serialization_format FROM topics ORDER BY id");
+    if (!all) return Fail("is not a ROS 2 bag");
+    int step = SQLITE_DONE;
+    while ((step = sqlite3_step(all.get())) == SQLITE_ROW) {
+      Topic topic{.name = Text(all.get(), 1), .type = Text(all.get(), 2)};
+      if (RoleOf(topic.type) != Role::kNone && Text(all.get(), 3) != "cdr") {
+        topic.type += " as " + Text(all.get(), 3) + ", not cdr";
+      }
+      ids_.push_back(sqlite3_column_int64(all.get(), 0));
+      topics_.push_back(std::move(topic));
+    }
+    if (step != SQLITE_DONE && topics_.empty()) return Fail("its topics cannot be read");
+    return {};
+  }
+
+  std::int64_t LastId() const {
+    Statement last = Prepare("SELECT max(id) FROM messages");
+    const bool is_known = last && sqlite3_step(last.get()) == SQLITE_ROW;
+    // Far, where it is not known: NextReadable gets there in sixty steps.
+    return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
+  }
+
+  /// The first message after a damage: further and further on until there is one, then back.
+  static std::optional<std::int64_t> NextReadable(Statement* statement,
+                                                  std::int64_t from,
+                                                  std::int64_t last) {
+    const auto readable = [&](std::int64_t id) {
+      sqlite3_reset(statement->get());
+      sqlite3_bind_int64(statement->get(), 1, id);
+      const int step = sqlite3_step(statement->get());
+      return step == SQLITE_ROW;
+    };
+    std::int64_t damaged = from;
+    std::int64_t whole = from;
+    bool found = false;
+    for (std::int64_t reach = 1; !found && damaged < last; reach *= 2) {
+      whole = std::min(from + reach, last);
+      found = readable(whole);
+      if (!found) damaged = whole;
+    }
+    if (!found) return std::nullopt;
+    while (damaged + 1 < whole) {
+      const std::int64_t middle = damaged + (whole - damaged) / 2;
+      (readable(middle) ? whole : damaged) = middle;
+    }
+    return whole;
+  }
+
+  void Take(sqlite3_stmt* row, const TopicChoice& choice, ImuRecording* recording) {
+    const std::int64_t topic_id = sqlite3_column_int64(row, 1);
+    Role role = Role::kNone;
+    for (std::size_t i = 0; i < ids_.size(); ++i) {
+      if (ids_[i] == topic_id) role = choice.RoleOfTopic(&topics_[i]);
+    }
+    const void* const bytes = sqlite3_column_blob(row, 3);
+    const int size = sqlite3_column_bytes(row, 3);
+    const std::optional<ImuMessage> message =
+        bytes == nullptr ? std::nullopt
+                         : messages_.Read(role, bytes, static_cast<std::size_t>(size));
+    if (message) {
+      recording->Add(role, sqlite3_column_int64(row, 2), *message);
+    } else {
+      recording->CountDamaged();
+    }
+  }
+
+  std::string path_;
+  Database database_;
+  std::vector<Topic> topics_;
+  std::vector<std::int64_t> ids_;  ///< Of topics_.
+  CdrMessages messages_;
+  std::uint64_t damages_ = 0;
+};
+
+Status Run(const Arguments& arguments) {
+  Result<std::unique_ptr<Bag>> bag = Bag::Open(arguments.input);
+  TRUETRIAD_RETURN_IF_ERROR(bag);
+  (*bag)->CountMessages();
+  if (arguments.list) {
+    ListTopics((*bag)->topics());
+    return {};
+  }
+  const Result<TopicChoice> choice = ChooseTopics((*bag)->topics(), arguments);
+  TRUETRIAD_RETURN_IF_ERROR(choice);
+  Result<std::unique_ptr<ImuRecording>> recording = ImuRecording::Create(
+      *choice, arguments, "ros2-db3", "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION);
+  TRUETRIAD_RETURN_IF_ERROR(recording);
+  TRUETRIAD_RETURN_IF_ERROR((*bag)->ReadMessages(*choice, recording->get()));
+  if ((*bag)->damages() > 0) {
+    (*recording)->SetSource("damaged places", std::to_string((*bag)->damages()));
+  }
+  return (*recording)->Commit();
+}
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  const truetriad::convert::Converter converter = {
+      .format = "ros2-db3",
+      .input = "a ROS 2 bag in SQLite (.db3)",
+      .details =
+          "\nTopics of type sensor_msgs/msg/Imu, MagneticField and Temperature are understood.\n"
+          "Without --topic the only Imu and the only MagneticField are taken; --topic=A,B names\n"
+          "them where there are several, and a Temperature, which is never taken unnamed. Time is\n"
+          "that of the messages' headers.\n",
+      .takes_topics = true,
+      .takes_instance = false,
+      .others = {},
+      .run = truetriad::convert::Run};
+  return truetriad::convert::RunConverter(converter, argc, argv);
+}

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What gnss-ins-sim writes, a file a sensor and one of the times, to a recording.
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "io/csv_reader.h"
+#include "tools/convert/common/converter.h"
+#include "tools/convert/common/recording_folder.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "accel_x (m/s^2)" without its unit, and the unit.
+struct Heading {
+  std::string name;
+  std::string unit;
+};
+Heading ParseHeading(const std::string& text) {
+  const std::size_t open = text.find(" (");
+  if (open == std::string::npos || !text.ends_with(')')) return {text, ""};
+  return {text.substr(0, open), text.substr(open + 2, text.size() - open - 3)};
+}
+
+Result<std::unique_ptr<CsvReader>> Open(const fs::path& path) {
+  CsvLayout layout;
+  layout.separator = ',';
+  layout.header = CsvLayout::Header::kPresent;
+  return CsvReader::Open(path.string(), layout);
+}
+
+/// One sensor's file, its columns mapped.
+struct SensorFile {
+  TriadColumns triad;
+  std::unique_ptr<CsvReader> csv;
+};
+
+Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
+  Result<std::unique_ptr<CsvReader>> csv = Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(csv);
+  SensorFile file;
+  file.triad.triad = triad;
+  constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
+  if ((*csv)->column_count() != 3) {
+    return BadInputError(path.string() + ": has " + std::to_string((*csv)->column_count()) +
+                         " columns where x, y and z are expected");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const Heading heading = ParseHeading((*csv)->header()[axis]);
+    const std::string expected = std::string(TriadPrefix(triad)) + "_" + kAxes[axis];
+    if (heading.name != expected || (axis > 0 && heading.unit != file.triad.unit)) {
+      return BadInputError(path.string() + ":1: column `" + (*csv)->header()[axis] + "` where `" +
+                           expected + " (unit)` is expected, all three with one unit");
+    }
+    file.triad.unit = heading.unit;
+    TRUETRIAD_RETURN_IF_ERROR((*csv)->Map(axis, CsvReader::Kind::kNumber));
+  }
+  if (const Result<Unit> unit = ParseTriadUnit(triad, file.triad.unit); !unit) {
+    return BadInputError(path.string() + ":1: " + unit.error().message);
+  }
+  file.csv = std::move(*csv);
+  return file;
+}
+
+Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
+  Result<std::unique_ptr<CsvReader>> csv = Open(path);
+  TRUETRIAD_RETURN_IF_ERROR(csv);
+  const Heading heading = ParseHeading((*csv)->header()[0]);
+  if ((*csv)->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
+    return BadInputError(path.string() + ":1: one column `time (sec)` is expected");
+  }
+  constexpr int kSeconds = 9;
+  TRUETRIAD_RETURN_IF_ERROR((*csv)->Map(0, CsvReader::Kind::kTime, kSeconds));
+  return csv;
+}
+
+Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table) {
+  for (;;) {
+    const Result<std::size_t> count = time->Read();
+    TRUETRIAD_RETURN_IF_ERROR(count);
+    for (SensorFile& sensor : *sensors) {
+      const Result<std::size_t> rows = sensor.csv->Read();
+      TRUETRIAD_RETURN_IF_ERROR(rows);
+      if (*rows == *count) continue;
+      return BadInputError(sensor.csv->path() + ": has " + (*rows < *count ? "fewer" : "more") +
+                           " rows than " + time->path() + "; rows belong together one by one");
+    }
+    if (*count == 0) return {};
+    for (std::size_t i = 0; i < *count; ++i) {
+      if (time->Times(0)[i] == CsvReader::kMissingTime) {
+        return BadInputError(time->path() + ":" + std::to_string(time->Line(i)) + ": no time");
+      }
+      std::array<double, 9> readings{};
+      for (std::size_t sensor = 0; sensor < sensors->size(); ++sensor) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          readings[3 * sensor + axis] = (*sensors)[sensor].csv->Numbers(axis)[i];
+        }
+      }
+      table->Add(time->Times(0)[i], readings.data());
+    }
+  }
+}
+
+Status Run(const Arguments& arguments) {
+  const fs::path folder = arguments.input;
+  std::error_code missing;
+  if (!fs::is_directory(folder, missing)) {
+    return BadInputError(arguments.input +
+                         ": is no folder; one with time.csv, accel-0.csv, … is expected");
+  }
+  const std::string run = std::to_string(arguments.instance.value_or(0));
+  std::vector<std::pair<Triad, fs::path>> found;
+  for (const Triad triad : kTriads) {
+    const fs::path path = folder / (std::string(TriadPrefix(triad)) + "-" + run + ".csv");
+    if (fs::is_regular_file(path, missing)) found.emplace_back(triad, path);
+  }
+  if (found.empty()) {
+    return BadInputError(arguments.input + ": holds none of accel-" + run + ".csv, gyro-" + run +
+                         ".csv, mag-" + run + ".csv");
+  }
+  if (arguments.list) {
+    for (const auto& [triad, path] : found) {
+      std::printf("%s %s\n", std::string(TriadName(triad)).c_str(), path.filename().c_str());
+    }
+    return {};
+  }
+  Result<std::unique_ptr<CsvReader>> time = OpenTime(folder / "time.csv");
+  TRUETRIAD_RETURN_IF_ERROR(time);
+  std::vector<SensorFile> sensors;
+  std::vector<TriadColumns> triads;
+  for (const auto& [triad, path] : found) {
+    Result<SensorFile> sensor = OpenSensor(path, triad);
+    TRUETRIAD_RETURN_IF_ERROR(sensor);
+    triads.push_back(sensor->triad);
+    sensors.push_back(std::move(*sensor));
+  }
+  Result<std::unique_ptr<RecordingFolder>> recording = RecordingFolder::Create(arguments.output);
+  TRUETRIAD_RETURN_IF_ERROR(recording);
+  (*recording)->SetSource("format", "gnss-ins-sim");
+  (*recording)->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
+  (*recording)->SetSource("run", run);
+  Table* const table = (*recording)->AddTable("recording.csv", triads, false);
+  TRUETRIAD_RETURN_IF_ERROR(CopyRows(time->get(), &sensors, table));
+  return (*recording)->Commit();
+}
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  const truetriad::convert::Converter converter = {
+      .format = "gnss-ins-sim",
+      .input = "a folder that gnss-ins-sim wrote (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
+      .details = "\n--instance=N takes run N: accel-N.csv and so on; without it run 0.\n",
+      .takes_topics = false,
+      .takes_instance = true,
+      .others = {},
+      .run = truetriad::convert::Run};
+  return truetriad::convert::RunConverter(converter, argc, argv);
+}

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A folder with one recording a face of a block to one recording with six named rests.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "tools/convert/common/converter.h"
+#include "tools/convert/common/recording_folder.h"
+#include "truetriad/io/recording.h"
+#include "truetriad/io/recording_writer.h"
+
+namespace truetriad::convert {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A face, named by the axis that points up, and what its file may be called.
+struct Face {
+  std::string_view name;
+  std::string_view word;
+};
+constexpr std::array<Face, 6> kFaces = {{{"+x", "x_up"},
+                                         {"-x", "x_down"},
+                                         {"+y", "y_up"},
+                                         {"-y", "y_down"},
+                                         {"+z", "z_up"},
+                                         {"-z", "z_down"}}};
+
+/// The file of a face; nullopt where there is none. Error: more than one.
+Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder) {
+  std::optional<fs::path> found;
+  for (const std::string_view name : {face.name, face.word}) {
+    for (const std::string_view extension : {".csv", ".csv.gz", ".yaml"}) {
+      const fs::path path = folder / (std::string(name) + std::string(extension));
+      std::error_code missing;
+      if (!fs::is_regular_file(path, missing)) continue;
+      if (found) {
+        return BadInputError(path.string() + ": " + found->filename().string() +
+                             " stands for the same face; one of them is expected");
+      }
+      found = path;
+    }
+  }
+  return found;
+}
+
+/// What one file holds: readings by time, so that triads of other rates find their rows.
+struct Rest {
+  struct Row {
+    std::array<double, 9> readings{};
+    double temperature_degc = 0.0;
+    unsigned present = 0;
+  };
+  std::vector<StreamInfo> streams;
+  std::map<std::int64_t, Row> rows;
+};
+
+Result<Rest> ReadRest(const fs::path& path) {
+  // Rests are short, but a wrong file may not be.
+  constexpr std::size_t kMostRows = 20'000'000;
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(path.string());
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  Rest rest;
+  rest.streams = (*source)->info().streams;
+  if (!(*source)->info().has_time) {
+    return BadInputError(path.string() + ": has no time column; a pose table needs no conversion");
+  }
+  std::vector<SampleBlock> blocks;
+  for (;;) {
+    const Result<bool> more = (*source)->Next(&blocks);
+    TRUETRIAD_RETURN_IF_ERROR(more);
+    if (!*more) break;
+    for (const SampleBlock& block : blocks) {
+      const auto stream = std::find_if(rest.streams.begin(),
+                                       rest.streams.end(),
+                                       [&](const auto& s) { return s.triad == block.triad; });
+      const auto index = static_cast<std::size_t>(stream - rest.streams.begin());
+      for (std::size_t i = 0; i < block.x.size(); ++i) {
+        Rest::Row& row = rest.rows[block.time_ns[i]];
+        row.readings[3 * index] = block.x[i];
+        row.readings[3 * index + 1] = block.y[i];
+        row.readings[3 * index + 2] = block.z[i];
+        row.present |= 1U << index;
+        if (!block.temperature_degc.empty()) row.temperature_degc = block.temperature_degc[i];
+      }
+    }
+    if (rest.rows.size() > kMostRows)
+      return BadInputError(path.string() + ": is too long for a rest");
+  }
+  if (rest.rows.empty()) return BadInputError(path.string() + ": holds no readings");
+  return rest;
+}
+
+bool HasTemperature(const std::vector<StreamInfo>& streams) {
+  return std::any_of(streams.begin(), streams.end(), [](const StreamInfo& stream) {
+    return stream.has_temperature;
+  });
+}
+
+Status CheckSameStreams(const Rest& first, const Rest& rest, const fs::path& path) {
+  bool same = first.streams.size() == rest.streams.size() &&
+              HasTemperature(first.streams) == HasTemperature(rest.streams);
+  for (std::size_t i = 0; same && i < rest.streams.size(); ++i) {
+    same = first.streams[i].triad == rest.streams[i].triad &&
+           first.streams[i].unit.name == rest.streams[i].unit.name;
+  }
+  if (same) return {};
+  return BadInputError(path.string() +
+                       ": has other sensors or units than the files of the faces before");
+}
+
+Status Run(const Arguments& arguments) {
+  std::error_code missing;
+  if (!fs::is_directory(arguments.input, missing)) {
+    return BadInputError(arguments.input +
+                         ": is no folder; one with +x.csv, -x.csv, … is expected");
+  }
+  std::vector<std::pair<std::string, fs::path>> files;
+  for (const Face& face : kFaces) {
+    const Result<std::optional<fs::path>> file = FileOf(face, arguments.input);
+    TRUETRIAD_RETURN_IF_ERROR(file);
+    if (*file) files.emplace_back(face.name, **file);
+  }
+  if (files.empty()) {
+    return BadInputError(arguments.input +
+                         ": holds no file of a face; +x.csv, -x.csv, +y.csv, … (or x_up.csv, "
+                         "x_down.csv, …), named by the axis that points up, are expected");
+  }
+  if (arguments.list) {
+    for (const auto& [face, path] : files) {
+      std::printf("%s %s\n", face.c_str(), path.filename().c_str());
+    }
+    return {};
+  }
+  Result<std::unique_ptr<RecordingFolder>> folder = RecordingFolder::Create(arguments.output);
+  TRUETRIAD_RETURN_IF_ERROR(folder);
+  (*folder)->SetSource("format", "six-face");
+  (*folder)->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
+  Rest first;
+  Table* table = nullptr;
+  std::vector<PoseRange> poses;
+  std::int64_t row = 0;
+  std::int64_t next_start_ns = 0;
+  for (const auto& [face, path] : files) {
+    Result<Rest> rest = ReadRest(path);
+    TRUETRIAD_RETURN_IF_ERROR(rest);
+    if (table == nullptr) {
+      std::vector<TriadColumns> triads;
+      for (const StreamInfo& stream : rest->streams) {
+        triads.push_back({.triad = stream.triad, .unit = stream.unit.name, .applied = {}});
+      }
+      table = (*folder)->AddTable("recording.csv", triads, HasTemperature(rest->streams));
+      first.streams = rest->streams;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, *rest, path));
+    // One after another, with a pause in between in which the block is turned.
+    constexpr std::int64_t kPauseNs = 1'000'000'000;
+    const std::int64_t shift_ns = next_start_ns - rest->rows.begin()->first;
+    for (const auto& [time_ns, reading] : rest->rows) {
+      table->SetTemperature(reading.temperature_degc);
+      table->Add(time_ns + shift_ns, reading.readings.data(), reading.present);
+    }
+    const auto count = static_cast<std::int64_t>(rest->rows.size());
+    poses.push_back(
+        {.first = row, .last = row + count - 1, .id = path.stem().string(), .face_up = face});
+    row += count;
+    next_start_ns = rest->rows.rbegin()->first + shift_ns + kPauseNs;
+  }
+  if (files.size() < kFaces.size()) {
+    Note(Count(files.size(), "face", "faces") + " of six have a file");
+  }
+  (*folder)->SetPoses(PoseRangesToYaml(poses));
+  return (*folder)->Commit();
+}
+
+}  // namespace
+}  // namespace truetriad::convert
+
+int main(int argc, char** argv) {
+  const truetriad::convert::Converter converter = {
+      .format = "six-face",
+      .input = "a folder with one recording a face, +x.csv, -x.csv, +y.csv, …,",
+      .details =
+          "\nA file is named by the body axis that points up: +x.csv, or x_up.csv and x_down.csv. "
+          "Each\n"
+          "is a self-describing CSV or a manifest. Times follow one another with a second in "
+          "between,\n"
+          "and poses.yaml says which rows are which face.\n",
+      .takes_topics = false,
+      .takes_instance = false,
+      .others = {},
+      .run = truetriad::convert::Run};
+  return truetriad::convert::RunConverter(converter, argc, argv);
+}

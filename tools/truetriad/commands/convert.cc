@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include <gflags/gflags.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
+#include "tools/truetriad/mappings.h"
+#include "truetriad/base/companion.h"
+#include "truetriad/base/spelling.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/io/mapping.h"
+#include "truetriad/io/recording.h"
+
+DECLARE_string(from);
+DEFINE_string(topic, "", "topics or messages, where the log has several; commas between them");
+DEFINE_bool(list, false, "only say what the log holds: topics, instances, variables");
+DEFINE_string(
+    columns,
+    "",
+    "what a variable of a .mat file is, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A format that a converter program reads.
+struct LogFormat {
+  std::string_view name;
+  std::string_view description;
+  std::string_view needs;  ///< What to install where the program is missing; empty: always built.
+  bool is_script = false;  ///< Runs under Node.
+};
+
+constexpr std::array<LogFormat, 9> kLogFormats = {{
+    {"dataflash", "ArduPilot DataFlash log (.bin)", "", false},
+    {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev", false},
+    {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev", false},
+    {"mat", "MATLAB file (.mat, v5 to v7.3)", "libmatio-dev", false},
+    {"six-face", "folder with one recording a face: +x.csv, -x.csv, …", "", false},
+    {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …", "", false},
+    {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
+    {"ulog", "PX4 ULog (.ulg)", "", true},
+    {"parquet", "Parquet table (.parquet)", "", true},
+}};
+
+const LogFormat* FindFormat(std::string_view name) {
+  const auto* const found = std::find_if(
+      kLogFormats.begin(), kLogFormats.end(), [&](const LogFormat& f) { return f.name == name; });
+  return found == kLogFormats.end() ? nullptr : found;
+}
+
+bool IsInPath(std::string_view program) {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
+  }
+  return false;
+}
+
+/// The converter of `format`. Error (usage): it is not there; says what to install.
+Result<std::string> FindConverter(const LogFormat& format) {
+  const std::string program = "truetriad-convert-" + std::string(format.name);
+  const std::optional<std::string> found = FindCompanion(program);
+  if (format.is_script && !IsInPath("node")) {
+    return UsageError("--from=" + std::string(format.name) +
+                      ": needs Node.js, which is not in PATH; install nodejs (and npm, to set up "
+                      "tools/convert-node)");
+  }
+  if (found) return *found;
+  std::string what =
+      "--from=" + std::string(format.name) + ": there is no " + program + " beside this program; ";
+  if (format.is_script) {
+    what += "set up tools/convert-node (nodejs and npm), as docs/converting.md says";
+  } else if (!format.needs.empty()) {
+    what += "install " + std::string(format.needs) + " and build again";
+  } else {
+    what += "build or install it again";
+  }
+  return UsageError(what);
+}
+
+/// Runs a converter to its end. Its exit code, or why it did not run.
+Result<int> RunConverter(const std::string& program, const std::vector<std::string>& arguments) {
+  std::vector<std::string> words = {program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (std::string& word : words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  std::fflush(stdout);
+  pid_t child = 0;
+  const int failure =
+      posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ);
+  if (failure != 0) return BadInputError(program + ": cannot be run: " + std::strerror(failure));
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) return BadInputError(program + ": " + std::strerror(errno));
+  }
+  if (WIFEXITED(status)) return WEXITSTATUS(status);
+  return BadInputError(program + " was ended by signal " + std::to_string(WTERMSIG(status)) +
+                       "; nothing was written");
+}
+
+Result<int> ConvertLog(const LogFormat& format) {
+  const Result<std::string> program = FindConverter(format);
+  TRUETRIAD_RETURN_IF_ERROR(program);
+  std::vector<std::string> arguments = {FLAGS_input};
+  const auto pass = [&](const std::string& flag, const std::string& value) {
+    if (!value.empty()) arguments.push_back("--" + flag + "=" + value);
+  };
+  pass("output", FLAGS_output);
+  pass("topic", FLAGS_topic);
+  pass("instance", FLAGS_instance);
+  pass("columns", FLAGS_columns);
+  pass("units", FLAGS_units);
+  if (FLAGS_list) arguments.push_back("--list");
+  return RunConverter(*program, arguments);
+}
+
+/// Whether the manifest can be opened, and what it holds.
+Result<std::string> DescribeStreams(const std::string& manifest) {
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(manifest);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  std::string text;
+  for (const StreamInfo& stream : (*source)->info().streams) {
+    text += (text.empty() ? "" : ", ") + std::string(TriadName(stream.triad)) + " in " +
+            stream.unit.name;
+  }
+  return text;
+}
+
+Result<int> ConvertTable(const std::string& name, const std::string& mapping) {
+  if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
+      !FLAGS_units.empty()) {
+    return UsageError("--from=" + name +
+                      " is a table of known columns: --list, --topic, "
+                      "--instance, --columns and --units have no meaning for it");
+  }
+  std::vector<std::string> inputs;
+  std::istringstream list(FLAGS_input);
+  for (std::string path; std::getline(list, path, ',');) inputs.push_back(path);
+  const bool is_new = !fs::exists(FLAGS_output);
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  const std::string draft = (fs::path(FLAGS_output) / ".recording.tmp.yaml").string();
+  const auto write = [&]() -> Result<std::string> {
+    const Result<std::string> manifest = ManifestFromMapping(mapping, name, inputs, FLAGS_output);
+    TRUETRIAD_RETURN_IF_ERROR(manifest);
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(draft, *manifest));
+    return DescribeStreams(draft);
+  };
+  const Result<std::string> streams = write();
+  std::error_code failure;
+  if (!streams) {
+    fs::remove(draft, failure);
+    if (is_new) fs::remove(FLAGS_output, failure);
+    return streams.error();
+  }
+  const fs::path path = fs::path(FLAGS_output) / "recording.yaml";
+  fs::rename(draft, path, failure);
+  if (failure) return BadInputError(path.string() + ": cannot be written: " + failure.message());
+  std::printf("%s\n", path.c_str());
+  std::fprintf(stderr, "truetriad convert: %s\n", streams->c_str());
+  return kExitGood;
+}
+
+std::vector<std::string_view> FormatNames() {
+  std::vector<std::string_view> names = {"bbl"};
+  for (const LogFormat& format : kLogFormats) names.push_back(format.name);
+  for (const ShippedMapping& mapping : ShippedMappings()) names.push_back(mapping.name);
+  return names;
+}
+
+Result<int> Run(const std::vector<std::string>&) {
+  if (FLAGS_output.empty() && !FLAGS_list) {
+    return UsageError("--output is needed: the folder of the recording; or --list");
+  }
+  if (const LogFormat* const format = FindFormat(FLAGS_from)) return ConvertLog(*format);
+  for (const ShippedMapping& mapping : ShippedMappings()) {
+    if (mapping.name == FLAGS_from) return ConvertTable(FLAGS_from, std::string(mapping.text));
+  }
+  if (FLAGS_from == "bbl" || FLAGS_from == "bfl") {
+    return UsageError(
+        "--from=" + FLAGS_from +
+        ": a raw blackbox log is decoded by Betaflight's own program first: blackbox_decode "
+        "--unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; then convert --from=blackbox "
+        "--input=LOG.01.csv");
+  }
+  if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
+    const Result<std::string> mapping = ReadMappingFile(FLAGS_from);
+    TRUETRIAD_RETURN_IF_ERROR(mapping);
+    return ConvertTable(FLAGS_from, *mapping);
+  }
+  return UsageError(
+      "--from=" + FLAGS_from + " is not a format" + DidYouMean(FLAGS_from, FormatNames()) +
+      "; `truetriad help convert` lists them, and a mapping of your own is a .yaml file");
+}
+
+std::string FormatList() {
+  std::string text = "Formats:\n";
+  const auto add = [&](std::string_view format, std::string_view description) {
+    std::string name(format);
+    name.resize(14, ' ');
+    text.append("  ").append(name).append(description).append("\n");
+  };
+  for (const LogFormat& format : kLogFormats) add(format.name, format.description);
+  for (const ShippedMapping& mapping : ShippedMappings()) {
+    const Result<MappingInfo> info =
+        ReadMappingInfo(std::string(mapping.text), std::string(mapping.name));
+    if (info) add(mapping.name, info->about);
+  }
+  add("FILE.yaml", "a mapping of your own, like those in configs/mappings");
+  return text;
+}
+
+}  // namespace
+
+Command ConvertCommand() {
+  static const std::string& details = *new std::string(
+      FormatList() +
+      "\nWrites DIR/recording.yaml and its CSV files, which --input of every verb takes. What is\n"
+      "whole in a damaged log is converted, and what is not is counted. A mapping writes the\n"
+      "manifest alone, which names the log where it lies; several files stand with commas.\n"
+      "docs/converting.md says more about each.\n");
+  return {.name = "convert",
+          .summary = "How does a log of another system become a recording?",
+          .examples =
+              "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
+              "--output=out/foreign\n"
+              "build/truetriad inspect --input=out/foreign/recording.yaml",
+          .details = details,
+          .flags = {{"from", "FORMAT", true},
+                    {"input", "FILE", true},
+                    {"output", "DIR"},
+                    {"list", "true"},
+                    {"topic", "NAME[,NAME]"},
+                    {"instance", "N"},
+                    {"columns", "WHAT=NAME[,WHAT=NAME]"},
+                    {"units", "UNIT[,UNIT]"}},
+          .run = Run};
+}
+
+}  // namespace truetriad
