@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Usage: tools/package.sh [--check]
 # Builds the Debian packages truetriad and libtruetriad-dev in out/packages. With --check (as root):
-# installs the program into a fresh minimal Debian 12 (debootstrap, some minutes and 400 MB) and
-# calibrates the shipped recording there.
+# installs the program into a fresh minimal Debian 12 (debootstrap, some minutes and 500 MB),
+# calibrates the shipped recording there and converts a table.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -31,7 +31,7 @@ mirror=$(apt-cache policy base-files | awk '$2 ~ /^(http|https|file):/ { print $
 debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 ||
   { tail -5 "$root.log" >&2; exit 1; }
 rm -f "$root.log"
-cp out/packages/truetriad_*.deb "$root/tmp/"
+cp out/packages/truetriad_*.deb tests/convert_node/table.parquet "$root/tmp/"
 # The mirror may need this machine's settings.
 cp -rL /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 cp /etc/apt/apt.conf.d/*proxy* "$root/etc/apt/apt.conf.d/" 2>/dev/null || true
@@ -44,7 +44,13 @@ unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /bin/sh -e
   truetriad version
   truetriad calibrate --config=/usr/share/truetriad/configs/experiments/joint.yaml --output=out
   test -s out/report.html -a -s /usr/share/truetriad/magnetic/wmm2025.wmm
+  convert=/usr/libexec/truetriad/truetriad-convert-parquet
+  if test -e $convert; then
+    apt-get install -q -y --no-install-recommends nodejs
+    $convert table.parquet --output=table
+    truetriad inspect --input=table/recording.yaml || test $? -eq 3
+  fi
 ' >"$root.out" 2>&1 || { tail -20 "$root.out" >&2; rm -f "$root.out"; exit 1; }
-grep -E "^(truetriad |USABLE)|newly installed" "$root.out"
+grep -E "^(truetriad |USABLE)|newly installed|recording.yaml" "$root.out"
 rm -f "$root.out"
 echo "The package installs and runs in a fresh Debian 12."
