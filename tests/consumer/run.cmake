@@ -77,6 +77,12 @@ reference:
 run(COMMAND ${truetriad} calibrate --config=${WORK}/clean.yaml --output=${WORK}/out OUTPUT printed)
 expect("${printed}" "48.21")
 
+if(EXISTS ${BUILD}/truetriad-convert-parquet)
+  run(COMMAND ${prefix}/libexec/truetriad/truetriad-convert-parquet
+    ${SOURCE}/tests/convert_node/table.parquet --output=${WORK}/table OUTPUT printed)
+  expect("${printed}" "table/recording.yaml")
+endif()
+
 foreach(file share/man/man1/truetriad.1 share/bash-completion/completions/truetriad
     share/doc/truetriad/LICENSE share/truetriad/magnetic/README.md)
   if(NOT EXISTS ${prefix}/${file})

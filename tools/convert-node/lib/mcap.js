@@ -60,8 +60,10 @@ async function loadDecompressors() {
 }
 
 class Mcap {
-  constructor(file) {
+  /** `wanted(name)`: whether the text of a schema is of use. */
+  constructor(file, wanted) {
     this.file = file;
+    this.wanted = wanted;
     this.schemas = new Map(); // id -> { name, encoding, text }
     this.channels = new Map(); // id -> { topic, encoding, schema }
     this.damaged = new Map(); // what -> how many
@@ -201,7 +203,8 @@ class Mcap {
         const id = cursor.u16();
         const name = cursor.text();
         const encoding = cursor.text();
-        if (!this.schemas.has(id)) this.schemas.set(id, { name, encoding, text: cursor.text() });
+        const text = this.wanted(name) ? cursor.text() : '';
+        if (!this.schemas.has(id)) this.schemas.set(id, { name, encoding, text });
       } else if (opcode === kOp.channel) {
         const id = cursor.u16();
         const schema = this.schemas.get(cursor.u16());

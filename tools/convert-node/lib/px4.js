@@ -42,7 +42,9 @@ function decoder(subscription, stream) {
     const at = 2 + found.at + i * found.step;
     return at + found.step <= message.length ? Number(found.read(message, at)) : NaN;
   };
-  const time = field(stream.corrected ? 'timestamp' : 'timestamp_sample') ?? field('timestamp');
+  // A combined topic states the times of its sensors relative to its own.
+  const isCombined = fields.has('accelerometer_timestamp_relative');
+  const time = (!isCombined && field('timestamp_sample')) || field('timestamp');
   if (!time || time.step !== 8) return null;
   const decode = {
     unit: stream.unit,

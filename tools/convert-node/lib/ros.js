@@ -23,6 +23,10 @@ function roleOf(channel) {
   return (channel.schema && kRoles[channel.schema.name]) ?? null;
 }
 
+function openLog(file) {
+  return new Mcap(file, (schema) => schema in kRoles);
+}
+
 function isReadable(channel) {
   return channel.encoding === 'cdr' && channel.schema?.encoding === 'ros2msg';
 }
@@ -86,22 +90,38 @@ function choose(topics, options) {
 
 /** Reads messages of `channel`; throws where its schema is none. */
 function readerOf(channel, readers) {
-  let reader = readers.get(channel);
-  if (!reader) {
-    reader = new MessageReader(parseDefinition(channel.schema.text, { ros2: true }));
-    readers.set(channel, reader);
+  if (!readers.has(channel)) {
+    readers.set(channel, null);
+    readers.set(channel, new MessageReader(parseDefinition(channel.schema.text, { ros2: true })));
   }
-  return reader;
+  return readers.get(channel);
 }
 
-function stampNs(message, fallbackNs) {
-  const { sec, nanosec, nsec } = message.header.stamp;
-  const ns = BigInt(sec) * 1_000_000_000n + BigInt(nanosec ?? nsec);
-  return ns === 0n ? fallbackNs : ns;
+/** [x, y, z] of a vector; null where the covariance says that there is none. */
+function readings(vector, covariance) {
+  return covariance && covariance[0] === -1 ? null : [vector.x, vector.y, vector.z];
+}
+
+/** What a message says: { timeNs, stamped, frame, readings: [[triad, [x, y, z]]] }; null: damaged. */
+function decode(channel, { logNs, data }, readers) {
+  try {
+    const message = readerOf(channel, readers).readMessage(data);
+    const { stamp, frame_id: frame } = message.header;
+    const stampNs = BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nanosec);
+    const found =
+      roleOf(channel) === 'field'
+        ? [['magnetometer', readings(message.magnetic_field)]]
+        : [['accelerometer', readings(message.linear_acceleration, message.linear_acceleration_covariance)],
+           ['gyroscope', readings(message.angular_velocity, message.angular_velocity_covariance)]];
+    return { timeNs: stampNs === 0n ? logNs : stampNs, stamped: stampNs !== 0n,
+      frame: printable(frame).slice(0, 100), readings: found.filter(([, values]) => values) };
+  } catch {
+    return null;
+  }
 }
 
 async function run(options, note) {
-  const log = new Mcap(options.input);
+  const log = openLog(options.input);
   const topics = await topicsOf(log);
   if (options.list) {
     if (log.damage()) note(`${options.input}: ${log.damage()}`);
@@ -119,35 +139,18 @@ async function run(options, note) {
   const frames = new Set();
   let damaged = 0;
   let unstamped = 0;
-  /** True unless the covariance says that the message holds no such reading. */
-  const has = (covariance) => !(covariance && covariance[0] === -1);
-  const again = new Mcap(options.input);
-  await again.read((channel, { logNs, data }) => {
+  const again = openLog(options.input);
+  await again.read((channel, message) => {
     const role = roleOf(channel);
     if (!role || chosen[role]?.name !== channel.topic) return;
-    let message;
-    try {
-      message = readerOf(channel, readers).readMessage(data);
-    } catch {
+    const decoded = decode(channel, message, readers);
+    if (!decoded) {
       ++damaged;
       return;
     }
-    const timeNs = stampNs(message, logNs);
-    if (message.header.stamp.sec === 0 && (message.header.stamp.nanosec ?? message.header.stamp.nsec) === 0) ++unstamped;
-    if (frames.size < 4) frames.add(printable(message.header.frame_id).slice(0, 100));
-    if (role === 'field') {
-      const { x, y, z } = message.magnetic_field;
-      tables.magnetometer.add(timeNs, x, y, z);
-      return;
-    }
-    if (has(message.linear_acceleration_covariance)) {
-      const { x, y, z } = message.linear_acceleration;
-      tables.accelerometer.add(timeNs, x, y, z);
-    }
-    if (has(message.angular_velocity_covariance)) {
-      const { x, y, z } = message.angular_velocity;
-      tables.gyroscope.add(timeNs, x, y, z);
-    }
+    if (!decoded.stamped) ++unstamped;
+    if (frames.size < 4) frames.add(decoded.frame);
+    for (const [triad, [x, y, z]] of decoded.readings) tables[triad].add(decoded.timeNs, x, y, z);
   });
   folder.closeTables();
   const names = [chosen.imu, chosen.field].filter((topic) => topic).map((topic) => topic.name);

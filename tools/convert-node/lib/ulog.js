@@ -30,7 +30,6 @@ const kTypes = {
   float: { size: 4, read: (b, at) => b.readFloatLE(at) },
   double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
 };
-const kDeepestNesting = 8;
 
 const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
 
@@ -55,15 +54,20 @@ class Ulog {
     this.barriers = [];
   }
 
-  /** Layout of a message; null when its definition is missing or damaged. */
-  layout(name, depth = 0) {
-    if (depth === 0 && this.layouts.has(name)) return this.layouts.get(name);
+  /**
+   * Layout of a message; null when its definition is missing, damaged or holds itself. `visited`:
+   * definitions that are being laid out or have none, so that each is laid out once.
+   */
+  layout(name, visited = new Set()) {
+    const known = this.layouts.get(name);
+    if (known) return known;
     const fields = this.formats.get(name);
-    if (!fields || depth > kDeepestNesting) return null;
+    if (!fields || visited.has(name)) return null;
+    visited.add(name);
     const layout = { size: 0, least: 0, fields: new Map() };
     for (const field of fields) {
       const basic = kTypes[field.type];
-      const size = basic ? basic.size : this.layout(field.type, depth + 1)?.size;
+      const size = basic ? basic.size : this.layout(field.type, visited)?.size;
       if (!size) return null;
       if (basic) {
         layout.fields.set(field.name, { at: layout.size, length: field.length, step: size, read: basic.read });
@@ -72,7 +76,7 @@ class Ulog {
       // Padding at the end is not written.
       if (!field.name.startsWith('_padding')) layout.least = layout.size;
     }
-    if (depth === 0) this.layouts.set(name, layout);
+    this.layouts.set(name, layout);
     return layout;
   }
 
@@ -139,8 +143,7 @@ class Ulog {
         const name = message.toString('latin1', 3);
         const id = message.readUInt16LE(1);
         if (this.subscriptions.has(id)) break;
-        this.subscriptions.set(id, {
-          name, instance: message[0], layout: this.layout(name), rows: 0, stored: this.layout(name) !== null });
+        this.subscriptions.set(id, { name, instance: message[0], layout: this.layout(name), rows: 0 });
         break;
       }
       case 'P':
