@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Usage: tools/build.sh TARGET [CMAKE_OPTION]...
 # Installs what is missing and builds the target in build/, optimised. Options stay as they are
-# unless given, so that demo and tests share what is compiled.
+# unless given, so that demo and tests share what is compiled. TRUETRIAD_BUILD_FOLDER: not build/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,5 +11,6 @@ if command -v ccache >/dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
   export CCACHE_SLOPPINESS=pch_defines,time_macros  # Without it precompiled headers never hit.
 fi
-cmake -S . -B build -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release "${@:2}"
-cmake --build build --parallel "$(nproc)" --target "$1"
+folder=${TRUETRIAD_BUILD_FOLDER:-build}
+cmake -S . -B "$folder" -G Ninja --log-level=WARNING -DCMAKE_BUILD_TYPE=Release "${@:2}"
+cmake --build "$folder" --parallel "$(nproc)" --target "$1"

@@ -7,23 +7,52 @@
 #include <vector>
 
 namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The folder of the running program; empty when the system does not tell.
+fs::path ProgramFolder() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
+
+}  // namespace
 
 std::optional<std::string> FindCompanion(std::string_view file_name) {
-  namespace fs = std::filesystem;
-  std::error_code error;
   std::vector<fs::path> places;
   if (const char* const stated = std::getenv("TRUETRIAD_LIBEXEC")) places.emplace_back(stated);
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const fs::path here = program.parent_path();
+  if (const fs::path here = ProgramFolder(); !here.empty()) {
     places.push_back(here);
     places.push_back(here.parent_path() / "libexec" / "truetriad");
   }
   for (const fs::path& place : places) {
     const fs::path candidate = place / file_name;
+    std::error_code error;
     if (fs::is_regular_file(candidate, error)) return candidate.string();
   }
   return std::nullopt;
+}
+
+Result<std::string> FindSharedFile(std::string_view file_name) {
+  std::vector<fs::path> places;
+  if (const char* folder = std::getenv("TRUETRIAD_SHARE"); folder != nullptr && *folder != '\0') {
+    places.emplace_back(folder);
+  } else if (const fs::path here = ProgramFolder(); !here.empty()) {
+    places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
+  }
+  std::string tried;
+  for (const fs::path& place : places) {
+    const fs::path candidate = place / file_name;
+    std::error_code error;
+    if (fs::is_regular_file(candidate, error)) return candidate.string();
+    tried += (tried.empty() ? "" : " nor in ") + place.string();
+  }
+  return BadInputError("the file " + std::string(file_name) +
+                       ", which comes with truetriad, is not in " +
+                       (tried.empty() ? "its folder" : tried) +
+                       "; install truetriad anew, or name the folder that holds it in the "
+                       "environment variable TRUETRIAD_SHARE");
 }
 
 }  // namespace truetriad

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <GeographicLib/NormalGravity.hpp>
 
 #include "config/documents.h"
 #include "config/experiment_draft.h"
@@ -23,9 +22,6 @@ namespace truetriad {
 namespace {
 
 using Draft = ExperimentDraft;
-
-/// Typical anomaly of gravity against the normal gravity of the ellipsoid. formats.md §4.
-constexpr double kNormalGravitySigmaMps2 = 5e-4;
 
 // --------------------------------------------------------------------------------------- sections
 
@@ -45,10 +41,14 @@ void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
   };
   read("latitude_deg", {-90.0, 90.0, "a latitude of -90 to 90 degrees"}, &site.latitude_deg);
   read("height_m", {-1000.0, 20000.0, "a height in metres"}, &site.height_m);
-  ReadNumber(reader.Child("longitude_deg"),
-             {-180.0, 360.0, "a longitude of -180 to 360 degrees"},
-             &site.longitude_deg);
-  reader.Optional("date", &site.date);
+  if (double longitude = 0.0; ReadNumber(reader.Child("longitude_deg"),
+                                         {-180.0, 360.0, "a longitude of -180 to 360 degrees"},
+                                         &longitude)) {
+    site.longitude_deg = longitude;
+  }
+  if (YamlReader date = reader.Child("date"); date.Read(&site.date)) {
+    if (const Result<double> year = DecimalYear(site.date); !year) date.Fail(year.error().message);
+  }
   reader.RejectUnknown();
   *position = site;
 }
@@ -70,9 +70,12 @@ void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate
                  &latitude)) {
     stated.latitude = latitude;
   }
-  ReadNumber(reader.Child("declination_deg"),
-             {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive,"},
-             &stated.declination);
+  double declination = 0.0;
+  if (ReadNumber(reader.Child("declination_deg"),
+                 {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive,"},
+                 &declination)) {
+    stated.declination = declination;
+  }
   reader.RejectUnknown();
   *earth_rate = stated;
 }
@@ -93,6 +96,7 @@ void ReadReference(YamlReader reader, Draft* draft) {
                true,
                &draft->dip_deg);
     ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
+    ReadChoice(field.Child("site"), kFieldSites, &draft->field_site);
     field.RejectUnknown();
   }
   ReadNumber(reader.Child("temperature_degc"),
@@ -400,15 +404,97 @@ void SettleGravity(Draft* draft) {
   Stated& gravity = draft->gravity_mps2;
   if (!gravity.value && draft->experiment.position) {
     const SitePosition& position = *draft->experiment.position;
-    double y = 0.0;
-    double z = 0.0;
-    // The return value is the potential, not gravity.
-    GeographicLib::NormalGravity::WGS84().Gravity(position.latitude_deg, position.height_m, y, z);
     draft->given.insert("reference.gravity_mps2");
-    gravity = {std::hypot(y, z), gravity.sigma.value_or(kNormalGravitySigmaMps2)};
+    gravity = {NormalGravityMps2(position.latitude_deg, position.height_m),
+               gravity.sigma.value_or(kNormalGravitySigmaMps2)};
   }
   if (!gravity.value) gravity.value = kStandardGravityMps2;
   draft->experiment.options.reference.gravity_mps2 = KnowledgeOf(gravity);
+}
+
+/// The Earth's field at the position, or why there is none; neither when nothing asks for it.
+void FindEarthField(Experiment* experiment) {
+  experiment->earth_field.reset();
+  experiment->no_earth_field.clear();
+  if (!experiment->position) {
+    experiment->no_earth_field =
+        "`reference.position` is missing; give its latitude_deg, longitude_deg, height_m and date";
+    return;
+  }
+  const SitePosition& position = *experiment->position;
+  if (!position.longitude_deg || position.date.empty()) {
+    experiment->no_earth_field = "`reference.position` has no " +
+                                 std::string(position.longitude_deg  ? "date"
+                                             : position.date.empty() ? "longitude_deg and no date"
+                                                                     : "longitude_deg") +
+                                 "; give both";
+    return;
+  }
+  const Result<double> year = DecimalYear(position.date);
+  if (!year) return;  // Was refused where it stands.
+  const Result<EarthField> field = WorldMagneticModel(
+      {position.latitude_deg, *position.longitude_deg, position.height_m}, *year);
+  if (field) {
+    experiment->earth_field = *field;
+  } else {
+    experiment->no_earth_field = field.error().message;
+  }
+}
+
+/// What the experiment leaves to the Earth's field at its position.
+template <typename Fail>
+void SettleField(Draft* draft, Fail fail) {
+  Experiment& experiment = draft->experiment;
+  FindEarthField(&experiment);
+  const std::optional<EarthField>& earth = experiment.earth_field;
+  // What is stated wins, also that it is unknown.
+  const auto take = [&](const char* key, double value, double sigma, Stated* stated) {
+    const std::string name = std::string("reference.field.") + key;
+    if (stated->value || draft->given.contains(name)) return;
+    draft->given.insert(name);
+    *stated = {value, stated->sigma.value_or(sigma)};
+  };
+  if (draft->field_site == FieldSite::kClean) {
+    if (earth) {
+      take("strength_ut", earth->strength_ut, earth->strength_sigma_ut, &draft->strength_ut);
+      take("dip_deg", earth->dip_deg, earth->dip_sigma_deg, &draft->dip_deg);
+    } else if (!draft->strength_ut.value || !draft->dip_deg.value) {
+      fail("reference.field: `site: clean` takes the field from the position, but " +
+           experiment.no_earth_field);
+    }
+  }
+  if (earth && !draft->given.contains("reference.field.hemisphere")) {
+    draft->given.insert("reference.field.hemisphere");
+    experiment.options.reference.northern_hemisphere = earth->dip_deg >= 0.0;
+  }
+}
+
+template <typename Fail>
+void SettleEarthRate(Draft* draft, Fail fail) {
+  const Experiment& experiment = draft->experiment;
+  draft->experiment.options.reference.earth_rate.reset();
+  if (!draft->earth_rate) return;
+  StatedEarthRate& rate = *draft->earth_rate;
+  if (!rate.latitude && experiment.position) {
+    draft->given.insert("reference.earth_rate.latitude_deg");
+    rate.latitude = experiment.position->latitude_deg;
+  }
+  if (!rate.latitude) {
+    fail(
+        "reference.earth_rate: the latitude is not known; give `latitude_deg:`, or "
+        "`reference.position`");
+  }
+  const bool has_place = experiment.position && experiment.position->longitude_deg &&
+                         !experiment.position->date.empty();
+  if (!rate.declination && experiment.earth_field) {
+    draft->given.insert("reference.earth_rate.declination_deg");
+    rate.declination = experiment.earth_field->declination_deg;
+  } else if (!rate.declination && has_place && !experiment.no_earth_field.empty()) {
+    fail("reference.earth_rate: the declination is not known, " + experiment.no_earth_field +
+         "; or give `declination_deg:`");
+  }
+  draft->experiment.options.reference.earth_rate = EarthRateOptions{
+      rate.latitude.value_or(0.0) * kRadPerDeg, rate.declination.value_or(0.0) * kRadPerDeg};
 }
 
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.
@@ -419,6 +505,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     errors->push_back(experiment.path + ": " + message);
   };
   SettleGravity(draft);
+  SettleField(draft, fail);
   for (const auto& [name, stated] :
        {std::pair("strength_ut", &draft->strength_ut), std::pair("dip_deg", &draft->dip_deg)}) {
     if (stated->sigma && !stated->value) {
@@ -428,21 +515,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   options.reference.field_ut = KnowledgeOf(draft->strength_ut);
   options.reference.dip_rad = KnowledgeOf(draft->dip_deg, kRadPerDeg);
 
-  options.reference.earth_rate.reset();
-  if (draft->earth_rate) {
-    if (!draft->earth_rate->latitude && experiment.position) {
-      draft->given.insert("reference.earth_rate.latitude_deg");
-      draft->earth_rate->latitude = experiment.position->latitude_deg;
-    }
-    if (!draft->earth_rate->latitude) {
-      fail(
-          "reference.earth_rate: the latitude is not known; give `latitude_deg:`, or "
-          "`reference.position`");
-    }
-    options.reference.earth_rate =
-        EarthRateOptions{draft->earth_rate->latitude.value_or(0.0) * kRadPerDeg,
-                         draft->earth_rate->declination * kRadPerDeg};
-  }
+  SettleEarthRate(draft, fail);
 
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {

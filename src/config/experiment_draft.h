@@ -56,6 +56,10 @@ constexpr NamedValues<ExcessNoise, 2> kExcesses = {{
 }};
 constexpr NamedValues<bool, 2> kFixtureRotations = {{{false, "identity"}, {true, "unknown"}}};
 constexpr NamedValues<bool, 2> kHemispheres = {{{true, "north"}, {false, "south"}}};
+constexpr NamedValues<FieldSite, 2> kFieldSites = {{
+    {FieldSite::kUnknown, "unknown"},
+    {FieldSite::kClean, "clean"},
+}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
     {InitialiseMethod::kAuto, "auto"},
@@ -67,8 +71,8 @@ constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
 
 /// Degrees.
 struct StatedEarthRate {
-  std::optional<double> latitude;  ///< Unset: that of `position`.
-  double declination = 0.0;
+  std::optional<double> latitude;     ///< Unset: that of `position`.
+  std::optional<double> declination;  ///< Unset: that of the Earth's field at `position`, or zero.
 };
 
 /// What the documents have said so far. Each document (preset, experiment, override) is read on top
@@ -80,6 +84,7 @@ struct ExperimentDraft {
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
   Stated gravity_mps2, strength_ut, dip_deg;
+  FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
   std::set<std::string> given;  ///< Full names of all keys that any document has.

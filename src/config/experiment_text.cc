@@ -15,7 +15,7 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   if (const auto& position = draft.experiment.position) {
     out.Open("position");
     out.Line("latitude_deg", position->latitude_deg);
-    out.Line("longitude_deg", position->longitude_deg);
+    if (position->longitude_deg) out.Line("longitude_deg", *position->longitude_deg);
     out.Line("height_m", position->height_m);
     if (!position->date.empty()) out.Line("date", Quoted{position->date});
     out.Close();
@@ -24,12 +24,13 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("strength_ut", draft.strength_ut);
   out.Line("dip_deg", draft.dip_deg);
   out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
+  out.Line("site", kFieldSites.Name(draft.field_site));
   out.Close();
   out.Line("temperature_degc", reference.temperature_degc);
   if (draft.earth_rate) {
     out.Open("earth_rate");
     out.Line("latitude_deg", draft.earth_rate->latitude.value_or(0.0));
-    out.Line("declination_deg", draft.earth_rate->declination);
+    out.Line("declination_deg", draft.earth_rate->declination.value_or(0.0));
     out.Close();
   }
   out.Close();

@@ -10,7 +10,7 @@ function(truetriad_layer name)
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
   truetriad_compile_options(${target})
   target_include_directories(${target}
-    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>
+    PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
     PRIVATE ${PROJECT_SOURCE_DIR}/src)
   foreach(lower ${ARG_DEPENDS})
     target_link_libraries(${target} PUBLIC truetriad::${lower})
@@ -18,6 +18,8 @@ function(truetriad_layer name)
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBS} PRIVATE ${ARG_LIBS})
   # Eigen is most of every compile: read it once.
   target_precompile_headers(${target} PRIVATE <Eigen/Dense> <Eigen/Geometry> <string> <vector>)
+  install(TARGETS ${target} EXPORT truetriadTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 endfunction()
 
 # truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.

@@ -18,6 +18,7 @@ struct CommandFlag {
   std::string_view name;         ///< With hyphens where gflags' has underscores.
   std::string_view placeholder;  ///< What stands for the value in help: "LOG".
   bool required = false;
+  std::vector<std::string> values = {};  ///< What it can be; empty: anything.
 };
 
 /// The flag's name in gflags.

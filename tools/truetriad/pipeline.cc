@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "truetriad/config/field_check.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
@@ -407,6 +408,7 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   calibration->software_version = Version();
   calibration->created = TimestampUtc();
   calibration->inputs = std::move(loaded->inputs);
+  CheckField(experiment, &*calibration);
   calibration->messages.insert(
       calibration->messages.end(), loaded->poses.warnings.begin(), loaded->poses.warnings.end());
   for (const Triad triad : kTriads) {
@@ -449,6 +451,10 @@ Result<Plan> PlanExperiment(Experiment experiment,
   }
   options.nominal_field_ut = config.nominal_strength_ut;
   if (config.nominal_dip_deg) options.nominal_dip_rad = *config.nominal_dip_deg * kRadPerDeg;
+  if (const std::optional<EarthField>& earth = experiment.earth_field) {
+    if (!options.nominal_field_ut) options.nominal_field_ut = earth->strength_ut;
+    if (!options.nominal_dip_rad) options.nominal_dip_rad = earth->dip_deg * kRadPerDeg;
+  }
   options.rest_s = config.rest_s;
   options.attitude_sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
   options.grid = config.grid;

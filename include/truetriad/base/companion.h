@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "truetriad/base/result.h"
+
 namespace truetriad {
 
 // Where a program or module that comes with this one lies: in the folder that the environment
@@ -14,5 +16,11 @@ namespace truetriad {
 // What needs heavy or foreign libraries is a companion, so that the program itself starts quickly
 // and does without them.
 std::optional<std::string> FindCompanion(std::string_view file_name);
+
+// The path of a data file that comes with the program, as "magnetic/wmm2025.wmm": in the folder
+// that the environment variable TRUETRIAD_SHARE names, or else in share/truetriad beside the
+// running program (a build tree) or beside its folder (an installed tree). Error (bad input): there
+// is none; lists the places.
+Result<std::string> FindSharedFile(std::string_view file_name);
 
 }  // namespace truetriad

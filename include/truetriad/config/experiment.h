@@ -10,6 +10,7 @@
 #include "truetriad/config/plan.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/earth.h"
 
 namespace truetriad {
 
@@ -40,9 +41,15 @@ struct PosesConfig {
 /// `reference: {position: …}` of an experiment: where it took place.
 struct SitePosition {
   double latitude_deg = 0.0;
-  double longitude_deg = 0.0;
+  std::optional<double> longitude_deg;
   double height_m = 0.0;  ///< Above the ellipsoid.
   std::string date;       ///< "2026-01-31"; empty when not given.
+};
+
+/// `reference: {field: {site: …}}`.
+enum class FieldSite {
+  kUnknown,  ///< Iron and currents may be near: the model of the Earth only checks.
+  kClean,    ///< Nothing disturbs the Earth's field: its model is the reference.
 };
 
 struct ExperimentDraft;
@@ -54,6 +61,10 @@ struct Experiment {
   std::string serial;
   std::string model;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
+  /// The undisturbed field there, where the position has a longitude and a date; it is the
+  /// reference only where the site is said to be clean. Unset with `no_earth_field`: why.
+  std::optional<EarthField> earth_field;
+  std::string no_earth_field;
   CalibrateOptions options;
   PosesConfig poses;
   std::string attitudes_file;  ///< `attitudes: {file: …}`, resolved; empty when not given.

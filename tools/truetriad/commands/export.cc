@@ -128,6 +128,12 @@ Result<int> Run(const std::vector<std::string>&) {
   return kExitGood;
 }
 
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const FormatInfo& format : Formats()) names.emplace_back(format.name);
+  return names;
+}
+
 std::string FormatList() {
   std::string text = "Formats:\n";
   for (const FormatInfo& format : Formats()) {
@@ -153,7 +159,7 @@ Command ExportCommand() {
               "--output=out/demo.params",
           .details = details,
           .flags = {{"calibration", "FILE", true},
-                    {"to", "FORMAT", true},
+                    {"to", "FORMAT", true, FormatNames()},
                     {"output", "FILE", true},
                     {"max-loss", "SHARE"},
                     {"temperature", "DEGC"},

@@ -3,10 +3,27 @@
 
 #include <cstdio>
 
+#include <gflags/gflags.h>
+
+#include "tools/truetriad/completion.h"
+#include "tools/truetriad/man_page.h"
+
+DEFINE_string(as,
+              "text",
+              "text, or for all verbs together: man, the manual page; bash, completion");
+
 namespace truetriad {
 namespace {
 
 Result<int> Run(const std::vector<std::string>& words) {
+  if (FLAGS_as != "text") {
+    if (!words.empty()) return UsageError("--as=" + FLAGS_as + " is of all verbs; name none");
+    if (FLAGS_as != "man" && FLAGS_as != "bash") {
+      return UsageError("--as=" + FLAGS_as + " is not known; expected text, man or bash");
+    }
+    std::fputs((FLAGS_as == "man" ? ManPage() : BashCompletion()).c_str(), stdout);
+    return kExitGood;
+  }
   if (words.empty()) {
     std::fputs(OverviewText().c_str(), stdout);
     return kExitGood;
@@ -24,6 +41,7 @@ Command HelpCommand() {
   return {.name = "help",
           .summary = "How is a verb used?",
           .examples = "build/truetriad help calibrate",
+          .flags = {{"as", "FORM", false, {"text", "man", "bash"}}},
           .takes_words = true,
           .run = Run};
 }

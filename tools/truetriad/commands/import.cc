@@ -48,6 +48,14 @@ Result<int> Run(const std::vector<std::string>&) {
   return kExitGood;
 }
 
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names;
+  for (const FormatInfo& format : Formats()) {
+    if (format.can_import) names.emplace_back(format.name);
+  }
+  return names;
+}
+
 std::string FormatList() {
   std::string text = "Formats:\n";
   for (const FormatInfo& format : Formats()) {
@@ -77,7 +85,7 @@ Command ImportCommand() {
               "build/truetriad evaluate --calibration=out/carried.yaml "
               "--input=datasets/demo/recording.csv",
           .details = details,
-          .flags = {{"from", "FORMAT", true},
+          .flags = {{"from", "FORMAT", true, FormatNames()},
                     {"input", "FILE[,FILE]", true},
                     {"output", "FILE|DIR", true},
                     {"units", "UNIT[,UNIT]"},

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// What the Earth does at a place: gravity, and the magnetic field of its core and crust.
+
+/// A place on WGS 84.
+struct EarthPlace {
+  double latitude_deg = 0.0;   ///< -90 to 90, positive in the north.
+  double longitude_deg = 0.0;  ///< East positive.
+  double height_m = 0.0;       ///< Above the ellipsoid.
+};
+
+/// Typical anomaly of gravity against the normal gravity of the ellipsoid. formats.md §4.
+inline constexpr double kNormalGravitySigmaMps2 = 5e-4;
+
+/// Normal gravity of WGS 84, m/s^2.
+double NormalGravityMps2(double latitude_deg, double height_m);
+
+/// The Earth's magnetic field where nothing disturbs it. σ are the model's own, crust and the
+/// average disturbance from above included.
+struct EarthField {
+  double strength_ut = 0.0;
+  double dip_deg = 0.0;          ///< Positive where the field points down.
+  double declination_deg = 0.0;  ///< Of magnetic north, east of true north positive.
+  double strength_sigma_ut = 0.0;
+  double dip_sigma_deg = 0.0;
+  double declination_sigma_deg = 0.0;
+};
+
+/// The day `date`, "2026-01-31", as a year with fraction: 2026.0 is the first of January.
+/// Error (bad input): not a day of the calendar in this form.
+Result<double> DecimalYear(const std::string& date);
+
+/// The World Magnetic Model 2025 at `place`. Error (bad input): a year outside of 2025.0 to 2030.0,
+/// or data files that are missing (FindSharedFile) or damaged.
+Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year);
+
+}  // namespace truetriad

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/config/field_check.h"
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "config/yaml_values.h"
+
+namespace truetriad {
+namespace {
+
+// What no undisturbed site shows, and few rooms without iron: crust and sun stay below 5 % and 3
+// deg.
+constexpr double kGrossStrengthShare = 0.2;
+constexpr double kGrossDipDeg = 10.0;
+
+std::string Text(const char* format, double found, double expected) {
+  char text[256];
+  std::snprintf(text, sizeof text, format, found, expected);
+  return text;
+}
+
+}  // namespace
+
+void CheckField(const Experiment& experiment, Calibration* calibration) {
+  const auto& magnetometer = calibration->sensors[Triad::kMagnetometer];
+  if (!magnetometer || !experiment.position) return;
+  if (!experiment.earth_field) {
+    // A position without longitude and date is one for gravity: nobody asked.
+    if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
+      calibration->messages.push_back("the field was not checked against the Earth's: " +
+                                      experiment.no_earth_field);
+    }
+    return;
+  }
+  const EarthField& earth = *experiment.earth_field;
+  const ReferenceValues& reference = calibration->reference;
+  std::string found;
+  // Counts of unknown size say nothing of the strength.
+  const bool says_strength =
+      reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
+  if (says_strength &&
+      std::abs(*reference.field_ut - earth.strength_ut) > kGrossStrengthShare * earth.strength_ut) {
+    found = Text("a strength of %.1f uT, not %.1f", *reference.field_ut, earth.strength_ut);
+  }
+  if (reference.dip_rad) {
+    const double dip_deg = *reference.dip_rad / kRadPerDeg;
+    if (std::abs(dip_deg - earth.dip_deg) > kGrossDipDeg) {
+      found += (found.empty() ? "" : ", and ") +
+               Text("a dip of %.1f deg, not %.1f", dip_deg, earth.dip_deg);
+    }
+  }
+  if (found.empty()) return;
+  calibration->messages.push_back(
+      "the field here has " + found +
+      " as the World Magnetic Model says for reference.position: iron or currents nearby, or a "
+      "wrong position, unit or sign of an axis");
+}
+
+}  // namespace truetriad

@@ -1,0 +1,92 @@
+# Installs BUILD into a fresh prefix, builds a user's project against it, and runs what a user would
+# run. Variables: BUILD SOURCE WORK CONFIG GENERATOR VERSION.
+cmake_minimum_required(VERSION 3.25)
+file(REMOVE_RECURSE ${WORK})
+set(prefix ${WORK}/prefix)
+
+function(run)
+  cmake_parse_arguments(ARG "" "OUTPUT;FOLDER" "COMMAND" ${ARGN})
+  if(NOT ARG_FOLDER)
+    set(ARG_FOLDER ${WORK})
+  endif()
+  file(MAKE_DIRECTORY ${ARG_FOLDER})
+  execute_process(COMMAND ${ARG_COMMAND} WORKING_DIRECTORY ${ARG_FOLDER}
+    OUTPUT_VARIABLE out ERROR_VARIABLE err RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    list(JOIN ARG_COMMAND " " line)
+    message(FATAL_ERROR "${line}: ${result}\n${out}\n${err}")
+  endif()
+  if(ARG_OUTPUT)
+    set(${ARG_OUTPUT} "${out}" PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(expect text)
+  foreach(part ${ARGN})
+    string(FIND "${text}" "${part}" at)
+    if(at EQUAL -1)
+      message(FATAL_ERROR "expected `${part}` in:\n${text}")
+    endif()
+  endforeach()
+endfunction()
+
+run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --config ${CONFIG})
+
+# What is installed must not depend on where it was built. (The libraries hold paths of the source
+# in their assertions, which nobody opens.)
+file(GLOB_RECURSE texts ${prefix}/lib/*.cmake ${prefix}/share/*)
+foreach(file ${texts})
+  file(READ ${file} text)
+  foreach(folder ${SOURCE} ${BUILD})
+    string(FIND "${text}" "${folder}/" at)
+    if(NOT at EQUAL -1)
+      message(FATAL_ERROR "${file} names ${folder}")
+    endif()
+  endforeach()
+endforeach()
+
+# The library, from a prefix that was moved.
+file(RENAME ${prefix} ${WORK}/moved)
+set(prefix ${WORK}/moved)
+run(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/tests/consumer/project -B ${WORK}/build -G ${GENERATOR}
+  -DCMAKE_PREFIX_PATH=${prefix} -DEXAMPLES=${SOURCE}/examples -DWANTED_VERSION=${VERSION}
+  -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS=-O0 ${FLAGS}")
+run(COMMAND ${CMAKE_COMMAND} --build ${WORK}/build)
+run(COMMAND ${WORK}/build/examples/calibrate_poses
+  ${prefix}/share/truetriad/datasets/six-rows/poses.csv 9.8 OUTPUT printed)
+# Half the difference of each axis' readings up and down, over g, is 1.00092, 1.00131 and 1.00676; a
+# tilt of half a degree hides up to 4e-5 of it.
+if(NOT printed MATCHES "gain 1\\.0009.*gain 1\\.0013.*gain 1\\.006[78]")
+  message(FATAL_ERROR "wrong gains:\n${printed}")
+endif()
+
+# The program, with its examples and data.
+set(truetriad ${prefix}/bin/truetriad)
+run(COMMAND ${truetriad} version OUTPUT printed)
+expect("${printed}" "truetriad ${VERSION}")
+run(COMMAND ${truetriad} calibrate --config=${prefix}/share/truetriad/configs/experiments/joint.yaml
+  --output=${WORK}/out OUTPUT printed)
+expect("${printed}" "USABLE, within limits")
+file(WRITE ${WORK}/clean.yaml "experiment: 1
+input: ${prefix}/share/truetriad/datasets/demo/recording.csv
+sensors: { accelerometer: {}, magnetometer: {} }
+reference:
+  position: { latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-01 }
+  field: { site: clean }
+")
+run(COMMAND ${truetriad} calibrate --config=${WORK}/clean.yaml --output=${WORK}/out OUTPUT printed)
+expect("${printed}" "48.21")
+
+if(EXISTS ${BUILD}/truetriad-convert-parquet)
+  run(COMMAND ${prefix}/libexec/truetriad/truetriad-convert-parquet
+    ${SOURCE}/tests/convert_node/table.parquet --output=${WORK}/table OUTPUT printed)
+  expect("${printed}" "table/recording.yaml")
+endif()
+
+foreach(file share/man/man1/truetriad.1 share/bash-completion/completions/truetriad
+    share/doc/truetriad/LICENSE share/truetriad/magnetic/README.md)
+  if(NOT EXISTS ${prefix}/${file})
+    message(FATAL_ERROR "${file} is not installed")
+  endif()
+endforeach()
+file(REMOVE_RECURSE ${WORK})

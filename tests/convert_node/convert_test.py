@@ -1,0 +1,351 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The converters of ULog, MCAP and Parquet against independent readers of the same files.
+
+Environment: PROGRAMS (folder of the converters), TRUETRIAD, DATASETS.
+"""
+import csv
+import math
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import readers
+
+PROGRAMS = Path(os.environ["PROGRAMS"])
+DATASETS = Path(os.environ["DATASETS"])
+HERE = Path(__file__).resolve().parent
+ULOG = DATASETS / "e-ulog-px4"
+MCAP = DATASETS / "e-rosbag2-format" / "test_bag_mcap.mcap"
+TABLE = HERE / "table.parquet"
+
+
+def run(arguments, **options):
+    return subprocess.run([str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          encoding="utf-8", errors="replace", timeout=120, **options)
+
+
+def float32(text):
+    return struct.unpack("f", struct.pack("f", float(text)))[0]
+
+
+class Converters(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(tempfile.mkdtemp())
+        self.out = self.folder / "out"
+
+    def tearDown(self):
+        shutil.rmtree(self.folder)
+
+    def convert(self, kind, source, *flags, code=0):
+        if not Path(source).exists() and code == 0:
+            self.skipTest(f"{source} is not there")
+        done = run([PROGRAMS / f"truetriad-convert-{kind}", source, f"--output={self.out}", *flags])
+        self.assertEqual(done.returncode, code, done.stderr)
+        # Nothing half done stays.
+        self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith(".out")], [])
+        if code:
+            self.assertFalse(self.out.exists())
+            self.assertIn(f"truetriad-convert-{kind}: ", done.stderr)
+            self.assertNotIn("    at ", done.stderr)
+        return done
+
+    def rows(self, name):
+        """[(time_ns, [x, y, z], temperature text)]"""
+        with open(self.out / name, encoding="ascii") as file:
+            lines = list(csv.reader(file))
+        return [(int(line[0]), line[1:4], line[4]) for line in lines[1:]]
+
+    def inspect(self, name="recording.yaml", code=None):
+        done = run([os.environ["TRUETRIAD"], "inspect", f"--input={self.out / name}"])
+        if code is not None:
+            self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    # ------------------------------------------------------------------------------------ ULog
+
+    def check_ulog(self, name, log, topic, instance, fields, time=None):
+        """Every row of a CSV against the reader: times exactly, readings as float32."""
+        rows = self.rows(name)
+        expected = []
+        for row in log[(topic, instance)]:
+            stamp = time(row) if time else row["timestamp_sample"]
+            if expected and time and stamp * 1000 == expected[-1][0]:
+                continue  # A combined topic repeats slower sensors.
+            values = row[fields] if isinstance(fields, str) else [row[field] for field in fields]
+            expected.append((stamp * 1000, tuple(values)))
+        self.assertEqual([row[0] for row in rows], [row[0] for row in expected])
+        self.assertEqual([tuple(map(float32, row[1])) for row in rows], [row[1] for row in expected])
+        return rows
+
+    def test_ulog_with_three_instances_gives_a_recording_each(self):
+        source = ULOG / "sample_log_small.ulg"
+        self.convert("ulog", source)
+        log = readers.ulog_rows(source)
+        for instance, suffix in ((0, ""), (1, "-1"), (2, "-2")):
+            for topic, sensor in (("sensor_accel", "accelerometer"), ("sensor_gyro", "gyroscope")):
+                rows = self.check_ulog(f"{sensor}{suffix}.csv", log, topic, instance, ("x", "y", "z"))
+                self.assertEqual(len(rows), 6)
+                warmth = [float32(row[2]) for row in rows]
+                self.assertEqual(warmth, [row["temperature"] for row in log[(topic, instance)]])
+                self.assertTrue(28 <= min(warmth) and max(warmth) <= 41)
+        for instance, suffix in ((0, ""), (1, "-1")):
+            rows = self.check_ulog(f"magnetometer{suffix}.csv", log, "sensor_mag", instance, ("x", "y", "z"))
+            self.assertEqual({row[2] for row in rows}, {""})
+        self.assertFalse((self.out / "magnetometer-2.csv").exists())
+        text = (self.out / "recording.yaml").read_text()
+        for part in ("applied: none", "frame: \"board-frd\"", "unit: G\n", "serial: \"0006", "2424842",
+                     "dropouts: \"1, 30 ms\""):
+            self.assertIn(part, text)
+        self.assertEqual(text.count("temperature: {column"), 2)
+        # Six readings in five seconds: readable, but no rest.
+        for name in ("recording.yaml", "recording-1.yaml", "recording-2.yaml"):
+            done = self.inspect(name, code=3)
+            self.assertIn("accelerometer", done.stdout)
+
+    def test_ulog_one_instance_alone(self):
+        self.convert("ulog", ULOG / "sample_log_small.ulg", "--instance=1")
+        self.assertEqual(sorted(p.name for p in self.out.iterdir()),
+                         ["accelerometer-1.csv", "gyroscope-1.csv", "magnetometer-1.csv", "recording.yaml"])
+        self.inspect(code=3)
+
+    def test_ulog_of_the_old_layout_is_corrected_and_says_how(self):
+        source = ULOG / "sample.ulg"
+        self.convert("ulog", source, "--topic=sensor_combined")
+        log = readers.ulog_rows(source)
+        topic = "sensor_combined"
+        # 17070 rows: README and sample_info.txt.
+        rows = self.check_ulog("gyroscope.csv", log, topic, 0, "gyro_rad", lambda row: row["timestamp"])
+        self.assertEqual(len(rows), 17070)
+        for sensor, field in (("accelerometer", "accelerometer_m_s2"), ("magnetometer", "magnetometer_ga")):
+            self.check_ulog(f"{sensor}.csv", log, topic, 0, field,
+                            lambda row: row["timestamp"] + row[f"{sensor}_timestamp_relative"])
+        text = (self.out / "recording.yaml").read_text()
+        for part in ("offset: [-0.202487469,0.3495574,-0.613710403]", "scale: [1.00433397",
+                     "dropouts: \"4, "):
+            self.assertIn(part, text)
+        # Whoever calibrates what the firmware left says so.
+        (self.out / "recording.yaml").write_text(
+            text[:text.index("applied:")] + "applied: none\n" + text[text.index("streams:"):])
+        done = self.inspect()
+        self.assertIn(done.returncode, (0, 3), done.stderr)
+        self.assertIn("17070", done.stdout)
+
+    def test_ulog_corrected_readings_are_refused_unless_asked_for(self):
+        if not ULOG.exists():
+            self.skipTest("the recordings are not there")
+        done = self.convert("ulog", ULOG / "sample.ulg", code=2)
+        self.assertIn("--topic=sensor_combined", done.stderr)
+        done = self.convert("ulog", ULOG / "sample.ulg", "--topic=sensor_accel", code=1)
+        self.assertIn("it has sensor_combined", done.stderr)
+        done = self.convert("ulog", ULOG / "sample_log_small.ulg", "--instance=7", code=1)
+        self.assertIn("0, 1, 2", done.stderr)
+
+    def test_ulog_list_counts_the_rows(self):
+        source = ULOG / "sample.ulg"
+        if not source.exists():
+            self.skipTest("the recordings are not there")
+        listed = run([PROGRAMS / "truetriad-convert-ulog", source, "--list"]).stdout.splitlines()[1:]
+        counts = {line.split()[0]: int(line.split()[2]) for line in listed}
+        stated = {}
+        for line in (ULOG / "sample_info.txt").read_text().splitlines():
+            words = line.replace(",", " ").split()
+            if len(words) == 5 and words[1].startswith("("):
+                stated[words[0]] = int(words[3])
+        self.assertEqual(len(stated), 15)
+        self.assertEqual(counts, stated)
+
+    def made_ulog(self, definitions, rows, appended=b""):
+        """A log of messages [(topic, instance, bytes)]."""
+        def message(kind, body):
+            return struct.pack("<Hc", len(body), kind) + body
+
+        data = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0)
+        for name, fields in definitions.items():
+            data += message(b"F", f"{name}:{fields}".encode())
+        numbers = {}
+        for topic, instance, body in rows:
+            if (topic, instance) not in numbers:
+                numbers[(topic, instance)] = len(numbers)
+                data += message(b"A", struct.pack("<BH", instance, numbers[(topic, instance)]) + topic.encode())
+            data += message(b"D", struct.pack("<H", numbers[(topic, instance)]) + body)
+        path = self.folder / "made.ulg"
+        path.write_bytes(data + appended)
+        return path
+
+    def test_ulog_of_old_firmware_gives_the_counts_of_the_chip(self):
+        fields = "uint64_t timestamp;float x;float y;float z;float scaling;int16_t x_raw;int16_t y_raw;int16_t z_raw;"
+        rows = [("sensor_accel", 0, struct.pack("<Q4f3h", 1000 * i, 1, 2, 3, 0.25, i, -i, 2048)) for i in range(9)]
+        self.convert("ulog", self.made_ulog({"sensor_accel": fields}, rows))
+        self.assertEqual([row[:2] for row in self.rows("accelerometer.csv")],
+                         [(1000000 * i, [str(i), str(-i), "2048"]) for i in range(9)])
+        text = (self.out / "recording.yaml").read_text()
+        self.assertIn("unit: counts\n    si_per_count: 0.25\n", text)
+
+    def test_ulog_fifo_spreads_its_samples_back_from_its_stamp(self):
+        fields = ("uint64_t timestamp;uint64_t timestamp_sample;uint32_t device_id;float dt;float scale;"
+                  "int16_t[4] x;int16_t[4] y;int16_t[4] z;uint8_t samples;")
+        body = lambda t, n, first: struct.pack("<QQIff12hB", t + 300, t, 7, 125.0, 0.5,
+                                               *range(first, first + 4), *([2] * 4), *([-3] * 4), n)
+        rows = [("sensor_accel_fifo", 0, body(10000, 4, 0)), ("sensor_accel_fifo", 0, body(10375, 3, 10))]
+        self.convert("ulog", self.made_ulog({"sensor_accel_fifo": fields}, rows))
+        self.assertEqual([row[:2] for row in self.rows("accelerometer.csv")],
+                         [(1000 * t, [f"{x / 2:g}", "1", "-1.5"]) for t, x in
+                          ((9625, 0), (9750, 1), (9875, 2), (10000, 3), (10125, 10), (10250, 11), (10375, 12))])
+
+    def test_ulog_keeps_what_is_whole_around_damage(self):
+        fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;"
+        rows = [("sensor_gyro", 0, struct.pack("<QQ3f", 1000 * i, 1000 * i, i, 1, 2)) for i in range(1, 201)]
+        path = self.made_ulog({"sensor_gyro": fields}, rows)
+        data = bytearray(path.read_bytes())
+        size = 3 + 2 + 28
+        begin = len(data) - 200 * size
+        data[begin + 50 * size] ^= 0xFF  # The length of one message,
+        data[begin + 120 * size + 2] = 0  # the type of another,
+        del data[-7:]  # and the end.
+        path.write_bytes(data)
+        done = self.convert("ulog", path)
+        self.assertEqual([row[0] for row in self.rows("gyroscope.csv")],
+                         [1000000 * i for i in range(1, 200) if i not in (51, 121)])
+        self.assertIn("3 damaged places", done.stderr)
+        self.assertIn("damage: \"3 damaged places", (self.out / "recording.yaml").read_text())
+
+    def test_ulog_clock_that_jumps_for_one_row_leaves_that_row_out(self):
+        fields = "uint64_t timestamp;uint64_t timestamp_sample;float x;float y;float z;"
+        times = [1000 * i for i in range(1, 4001)]
+        times[10], times[3000] = 1 << 62, 1 << 50
+        times[3500] = 5
+        rows = [("sensor_gyro", 0, struct.pack("<QQ3f", t, t, 1, 1, 2)) for t in times]
+        done = self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows))
+        kept = [row[0] for row in self.rows("gyroscope.csv")]
+        self.assertEqual(kept, [1000000 * i for i in range(1, 4001) if i not in (11, 3001, 3501)])
+        self.assertIn("left out", done.stderr)
+
+    # ------------------------------------------------------------------------------------ MCAP
+
+    def test_mcap_agrees_with_an_independent_reader(self):
+        self.convert("mcap", MCAP)
+        found = {"/test/sensor_msgs/imu": [], "/test/sensor_msgs/magnetic_field": []}
+        for topic, cdr in readers.mcap_messages(MCAP):
+            if topic in found:
+                found[topic].append(cdr)
+        accelerometer, gyroscope, magnetometer = [], [], []
+        for cdr in found["/test/sensor_msgs/imu"]:
+            time, at = readers.header_of(cdr)
+            # Orientation and covariance, rate and covariance, acceleration and covariance.
+            values = readers.doubles(cdr, at, 37)
+            gyroscope.append((time, list(values[13:16])))
+            accelerometer.append((time, list(values[25:28])))
+        for cdr in found["/test/sensor_msgs/magnetic_field"]:
+            time, at = readers.header_of(cdr)
+            magnetometer.append((time, list(readers.doubles(cdr, at, 3))))
+        for name, expected in (("accelerometer", accelerometer), ("gyroscope", gyroscope),
+                               ("magnetometer", magnetometer)):
+            self.assertEqual(len(expected), 2)
+            self.assertEqual([(time, list(map(float, values))) for time, values, _ in self.rows(f"{name}.csv")],
+                             expected)
+        text = (self.out / "recording.yaml").read_text()
+        for part in ("unit: m/s^2", "unit: rad/s", "unit: T\n", "frame: \"test_frame\""):
+            self.assertIn(part, text)
+        self.inspect(code=3)
+
+    def test_mcap_topics_are_chosen_by_name(self):
+        self.convert("mcap", MCAP, "--topic=/test/sensor_msgs/magnetic_field")
+        self.assertEqual(sorted(p.name for p in self.out.iterdir()), ["magnetometer.csv", "recording.yaml"])
+
+    def test_mcap_that_was_not_closed_gives_what_is_whole(self):
+        if not MCAP.exists():
+            self.skipTest("the recordings are not there")
+        cut = self.folder / "cut.mcap"
+        cut.write_bytes(MCAP.read_bytes()[:70000])  # Inside its one chunk.
+        done = self.convert("mcap", cut)
+        self.assertEqual(len(self.rows("accelerometer.csv")), 2)
+        self.assertIn("cut", done.stderr)
+
+    def test_mcap_wrong_topic_is_usage(self):
+        if not MCAP.exists():
+            self.skipTest("the recordings are not there")
+        self.assertIn("has", self.convert("mcap", MCAP, "--topic=/nothing", code=1).stderr)
+        self.assertIn("Imu or MagneticField", self.convert(
+            "mcap", MCAP, "--topic=/test/sensor_msgs/temperature", code=1).stderr)
+
+    # --------------------------------------------------------------------------------- Parquet
+
+    def test_parquet_values_are_those_it_was_made_of(self):
+        # table.parquet: row i of 500, four row groups; README.md says the formulas.
+        self.convert("parquet", TABLE)
+        rows = self.rows("accelerometer.csv")
+        self.assertEqual(len(rows), 500)
+        for i, (time, values, temperature) in enumerate(rows):
+            self.assertEqual(time, 1767225600000000000 + 10000001 * i)
+            self.assertAlmostEqual(float(values[0]), math.sin(0.01 * i), delta=1e-7)  # float32
+            self.assertAlmostEqual(float(values[1]), math.sin(0.01 * (i + 1)), delta=1e-7)
+            self.assertEqual(float(values[2]), 9.8 + i / 1024)
+            self.assertEqual(float(temperature), 20 + i / 128)
+        self.assertEqual([(time, list(map(float, values))) for time, values, _ in self.rows("gyroscope.csv")],
+                         [(1767225600000000000 + 10000001 * i, [i / 64, -i / 64, 0.5]) for i in range(0, 500, 4)])
+        self.inspect()
+
+    def test_parquet_columns_can_be_named(self):
+        self.convert("parquet", TABLE, "--columns=mag_x[uT]=gyro_x[deg/s],mag_y[uT]=gyro_y[deg/s],mag_z[uT]=gyro_z[deg/s]")
+        self.assertEqual(len(self.rows("magnetometer.csv")), 125)
+        self.tearDown()
+        self.setUp()
+        self.assertIn("it has timestamp", self.convert("parquet", TABLE, "--columns=mag_x[uT]=nothing", code=1).stderr)
+        self.assertIn("with a unit", self.convert("parquet", TABLE, "--columns=mag_x=note", code=1).stderr)
+
+    def test_parquet_that_is_cut_has_no_index(self):
+        cut = self.folder / "cut.parquet"
+        cut.write_bytes(TABLE.read_bytes()[:-20])
+        self.assertIn("not a whole Parquet file", self.convert("parquet", cut, code=2).stderr)
+
+    def test_parquet_damaged_row_group_is_left_out(self):
+        data = bytearray(TABLE.read_bytes())
+        data[4:60] = bytes(56)  # The first pages.
+        damaged = self.folder / "damaged.parquet"
+        damaged.write_bytes(data)
+        done = self.convert("parquet", damaged)
+        self.assertEqual(len(self.rows("accelerometer.csv")), 500 - 128)
+        self.assertIn("1 row group of 4 with 128 rows cannot be read", done.stderr)
+
+    # ------------------------------------------------------------------------------------- all
+
+    def test_wrong_files_and_usage(self):
+        nothing = self.folder / "nothing"
+        empty = self.folder / "empty"
+        empty.write_bytes(b"")
+        text = self.folder / "text"
+        text.write_text("time[s],accel_x[g]\n" * 9)
+        for kind in ("ulog", "mcap", "parquet"):
+            for source in (nothing, empty, text, self.folder):
+                self.convert(kind, source, code=2)
+            program = PROGRAMS / f"truetriad-convert-{kind}"
+            for arguments in ([], [text], [text, "--output="], [text, "--output=x", "--nothing=1"],
+                              [text, text, "--output=x"], ["--output=x"]):
+                self.assertEqual(run([program, *arguments], cwd=self.folder).returncode, 1, arguments)
+            done = run([program, "--help"])
+            self.assertEqual(done.returncode, 0)
+            self.assertIn("--output=DIR", done.stdout)
+
+    def test_takes_the_place_of_an_earlier_conversion_and_leaves_other_files(self):
+        self.out.mkdir()
+        (self.out / "mine.txt").write_text("mine")
+        (self.out / "recording.yaml").write_text("old")
+        self.convert("parquet", TABLE)
+        self.assertEqual((self.out / "mine.txt").read_text(), "mine")
+        self.assertIn("recording: 1", (self.out / "recording.yaml").read_text())
+        file = self.folder / "file"
+        file.write_text("")
+        self.assertEqual(run([PROGRAMS / "truetriad-convert-parquet", TABLE, f"--output={file}"]).returncode, 2)
+
+
+if __name__ == "__main__":
+    if not (PROGRAMS / "truetriad-convert-ulog").exists():
+        print("skipped: the converters are not built: node or npm is missing")
+        sys.exit(77)
+    sys.exit(unittest.main(verbosity=1))

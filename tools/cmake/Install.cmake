@@ -1,0 +1,30 @@
+# What `cmake --install` puts where: the component `program` is what runs, `development` what a
+# project that uses the library needs.
+include(CMakePackageConfigHelpers)
+
+# --- program
+install(TARGETS truetriad RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+set(share ${CMAKE_INSTALL_DATADIR}/truetriad)
+install(DIRECTORY share/truetriad/ DESTINATION ${share} COMPONENT program)
+install(DIRECTORY configs datasets DESTINATION ${share} COMPONENT program
+  # Experiments on recordings that are not part of the project.
+  PATTERN recordings EXCLUDE)
+install(FILES LICENSE README.md CHANGELOG.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/truetriad COMPONENT program)
+
+# --- development
+install(DIRECTORY include/truetriad DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+get_target_property(format_libraries truetriad_formats LINK_LIBRARIES)
+set(library_needs_matio OFF)
+if("PkgConfig::MATIO" IN_LIST format_libraries)
+  set(library_needs_matio ON)
+endif()
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/truetriad)
+install(EXPORT truetriadTargets NAMESPACE truetriad:: DESTINATION ${package} COMPONENT development)
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/truetriadConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/package/truetriadConfig.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/truetriadConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/package/truetriadConfig.cmake
+              ${PROJECT_BINARY_DIR}/package/truetriadConfigVersion.cmake
+  DESTINATION ${package} COMPONENT development)

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+/** The call is wrong; exit code 1. */
+class UsageError extends Error {}
+
+/** A file cannot be read or holds nothing that can be used; exit code 2. */
+class BadInput extends Error {}
+
+/** `text` with every character that could do something to a terminal as `?`. */
+function printable(text) {
+  return String(text).replace(/[^\x20-\x7e]/g, '?');
+}
+
+function count(number, one, many) {
+  return `${number} ${number === 1 ? one : many}`;
+}
+
+/** "a, b and 3 more", for messages. */
+function listOf(names, most = 12) {
+  const shown = names.slice(0, most).map(printable).join(', ');
+  return names.length > most ? `${shown} and ${names.length - most} more` : shown || 'none';
+}
+
+function usage(converter) {
+  const others = (converter.others ?? []).map((flag) => ` [--${flag}=…]`).join('');
+  const topic = converter.takesTopics ? ' [--topic=NAME,…]' : '';
+  const instance = converter.takesInstance ? ' [--instance=N]' : '';
+  const program = `truetriad-convert-${converter.format}`;
+  return `Usage:\n${program} INPUT --output=DIR${topic}${instance}${others}\n${program} INPUT --list\n`;
+}
+
+function parse(converter, words) {
+  const found = { input: '', output: '', topics: [], instance: null, list: false, others: {} };
+  for (let i = 0; i < words.length; ++i) {
+    const word = words[i];
+    if (word === '--list') {
+      found.list = true;
+      continue;
+    }
+    if (!word.startsWith('-')) {
+      if (found.input) throw new UsageError(`\`${word}\`: one log is converted at a time`);
+      found.input = word;
+      continue;
+    }
+    const equals = word.indexOf('=');
+    const name = word.replace(/^--?/, '').replace(/=.*/s, '');
+    let value = equals < 0 ? '' : word.slice(equals + 1);
+    if (equals < 0 && i + 1 < words.length && !words[i + 1].startsWith('-')) value = words[++i];
+    if (!value) throw new UsageError(`--${name} needs a value: --${name}=…`);
+    if (name === 'output') {
+      found.output = value;
+    } else if (name === 'topic' && converter.takesTopics) {
+      found.topics = value.split(',').filter((topic) => topic);
+    } else if (name === 'instance' && converter.takesInstance) {
+      if (!/^\d{1,3}$/.test(value)) {
+        throw new UsageError(`--instance=${value}: a number from 0 on is expected`);
+      }
+      found.instance = Number(value);
+    } else if ((converter.others ?? []).includes(name)) {
+      found.others[name] = value;
+    } else if (name === 'topic' || name === 'instance') {
+      throw new UsageError(`--${name} has no meaning for this format`);
+    } else {
+      throw new UsageError(`--${name} is not a flag`);
+    }
+  }
+  if (!found.input) throw new UsageError('no log was named');
+  if (!found.output && !found.list) {
+    throw new UsageError('--output=DIR is needed: where the recording goes; or --list');
+  }
+  return found;
+}
+
+/**
+ * The `main` of a converter { format, input, details, takesTopics, takesInstance, others, run }.
+ * Exit code: 0 good, 1 usage, 2 bad input.
+ */
+async function runConverter(converter) {
+  const program = `truetriad-convert-${converter.format}`;
+  const note = (message) => process.stderr.write(`${program}: ${message}\n`);
+  const words = process.argv.slice(2);
+  process.stdout.on('error', () => process.exit(2));
+  if (words.includes('--help') || words.includes('-h')) {
+    process.stdout.write(
+      `${usage(converter)}\nTurns ${converter.input} into DIR/recording.yaml and its CSV files, which ` +
+        `every verb of truetriad takes.\n--list says what the log holds and writes nothing.\n` +
+        `${converter.details}\nExit codes: 0 good, 1 usage, 2 bad input.\n`);
+    return;
+  }
+  try {
+    await converter.run(parse(converter, words), note);
+  } catch (error) {
+    if (error instanceof UsageError) {
+      note(error.message);
+      process.stderr.write(usage(converter));
+      process.exitCode = 1;
+    } else if (error instanceof BadInput) {
+      note(error.message);
+      process.exitCode = 2;
+    } else if (typeof error.code === 'string' && error.syscall) {
+      // What the system says of a file: not there, not readable, disk full.
+      note(`${error.path ?? 'a file'}: ${error.code}: ${error.message}`);
+      process.exitCode = 2;
+    } else {
+      note(`the log cannot be converted: ${printable(error.message)}`);
+      process.exitCode = 2;
+    }
+  }
+}
+
+module.exports = { BadInput, UsageError, count, listOf, printable, runConverter };

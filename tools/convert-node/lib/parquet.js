@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+// Parquet tables whose columns are named as those of a self-describing CSV, "accel_x[m/s^2]", or are
+// given such names with --columns. One row group is in memory at a time.
+
+const fs = require('fs');
+const path = require('path');
+const { Worker } = require('worker_threads');
+const { BadInput, UsageError, count, listOf, printable } = require('./arguments.js');
+const { RecordingFolder, breathe, converterName } = require('./recording.js');
+
+const kFormat = 'parquet';
+const kMemoryMb = 1024; // Of the decoder.
+const kMostRows = 1 << 24; // Of a row group.
+const kLongestMs = 120_000; // For a row group.
+const kPrefixes = { accel: 'accelerometer', gyro: 'gyroscope', mag: 'magnetometer' };
+const kUnits = {
+  accelerometer: ['m/s^2', 'g', 'mg', 'counts'],
+  gyroscope: ['rad/s', 'deg/s', 'counts'],
+  magnetometer: ['uT', 'nT', 'mT', 'T', 'G', 'mG', 'counts'],
+};
+const kNs = { s: 1e9, ms: 1e6, us: 1e3, ns: 1 };
+
+/** The decoder of a file; `open` again after it ended. */
+class Decoder {
+  constructor(file) {
+    this.file = file;
+  }
+
+  /** Resolves to the first message: { schema, groups }. */
+  async open() {
+    this.worker = new Worker(path.join(__dirname, 'parquet_groups.js'), {
+      workerData: { file: this.file }, resourceLimits: { maxOldGenerationSizeMb: kMemoryMb } });
+    const first = await this.next();
+    if (!first.ready) throw new BadInput(`${this.file}: is not a whole Parquet file (${printable(first.fatal ?? first.error ?? '')})`);
+    return first;
+  }
+
+  next() {
+    return new Promise((resolve) => {
+      const { worker } = this;
+      const handlers = {
+        message: (message) => finish(message),
+        error: (error) => finish({ fatal: String(error.message) }),
+        exit: () => finish({ fatal: 'ended' }),
+      };
+      const timer = setTimeout(() => finish({ fatal: 'takes too long' }), kLongestMs);
+      const finish = (result) => {
+        clearTimeout(timer);
+        for (const [event, handler] of Object.entries(handlers)) worker.off(event, handler);
+        if (result.fatal) this.close();
+        resolve(result);
+      };
+      for (const [event, handler] of Object.entries(handlers)) worker.on(event, handler);
+    });
+  }
+
+  /** { columns } or { error }; the decoder lives on. */
+  async group(group, columns) {
+    if (!this.worker) await this.open();
+    this.worker.postMessage({ group, columns });
+    const result = await this.next();
+    return result.fatal ? { error: result.fatal } : result;
+  }
+
+  close() {
+    this.worker?.on('error', () => {}); // It may still fail while it ends.
+    this.worker?.terminate();
+    this.worker = null;
+  }
+}
+
+/** Leaves of the schema: [{ name: "a.b", isTime }]. */
+function leaves(schema) {
+  const found = [];
+  let at = 1;
+  const walk = (prefix, number, depth) => {
+    for (let i = 0; i < number && at < schema.length; ++i) {
+      const element = schema[at++];
+      const name = prefix ? `${prefix}.${element.name}` : element.name;
+      if (element.children > 0 && depth < 16) walk(name, element.children, depth + 1);
+      else found.push({ name, isTime: element.isTime });
+    }
+  };
+  walk('', schema[0]?.children ?? 0, 0);
+  return found;
+}
+
+/** `name` taken apart: { role, triad?, axis?, unit }; null when it says nothing to a recording. */
+function meaning(name, isTime) {
+  const match = /^([a-z_]+)(?:\[([^\]]+)\])?$/.exec(name);
+  if (!match) return null;
+  const [, word, unit] = match;
+  if ((word === 'time' || word === 'timestamp') && isTime && unit === undefined) return { role: 'time', unit: 'ns' };
+  if (word === 'time' && kNs[unit]) return { role: 'time', unit };
+  if (word === 'temperature' && (unit === 'degC' || unit === 'K')) return { role: 'temperature', unit };
+  const axis = /^(accel|gyro|mag)_([xyz])$/.exec(word);
+  if (!axis) return null;
+  const triad = kPrefixes[axis[1]];
+  if (!kUnits[triad].includes(unit)) return null;
+  return { role: 'reading', triad, axis: axis[2], unit };
+}
+
+/** What each column is: { time, temperature, triads: { accelerometer: { unit, x, y, z } } }. */
+function mapColumns(found, options) {
+  const renamed = new Map(found.map(({ name, isTime }) => [name, { column: name, isTime }]));
+  for (const pair of (options.others.columns ?? '').split(',').filter((text) => text)) {
+    const equals = pair.indexOf('=');
+    const [name, column] = [pair.slice(0, equals), pair.slice(equals + 1)];
+    const source = found.find((leaf) => leaf.name === column);
+    if (equals < 1 || !source) {
+      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; it has ${listOf(found.map((leaf) => leaf.name), 40)}`);
+    }
+    if (!meaning(name, source.isTime)) {
+      throw new UsageError(`--columns: \`${printable(name)}\` is not a name with a unit, as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`);
+    }
+    renamed.set(name, { column, isTime: source.isTime });
+  }
+  const map = { time: null, temperature: null, triads: {} };
+  for (const [name, { column, isTime }] of renamed) {
+    const means = meaning(name, isTime);
+    if (!means) continue;
+    if (means.role !== 'reading') {
+      if (map[means.role]) throw new UsageError(`two columns hold the ${means.role}; choose one with --columns`);
+      map[means.role] = { column, unit: means.unit, isTime };
+      continue;
+    }
+    const triad = (map.triads[means.triad] ??= { unit: means.unit });
+    if (triad.unit !== means.unit || triad[means.axis]) {
+      throw new BadInput(`${options.input}: the columns of the ${means.triad} have different units, or one is there twice`);
+    }
+    triad[means.axis] = column;
+  }
+  const help = `; it has ${listOf(found.map((leaf) => leaf.name), 40)}. Say what they are with --columns=time[ns]=…,accel_x[m/s^2]=…`;
+  for (const [triad, columns] of Object.entries(map.triads)) {
+    for (const axis of ['x', 'y', 'z']) {
+      if (!columns[axis]) throw new BadInput(`${options.input}: has no column for ${axis} of the ${triad}${help}`);
+    }
+  }
+  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column says that it holds readings${help}`);
+  if (!map.time) throw new BadInput(`${options.input}: no column says that it holds the time${help}`);
+  return map;
+}
+
+/** `value` of a time column in ns; null where there is none. */
+function toNs(value, { unit, isTime }) {
+  if (typeof value === 'bigint') return isTime ? value : value * BigInt(kNs[unit]);
+  if (typeof value !== 'number' || !Number.isFinite(value) || Math.abs(value) * kNs[unit] > 9e18) return null;
+  const whole = Math.floor(value);
+  return BigInt(whole) * BigInt(kNs[unit]) + BigInt(Math.round((value - whole) * kNs[unit]));
+}
+
+function toNumber(value) {
+  return typeof value === 'bigint' ? Number(value) : typeof value === 'number' ? value : null;
+}
+
+/** Reads the leaf `name` of a row group as a function of the row. */
+function reader(columns, name) {
+  const steps = columns[name] ? [name] : name.split('.');
+  const chunks = columns[steps[0]] ?? [];
+  let chunk = chunks[0];
+  return (row) => {
+    if (!chunk || row < chunk.first || row >= chunk.first + chunk.values.length) {
+      chunk = chunks.find(({ first, values }) => row >= first && row < first + values.length);
+    }
+    let value = chunk?.values[row - chunk.first];
+    for (let i = 1; i < steps.length; ++i) value = value?.[steps[i]];
+    return value;
+  };
+}
+
+function addRows(columns, rows, map, tables) {
+  const time = reader(columns, map.time.column);
+  const temperature = map.temperature ? reader(columns, map.temperature.column) : null;
+  const axes = Object.entries(map.triads).map(([triad, { x, y, z }]) => [tables[triad], ...[x, y, z].map((name) => reader(columns, name))]);
+  let without = 0;
+  for (let row = 0; row < rows; ++row) {
+    const timeNs = toNs(time(row), map.time);
+    if (timeNs === null) {
+      ++without;
+      continue;
+    }
+    let degrees = temperature ? toNumber(temperature(row)) ?? NaN : NaN;
+    if (map.temperature?.unit === 'K') degrees -= 273.15;
+    for (const [table, x, y, z] of axes) {
+      const [a, b, c] = [toNumber(x(row)), toNumber(y(row)), toNumber(z(row))];
+      // Empty: a sensor that is slower than the others.
+      if (a === null && b === null && c === null) continue;
+      table.add(timeNs, a ?? NaN, b ?? NaN, c ?? NaN, degrees);
+    }
+  }
+  return without;
+}
+
+async function convert(decoder, options, note) {
+  const { schema, groups } = await decoder.open();
+  const found = leaves(schema);
+  if (options.list) {
+    for (const { name, isTime } of found) {
+      const means = meaning(name, isTime);
+      process.stdout.write(`${printable(name).padEnd(40)} ${means ? means.role : ''}\n`);
+    }
+    note(`${count(groups.reduce((sum, rows) => sum + rows, 0), 'row', 'rows')} in ${count(groups.length, 'row group', 'row groups')}`);
+    return;
+  }
+  const map = mapColumns(found, options);
+  const names = [map.time, map.temperature].filter((column) => column).map(({ column }) => column);
+  for (const { x, y, z } of Object.values(map.triads)) names.push(x, y, z);
+  const whole = new Set(schema.map(({ name }) => name));
+  const columns = [...new Set(names.map((name) => (whole.has(name) ? name : name.split('.')[0])))];
+  const folder = new RecordingFolder(options.output);
+  const tables = {};
+  for (const triad of Object.keys(map.triads)) tables[triad] = folder.addTable(triad, `${triad}.csv`, false);
+  let damaged = 0;
+  let lost = 0;
+  let untimed = 0;
+  let why = '';
+  for (let group = 0; group < groups.length; ++group) {
+    const rows = groups[group];
+    const result = rows >= 0 && rows <= kMostRows ? await decoder.group(group, columns) : { error: `${rows} rows` };
+    if (result.error) {
+      ++damaged;
+      lost += Math.max(rows, 0);
+      why = result.error;
+    } else {
+      untimed += addRows(result.columns, rows, map, tables);
+    }
+    await breathe();
+  }
+  folder.closeTables();
+  const damage = damaged > 0 ? `${count(damaged, 'row group', 'row groups')} of ${groups.length} with ${lost} rows cannot be read (${printable(why).slice(0, 200)})` : '';
+  const source = { format: 'parquet', file: path.basename(options.input), converter: converterName(kFormat) };
+  if (damage) source.damage = damage;
+  const written = folder.writeManifest('recording.yaml', {
+    source, streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: map.triads[triad].unit })) });
+  if (!written) throw new BadInput(`${options.input}: no reading is whole${damage ? `: ${damage}` : ''}`);
+  folder.commit();
+  for (const table of Object.values(tables)) note(table.summary());
+  if (untimed > 0) note(`${count(untimed, 'row', 'rows')} without a time left out`);
+  if (damage) note(damage);
+  process.stdout.write(`${path.join(options.output, 'recording.yaml')}\n`);
+}
+
+async function run(options, note) {
+  const descriptor = fs.openSync(options.input, 'r');
+  const magic = Buffer.alloc(4);
+  try {
+    if (fs.fstatSync(descriptor).isDirectory()) throw new BadInput(`${options.input}: is a folder`);
+    fs.readSync(descriptor, magic, 0, 4, 0);
+  } finally {
+    fs.closeSync(descriptor);
+  }
+  if (magic.toString('latin1') !== 'PAR1') throw new BadInput(`${options.input}: does not begin as a Parquet file does`);
+  const decoder = new Decoder(options.input);
+  try {
+    await convert(decoder, options, note);
+  } finally {
+    decoder.close();
+  }
+}
+
+module.exports = {
+  format: kFormat,
+  input: 'a Parquet table (.parquet)',
+  others: ['columns'],
+  run,
+  details:
+    'Columns are named as in a self-describing CSV: time[ns], accel_x[m/s^2], …, temperature[degC]; a\n' +
+    'column of type TIMESTAMP called time or timestamp says its unit itself. For other names:\n' +
+    '--columns=time[s]=t,accel_x[g]=acc.x,accel_y[g]=acc.y,accel_z[g]=acc.z (a.b: b inside a).\n',
+};

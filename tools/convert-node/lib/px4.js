@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+// Which topics of a PX4 log hold readings, and what they are. PX4: msg/Sensor*.msg, msg/Vehicle*.msg.
+
+const path = require('path');
+const { BadInput, UsageError, count, listOf, printable } = require('./arguments.js');
+const { RecordingFolder, breathe, converterName } = require('./recording.js');
+const { Ulog } = require('./ulog.js');
+
+const kFormat = 'ulog';
+const kInvalidRelativeTime = 0x7fffffff;
+
+/** Streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
+const kTopics = {
+  sensor_accel: [{ triad: 'accelerometer', unit: 'm/s^2', fields: ['x', 'y', 'z'] }],
+  sensor_gyro: [{ triad: 'gyroscope', unit: 'rad/s', fields: ['x', 'y', 'z'] }],
+  sensor_mag: [{ triad: 'magnetometer', unit: 'G', fields: ['x', 'y', 'z'] }],
+  sensor_accel_fifo: [{ triad: 'accelerometer', unit: 'm/s^2', fields: ['x', 'y', 'z'], fifo: true }],
+  sensor_gyro_fifo: [{ triad: 'gyroscope', unit: 'rad/s', fields: ['x', 'y', 'z'], fifo: true }],
+  sensor_combined: [
+    { triad: 'accelerometer', unit: 'm/s^2', array: 'accelerometer_m_s2',
+      relative: 'accelerometer_timestamp_relative', corrected: true },
+    { triad: 'gyroscope', unit: 'rad/s', array: 'gyro_rad', corrected: true },
+    { triad: 'magnetometer', unit: 'G', array: 'magnetometer_ga',
+      relative: 'magnetometer_timestamp_relative', corrected: true },
+  ],
+  vehicle_acceleration: [{ triad: 'accelerometer', unit: 'm/s^2', array: 'xyz', corrected: 'filtered' }],
+  vehicle_angular_velocity: [{ triad: 'gyroscope', unit: 'rad/s', array: 'xyz', corrected: 'filtered' }],
+  vehicle_magnetometer: [{ triad: 'magnetometer', unit: 'G', array: 'magnetometer_ga', corrected: true }],
+};
+const kRawTopics = ['sensor_accel', 'sensor_gyro', 'sensor_mag', 'sensor_accel_fifo', 'sensor_gyro_fifo'];
+
+/** What a row of `subscription` means for `stream`; null when its layout has no such fields. */
+function decoder(subscription, stream) {
+  const { fields } = subscription.layout;
+  const field = (name, length = 1) => {
+    const found = fields.get(name);
+    return found && found.length >= length ? found : null;
+  };
+  const reader = (found, i = 0) => (message) => {
+    const at = 2 + found.at + i * found.step;
+    return at + found.step <= message.length ? Number(found.read(message, at)) : NaN;
+  };
+  // A combined topic states the times of its sensors relative to its own.
+  const isCombined = fields.has('accelerometer_timestamp_relative');
+  const time = (!isCombined && field('timestamp_sample')) || field('timestamp');
+  if (!time || time.step !== 8) return null;
+  const decode = {
+    unit: stream.unit,
+    timeUs: (message) => BigInt(time.read(message, 2 + time.at)),
+    axes: null,
+    temperature: null,
+    relative: stream.relative && field(stream.relative) ? reader(field(stream.relative)) : null,
+    scale: null,
+    device: field('device_id') ? reader(field('device_id')) : null,
+  };
+  if (field('temperature') && !stream.fifo) decode.temperature = reader(field('temperature'));
+  if (stream.array) {
+    const array = field(stream.array, 3);
+    if (!array) return null;
+    decode.axes = [0, 1, 2].map((i) => reader(array, i));
+    return decode;
+  }
+  // Old firmware corrected in its drivers; the counts beside it are what the chip said.
+  const raw = stream.fields.map((name) => field(`${name}_raw`));
+  const found = raw.every((axis) => axis) ? raw : stream.fields.map((name) => field(name));
+  if (!found.every((axis) => axis)) return null;
+  if (stream.fifo) {
+    const [dt, scale, samples] = ['dt', 'scale', 'samples'].map((name) => field(name));
+    if (!dt || !scale || !samples) return null;
+    decode.fifo = { axes: found, dtUs: reader(dt), scale: reader(scale), samples: reader(samples) };
+    return decode;
+  }
+  decode.axes = found.map((axis) => reader(axis));
+  if (found === raw) {
+    decode.unit = 'counts';
+    decode.scale = field('scaling') ? reader(field('scaling')) : null;
+  }
+  return decode;
+}
+
+/** The topics with readings that the log holds: [{ name, instance, id, rows, subscription }]. */
+function present(log) {
+  const found = [];
+  for (const [id, subscription] of log.subscriptions) {
+    if (subscription.rows === 0 || !subscription.layout) continue;
+    const streams = kTopics[subscription.name];
+    if (!streams || !streams.some((stream) => decoder(subscription, stream))) continue;
+    found.push({ id, name: subscription.name, instance: subscription.instance, rows: subscription.rows });
+  }
+  return found.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance));
+}
+
+function list(log) {
+  const all = [...log.subscriptions.values()].filter((subscription) => subscription.rows > 0);
+  all.sort((a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance));
+  let text = 'topic                          instance      rows\n';
+  for (const { name, instance, rows } of all) {
+    const use = !kTopics[name] ? '' : kRawTopics.includes(name) ? '  readings' : '  corrected readings';
+    text += `${printable(name).padEnd(30)} ${String(instance).padStart(8)} ${String(rows).padStart(9)}${use}\n`;
+  }
+  process.stdout.write(text);
+}
+
+/** The topics to convert. */
+function choose(log, file, topics) {
+  const found = present(log);
+  const names = [...new Set(found.map((topic) => topic.name))];
+  if (topics.length > 0) {
+    for (const topic of topics) {
+      if (!kTopics[topic]) {
+        throw new UsageError(`--topic=${printable(topic)}: can be ${listOf(Object.keys(kTopics), 20)}`);
+      }
+      if (!names.includes(topic)) {
+        throw new UsageError(`--topic=${topic}: ${file} has no readings of it; it has ${listOf(names)}`);
+      }
+    }
+    const triads = topics.flatMap((topic) => kTopics[topic].map((stream) => stream.triad));
+    if (new Set(triads).size < triads.length) {
+      throw new UsageError(`--topic=${topics.join(',')}: name one topic for each kind of sensor`);
+    }
+    return found.filter((topic) => topics.includes(topic.name));
+  }
+  let raw = found.filter((topic) => kRawTopics.includes(topic.name));
+  // Of the two that say the same, the one with every reading.
+  for (const topic of ['sensor_accel', 'sensor_gyro']) {
+    if (raw.some(({ name }) => name === `${topic}_fifo`)) raw = raw.filter(({ name }) => name !== topic);
+  }
+  if (raw.length > 0) return raw;
+  const corrected = names.filter((name) => !kRawTopics.includes(name));
+  throw new BadInput(
+    corrected.length > 0
+      ? `${file}: holds only readings that the firmware has corrected (${listOf(corrected)}); log ` +
+        'sensor_accel, sensor_gyro and sensor_mag (SDLOG_PROFILE, sensor comparison), or ask for them ' +
+        `with --topic=${corrected[0]}`
+      : `${file}: holds no readings of an accelerometer, gyroscope or magnetometer; ${listOf(
+        [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`);
+}
+
+function product(a, b) {
+  return a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
+}
+
+/** Board rotation of PX4, body <- sensor; null: one of those that are not known here. */
+function boardRotation(parameters) {
+  const rotation = parameters.get('SENS_BOARD_ROT') ?? 0;
+  // The first eight are turns about the vertical by 45 degrees each.
+  if (!(rotation >= 0 && rotation < 8)) return null;
+  const turns = [[1, 0], [Math.SQRT1_2, Math.SQRT1_2], [0, 1], [-Math.SQRT1_2, Math.SQRT1_2], [-1, 0],
+    [-Math.SQRT1_2, -Math.SQRT1_2], [0, -1], [Math.SQRT1_2, -Math.SQRT1_2]];
+  const [c, s] = turns[rotation];
+  const [roll, pitch, yaw] = ['X', 'Y', 'Z'].map(
+    (axis) => ((parameters.get(`SENS_BOARD_${axis}_OFF`) ?? 0) * Math.PI) / 180);
+  const about = (angle, i, j) => {
+    const matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    matrix[i][i] = matrix[j][j] = Math.cos(angle);
+    matrix[i][j] = -Math.sin(angle);
+    matrix[j][i] = Math.sin(angle);
+    return matrix;
+  };
+  // Roll, then pitch, then yaw.
+  const offset = product(about(yaw, 0, 1), product(about(pitch, 2, 0), about(roll, 1, 2)));
+  return product(offset, [[c, -s, 0], [s, c, 0], [0, 0, 1]]);
+}
+
+const kSensors = {
+  accelerometer: { name: 'ACC', thermal: 'TC_A_ENABLE' },
+  gyroscope: { name: 'GYRO', thermal: 'TC_G_ENABLE' },
+  magnetometer: { name: 'MAG', thermal: 'TC_M_ENABLE' },
+};
+
+/**
+ * What the firmware has done to the primary sensor of `triad`, as behind `applied.<triad>:`; 'unknown'
+ * where its parameters do not tell. corrected = matrix · ((reading − offset) ∘ scale).
+ */
+function applied(log, triad) {
+  const { parameters, changed } = log;
+  const { name, thermal } = kSensors[triad];
+  if (parameters.get(thermal)) return 'unknown';
+  const primary = parameters.get(`CAL_${name}_PRIME`);
+  const slot = [0, 1, 2, 3].find((n) => primary && parameters.get(`CAL_${name}${n}_ID`) === primary);
+  if (slot === undefined) return 'unknown';
+  const prefix = `CAL_${name}${slot}_`;
+  // A mounting of its own, currents, or a matrix: not undone here.
+  if (triad === 'magnetometer' && (parameters.get(`${prefix}ROT`) ?? -1) > 0) return 'unknown';
+  for (const key of ['XODIAG', 'YODIAG', 'ZODIAG', 'XCOMP', 'YCOMP', 'ZCOMP']) {
+    if (parameters.get(prefix + key)) return 'unknown';
+  }
+  const values = (what, otherwise) => ['X', 'Y', 'Z'].map((axis) => parameters.get(prefix + axis + what) ?? otherwise);
+  const offset = values('OFF', NaN);
+  const scale = values('SCALE', 1);
+  const matrix = boardRotation(parameters);
+  const fixed = [...changed].every((key) => !key.startsWith(prefix) && !key.startsWith('SENS_BOARD'));
+  if (!matrix || !fixed || !offset.every(Number.isFinite) || !scale.every((s) => s > 0)) return 'unknown';
+  const text = (value) => Number(value.toPrecision(9));
+  return { offset: offset.map(text), scale: scale.map(text), matrix: matrix.map((row) => row.map((entry) => entry + 0)) };
+}
+
+/** Streams that will be written: one a sensor of each chosen topic. */
+function openStreams(folder, log, topics) {
+  const opened = new Map(); // message id -> streams
+  for (const topic of topics) {
+    const subscription = log.subscriptions.get(topic.id);
+    for (const stream of kTopics[topic.name]) {
+      const decode = decoder(subscription, stream);
+      if (!decode) continue;
+      const suffix = topic.instance > 0 ? `-${topic.instance}` : '';
+      const table = folder.addTable(stream.triad, `${stream.triad}${suffix}.csv`);
+      const entry = { topic, decode, table, unit: decode.unit, devices: new Set(), scales: new Set(),
+        relativeNs: null, lastNs: null, repeated: 0,
+        applied: !stream.corrected ? undefined
+                 : stream.corrected === 'filtered' ? 'unknown' : applied(log, stream.triad) };
+      opened.set(topic.id, [...(opened.get(topic.id) ?? []), entry]);
+    }
+  }
+  return opened;
+}
+
+function takeRow(entry, message) {
+  const { decode, table } = entry;
+  if (decode.device && entry.devices.size < 8) entry.devices.add(decode.device(message));
+  let timeUs = decode.timeUs(message);
+  if (decode.fifo) {
+    const { axes, dtUs, scale, samples } = decode.fifo;
+    const number = Math.min(samples(message), axes[0].length);
+    const spacingNs = Math.round(dtUs(message) * 1000);
+    const factor = scale(message);
+    if (!(spacingNs > 0) || !(factor > 0)) return;
+    for (let i = 0; i < number; ++i) {
+      const timeNs = timeUs * 1000n - BigInt((number - 1 - i) * spacingNs);
+      const [x, y, z] = axes.map((axis) => {
+        const at = 2 + axis.at + i * axis.step;
+        return at + axis.step <= message.length ? factor * axis.read(message, at) : NaN;
+      });
+      table.add(timeNs, x, y, z);
+    }
+    return;
+  }
+  if (decode.relative) {
+    const relative = decode.relative(message);
+    if (relative === kInvalidRelativeTime || Number.isNaN(relative)) return;
+    timeUs += BigInt(relative);
+  }
+  const timeNs = timeUs * 1000n;
+  // A combined topic repeats the reading of a slower sensor.
+  if (decode.relative && timeNs === entry.lastNs) {
+    ++entry.repeated;
+    return;
+  }
+  entry.lastNs = timeNs;
+  if (decode.scale && entry.scales.size < 2) entry.scales.add(decode.scale(message));
+  const [x, y, z] = decode.axes;
+  table.add(timeNs, x(message), y(message), z(message), decode.temperature ? decode.temperature(message) : NaN);
+}
+
+/** The manifest of the sensors of `instance`. */
+function manifestOf(log, file, entries) {
+  const source = { format: 'px4-ulog', file: path.basename(file), converter: converterName(kFormat) };
+  if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
+  if (log.text('ver_hw')) source.hardware = log.text('ver_hw');
+  source.topics = [...new Set(entries.map(({ topic }) => `${topic.name}#${topic.instance}`))].join(' ');
+  for (const { table, devices } of entries) {
+    if (devices.size > 0) source[`${table.triad}_device_id`] = [...devices].join(' ');
+  }
+  if (log.damage()) source.damage = log.damage();
+  if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
+  return {
+    serial: log.text('sys_uuid'),
+    source,
+    frame: 'board-frd',
+    streams: entries.map(({ table, unit, scales, applied: map }) => ({
+      table, unit, applied: map, siPerCount: scales.size === 1 && [...scales][0] > 0 ? [...scales][0] : undefined })),
+  };
+}
+
+async function run(options, note) {
+  const log = new Ulog(options.input);
+  await log.read();
+  if (options.list) {
+    if (log.damage()) note(`${options.input}: ${log.damage()}`);
+    list(log);
+    return;
+  }
+  let topics = choose(log, options.input, options.topics);
+  if (options.instance !== null) {
+    const instances = [...new Set(topics.map((topic) => topic.instance))];
+    topics = topics.filter((topic) => topic.instance === options.instance);
+    if (topics.length === 0) {
+      throw new UsageError(`--instance=${options.instance}: there are ${instances.join(', ')}`);
+    }
+  }
+  const folder = new RecordingFolder(options.output);
+  const opened = openStreams(folder, log, topics);
+  // The same file again; what it defines is known, and the same messages are believed.
+  const again = new Ulog(options.input);
+  await again.read((subscription, message) => {
+    for (const entry of opened.get(message.readUInt16LE(0)) ?? []) takeRow(entry, message);
+  });
+  folder.closeTables();
+  const entries = [...opened.values()].flat();
+  const instances = [...new Set(entries.filter(({ table }) => table.rows > 0).map(({ topic }) => topic.instance))];
+  if (instances.length === 0) throw new BadInput(`${options.input}: no reading in the log is whole`);
+  instances.sort((a, b) => a - b);
+  const names = instances.map((instance, i) => (i === 0 ? 'recording.yaml' : `recording-${instance}.yaml`));
+  instances.forEach((instance, i) => {
+    folder.writeManifest(
+      names[i], manifestOf(again, options.input, entries.filter(({ topic }) => topic.instance === instance)));
+  });
+  await breathe();
+  folder.commit();
+  for (const { table, topic, repeated, applied: map, devices } of entries) {
+    const parts = [`${topic.name}#${topic.instance}, ${table.summary()}`];
+    if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
+    if (devices.size > 1) parts.push(`of ${devices.size} devices in turn`);
+    if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
+    note(parts.join('; '));
+  }
+  if (again.damage()) note(`${options.input}: ${again.damage()}`);
+  if (again.dropouts > 0) note(`${options.input}: ${count(again.dropouts, 'dropout', 'dropouts')}, ${again.dropoutMs} ms in all`);
+  for (const name of names) process.stdout.write(`${path.join(options.output, name)}\n`);
+}
+
+module.exports = {
+  format: kFormat,
+  input: 'a PX4 log (.ulg)',
+  takesTopics: true,
+  takesInstance: true,
+  run,
+  details:
+    'Taken are sensor_accel, sensor_gyro and sensor_mag (or their _fifo), which the firmware has not\n' +
+    'corrected. Of several instances the first is recording.yaml, the others recording-N.yaml.\n' +
+    '--topic=sensor_combined, say, asks for readings that the firmware has corrected; the recording\n' +
+    'says how.\n',
+};

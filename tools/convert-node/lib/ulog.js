@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+// The frame of a PX4 ULog file: a stream of messages, read once from begin to end in bounded memory.
+// Nothing in the format says that a message is damaged, so one is believed when it has the length
+// that its definition gives it; where one is not, reading goes on at the next place that two
+// messages in a row agree with.
+
+const fs = require('fs');
+const { BadInput, printable } = require('./arguments.js');
+const { breathe } = require('./recording.js');
+
+const kMagic = Buffer.from([0x55, 0x4c, 0x6f, 0x67, 0x01, 0x12, 0x35]);
+const kSync = Buffer.from([0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12]);
+const kHeaderSize = 16;
+const kLongestMessage = 3 + 65535;
+const kWindow = 1 << 20;
+
+const kTypes = {
+  int8_t: { size: 1, read: (b, at) => b.readInt8(at) },
+  uint8_t: { size: 1, read: (b, at) => b.readUInt8(at) },
+  bool: { size: 1, read: (b, at) => b.readUInt8(at) },
+  char: { size: 1, read: (b, at) => b.readUInt8(at) },
+  int16_t: { size: 2, read: (b, at) => b.readInt16LE(at) },
+  uint16_t: { size: 2, read: (b, at) => b.readUInt16LE(at) },
+  int32_t: { size: 4, read: (b, at) => b.readInt32LE(at) },
+  uint32_t: { size: 4, read: (b, at) => b.readUInt32LE(at) },
+  int64_t: { size: 8, read: (b, at) => b.readBigInt64LE(at) },
+  uint64_t: { size: 8, read: (b, at) => b.readBigUInt64LE(at) },
+  float: { size: 4, read: (b, at) => b.readFloatLE(at) },
+  double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
+};
+
+const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
+
+function parseField(text) {
+  const match = kField.exec(text);
+  return match && { type: match[1], length: match[2] === undefined ? 1 : Number(match[2]), name: match[3] };
+}
+
+class Ulog {
+  constructor(file) {
+    this.file = file;
+    this.formats = new Map(); // name -> [{ type, length, name }]
+    this.layouts = new Map(); // name -> { size, least, fields: Map(name -> { at, length, read }) }
+    this.subscriptions = new Map(); // message id -> { name, instance, layout, rows }
+    this.parameters = new Map();
+    this.changed = new Set(); // Parameters that changed while the log was written.
+    this.info = new Map();
+    this.damagedBytes = 0;
+    this.damagedPlaces = 0;
+    this.dropouts = 0;
+    this.dropoutMs = 0;
+    this.barriers = [];
+  }
+
+  /**
+   * Layout of a message; null when its definition is missing, damaged or holds itself. `visited`:
+   * definitions that are being laid out or have none, so that each is laid out once.
+   */
+  layout(name, visited = new Set()) {
+    const known = this.layouts.get(name);
+    if (known) return known;
+    const fields = this.formats.get(name);
+    if (!fields || visited.has(name)) return null;
+    visited.add(name);
+    const layout = { size: 0, least: 0, fields: new Map() };
+    for (const field of fields) {
+      const basic = kTypes[field.type];
+      const size = basic ? basic.size : this.layout(field.type, visited)?.size;
+      if (!size) return null;
+      if (basic) {
+        layout.fields.set(field.name, { at: layout.size, length: field.length, step: size, read: basic.read });
+      }
+      layout.size += size * field.length;
+      // Padding at the end is not written.
+      if (!field.name.startsWith('_padding')) layout.least = layout.size;
+    }
+    this.layouts.set(name, layout);
+    return layout;
+  }
+
+  /** The key of an I, M, P or Q message, with where its value begins; null when there is none. */
+  static key(message, at) {
+    if (message.length <= at) return null;
+    const end = at + 1 + message[at];
+    if (end > message.length) return null;
+    const field = parseField(message.toString('latin1', at + 1, end));
+    return field && { ...field, valueAt: end };
+  }
+
+  /** True when a message of `type` may have this text. */
+  believable(type, message) {
+    const size = message.length;
+    switch (type) {
+      case 'D': {
+        if (size < 2) return false;
+        const subscription = this.subscriptions.get(message.readUInt16LE(0));
+        if (!subscription) return false;
+        const { layout } = subscription;
+        return !layout || (size - 2 >= layout.least && size - 2 <= layout.size);
+      }
+      case 'A':
+        return size > 3 && /^[a-zA-Z0-9_]+$/.test(message.toString('latin1', 3));
+      case 'F':
+        return /^[a-zA-Z0-9_/]+:[ -~]+$/.test(message.toString('latin1'));
+      case 'P':
+      case 'I': {
+        const key = Ulog.key(message, 0);
+        const basic = key && kTypes[key.type];
+        return Boolean(basic) && size === key.valueAt + basic.size * key.length;
+      }
+      case 'M':
+      case 'Q':
+        return Ulog.key(message, 1) !== null;
+      case 'S':
+        return size === 8 && message.equals(kSync);
+      case 'O':
+      case 'R':
+        return size === 2;
+      case 'L':
+        return size >= 9;
+      case 'C':
+        return size >= 11;
+      case 'B':
+        return size === 40;
+      default:
+        return false;
+    }
+  }
+
+  take(type, message, offset) {
+    switch (type) {
+      case 'F': {
+        const text = message.toString('latin1');
+        const fields = text.slice(text.indexOf(':') + 1).split(';').filter((field) => field).map(parseField);
+        // What comes after some damage does not take the place of what was read.
+        const name = text.slice(0, text.indexOf(':'));
+        if (!fields.includes(null) && !this.formats.has(name)) this.formats.set(name, fields);
+        break;
+      }
+      case 'A': {
+        const name = message.toString('latin1', 3);
+        const id = message.readUInt16LE(1);
+        if (this.subscriptions.has(id)) break;
+        this.subscriptions.set(id, { name, instance: message[0], layout: this.layout(name), rows: 0 });
+        break;
+      }
+      case 'P':
+      case 'I': {
+        const key = Ulog.key(message, 0);
+        const value = key.type === 'char' ? message.toString('latin1', key.valueAt)
+                                          : kTypes[key.type].read(message, key.valueAt);
+        if (type === 'I') {
+          if (!this.info.has(key.name)) this.info.set(key.name, value);
+          break;
+        }
+        const before = this.parameters.get(key.name);
+        if (before !== undefined && before !== value) this.changed.add(key.name);
+        if (before === undefined) this.parameters.set(key.name, value);
+        break;
+      }
+      case 'O':
+        ++this.dropouts;
+        this.dropoutMs += message.readUInt16LE(0);
+        break;
+      case 'B': {
+        const incompatible = message.subarray(8, 16);
+        if (incompatible.some((bits, i) => (i === 0 ? bits & ~1 : bits) !== 0)) {
+          throw new BadInput(
+            `${this.file}: byte ${offset}: needs features of ULog that this converter does not know`);
+        }
+        if (incompatible[0] & 1) {
+          for (let i = 16; i < 40; i += 8) {
+            const at = Number(message.readBigUInt64LE(i));
+            if (at > offset && at < this.size) this.barriers.push(at);
+          }
+          this.barriers.sort((a, b) => a - b);
+        }
+        break;
+      }
+      default:
+    }
+  }
+
+  /** Reads the file; `onRow(subscription, message)`: the fields of a row begin at byte 2. */
+  async read(onRow) {
+    const descriptor = fs.openSync(this.file, 'r');
+    try {
+      this.size = fs.fstatSync(descriptor).size;
+      await this.readFrom(descriptor, onRow);
+    } finally {
+      fs.closeSync(descriptor);
+    }
+  }
+
+  async readFrom(descriptor, onRow) {
+    let window = Buffer.alloc(kWindow);
+    let start = 0; // Of the window in the file.
+    let filled = 0;
+    let at = 0; // Next byte, in the window.
+    const fill = async () => {
+      window.copyWithin(0, at, filled);
+      start += at;
+      filled -= at;
+      at = 0;
+      while (filled < window.length) {
+        const got = fs.readSync(descriptor, window, filled, window.length - filled, start + filled);
+        if (got === 0) return;
+        filled += got;
+      }
+      await breathe();
+    };
+    /** The message at `i` of the window, if there is a believable one that ends before `limit`. */
+    const messageAt = (i, limit) => {
+      if (i + 3 > limit) return null;
+      const end = i + 3 + window.readUInt16LE(i);
+      if (end > limit) return null;
+      const type = String.fromCharCode(window[i + 2]);
+      const message = window.subarray(i + 3, end);
+      return this.believable(type, message) ? { type, message, end } : null;
+    };
+
+    await fill();
+    if (filled < kHeaderSize || !window.subarray(0, kMagic.length).equals(kMagic)) {
+      throw new BadInput(`${this.file}: does not begin as a ULog file does; it is not one, or was cut`);
+    }
+    if (window[7] > 1) {
+      throw new BadInput(`${this.file}: is ULog version ${window[7]}; versions 0 and 1 can be read`);
+    }
+    at = kHeaderSize;
+    let inDamage = false;
+    for (;;) {
+      if (filled - at < 2 * kLongestMessage && start + filled < this.size) await fill();
+      if (at >= filled) break;
+      while (this.barriers.length > 0 && this.barriers[0] <= start + at) this.barriers.shift();
+      const limit = this.barriers.length > 0 ? Math.min(filled, this.barriers[0] - start) : filled;
+      const found = messageAt(at, limit);
+      // One byte that looks like a type is no proof: two messages in a row are.
+      const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
+                               messageAt(found.end, limit) !== null);
+      if (!proven) {
+        if (!inDamage) ++this.damagedPlaces;
+        inDamage = true;
+        ++this.damagedBytes;
+        ++at;
+        continue;
+      }
+      inDamage = false;
+      if (found.type === 'D') {
+        const subscription = this.subscriptions.get(found.message.readUInt16LE(0));
+        ++subscription.rows;
+        if (onRow && subscription.layout) onRow(subscription, found.message);
+      } else {
+        this.take(found.type, found.message, start + at);
+      }
+      at = found.end;
+    }
+  }
+
+  /** "2 damaged places (113 bytes) were passed over", or nothing. */
+  damage() {
+    if (this.damagedPlaces === 0) return '';
+    const places = this.damagedPlaces === 1 ? 'place' : 'places';
+    return `${this.damagedPlaces} damaged ${places} (${this.damagedBytes} bytes) passed over`;
+  }
+
+  text(key) {
+    const value = this.info.get(key);
+    return typeof value === 'string' ? printable(value) : '';
+  }
+}
+
+module.exports = { Ulog };

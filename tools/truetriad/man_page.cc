@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/man_page.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include <gflags/gflags.h>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/pipeline.h"
+
+namespace truetriad {
+namespace {
+
+/// `text` as it is, for troff: neither escapes, nor hyphens that break or turn into dashes, nor
+/// requests at the begin of a line.
+std::string Plain(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool begins_line = i == 0 || text[i - 1] == '\n';
+    if (begins_line && (c == '.' || c == '\'')) plain += "\\&";
+    if (c == '\\') {
+      plain += "\\e";
+    } else if (c == '-') {
+      plain += "\\-";
+    } else {
+      plain += c;
+    }
+  }
+  return plain;
+}
+
+/// Lines of source code or a table.
+std::string Verbatim(std::string_view lines) {
+  return ".PP\n.nf\n" + Plain(lines) + (lines.ends_with('\n') ? "" : "\n") + ".fi\n";
+}
+
+/// The examples as they are typed where the program is installed.
+std::string InstalledExamples(std::string_view examples) {
+  const std::string_view built = "build/truetriad";
+  std::string text(examples);
+  for (std::size_t at = 0; (at = text.find(built, at)) != std::string::npos;) {
+    text.replace(at, built.size(), "truetriad");
+  }
+  return text;
+}
+
+std::string FlagEntry(const CommandFlag& flag) {
+  return ".TP\n\\fB" + Plain("--" + std::string(flag.name)) + "\\fR=\\fI" +
+         Plain(flag.placeholder) + "\\fR\n" +
+         Plain(gflags::GetCommandLineFlagInfoOrDie(GflagsName(flag.name).c_str()).description) +
+         (flag.required ? " (required)" : "") + '\n';
+}
+
+std::string Verb(const Command& command) {
+  std::string text = ".SS " + std::string(command.name) + '\n' + Plain(command.summary) + '\n';
+  if (!command.details.empty()) text += Verbatim(command.details);
+  for (const CommandFlag& flag : command.flags) text += FlagEntry(flag);
+  return text + ".PP\nExample:\n" + Verbatim(InstalledExamples(command.examples));
+}
+
+}  // namespace
+
+std::string ManPage() {
+  std::string text = ".TH TRUETRIAD 1 \"\" \"truetriad " + Version() +
+                     "\" \"User Commands\"\n"
+                     ".SH NAME\n"
+                     "truetriad \\- calibrate accelerometers, magnetometers and gyroscopes\n"
+                     ".SH SYNOPSIS\n"
+                     ".B truetriad\n"
+                     ".I VERB\n"
+                     "[\\fB\\-\\-flag\\fR=\\fIvalue\\fR ...]\n"
+                     ".SH DESCRIPTION\n";
+  text += Plain(
+      "truetriad estimates biases, gains and misalignments of the sensors of a unit from rests in "
+      "many attitudes and the turns between them, with an uncertainty for every number, and says "
+      "which poses are missing when the data do not determine something.\n");
+  text += ".PP\n" + Plain(
+                        "Results go to stdout, talk to stderr; --v=1 adds what the library logs. A "
+                        "flag and its value are one word, or two: --input=LOG, --input LOG.\n");
+  text += ".SH VERBS\n";
+  for (const Command& command : Commands()) text += Verb(command);
+  text += ".SH EXIT STATUS\n";
+  for (const auto& [code, meaning] : {std::pair("0", "Good."),
+                                      std::pair("1", "Wrong usage."),
+                                      std::pair("2", "Bad input; nothing is written."),
+                                      std::pair("3", "Readable but not enough."),
+                                      std::pair("4", "Usable, but outside the stated limits.")}) {
+    text += std::string(".TP\n.B ") + code + '\n' + meaning + '\n';
+  }
+  text += ".SH ENVIRONMENT\n";
+  for (const auto& [name, meaning] :
+       {std::pair("TRUETRIAD_SHARE",
+                  "Folder with the data files that come with truetriad; default: "
+                  "share/truetriad beside the program."),
+        std::pair("SOURCE_DATE_EPOCH",
+                  "Seconds since 1970 that stand in a result as the time it was made, so that the "
+                  "same input gives the same bytes.")}) {
+    text += std::string(".TP\n.B ") + name + '\n' + Plain(meaning) + '\n';
+  }
+  text += ".SH FILES\n";
+  text += Plain(
+      "The examples are typed in a folder with copies of configs and datasets, which are "
+      "installed in share/truetriad (on Debian /usr/share/truetriad).\n");
+  return text;
+}
+
+}  // namespace truetriad
