@@ -172,15 +172,33 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
     *thermal = ThermalOptions();
     return;
   }
-  ReadOrder(reader.Child("bias_order"), ThermalOptions::kMaxBiasOrder, &thermal->bias_order);
+  if (YamlReader order = reader.Child("bias_order"); IsWord(order, "auto")) {
+    thermal->order_auto = true;
+    thermal->bias_order = ThermalOptions::kMaxBiasOrder;
+  } else if (order) {
+    thermal->order_auto = false;
+    ReadOrder(order, ThermalOptions::kMaxBiasOrder, &thermal->bias_order);
+  }
   ReadOrder(reader.Child("matrix_order"), ThermalOptions::kMaxMatrixOrder, &thermal->matrix_order);
   ReadChoice(reader.Child("matrix"), ThermalMatrices(), &thermal->matrix);
-  if (YamlReader rate = reader.Child("rate")) {
+  if (YamlReader rate = reader.Child("rate"); IsWord(rate, "auto")) {
+    thermal->rate_auto = true;
+    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = true;
+  } else if (rate) {
+    thermal->rate_auto = false;
     thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = false;
     for (const YamlReader& item : rate.Items()) {
       bool ThermalOptions::*term = nullptr;
       if (ReadChoice(item, kRateTerms, &term)) thermal->*term = true;
     }
+  }
+  if (YamlReader lag = reader.Child("lag"); IsWord(lag, "auto")) {
+    thermal->lags_auto = true;
+    thermal->lags = 0;
+  } else if (int lags = 0; lag.Read(&lags)) {
+    thermal->lags_auto = false;
+    thermal->lags = lags;
+    if (lags < 0 || lags > 2) lag.Fail("0, 1 or 2 lags are expected, or auto");
   }
   reader.RejectUnknown();
 }
@@ -201,6 +219,24 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
   ReadThermal(reader.Child("thermal"), &options.thermal);
   reader.RejectUnknown();
+}
+
+/// `auto`, or windows of a length in time or samples, and the file that says where attitudes are.
+void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
+  if (IsWord(reader, "auto")) return;
+  ReadNumber(reader.Child("window_s"), kPositive, &windows->window_s);
+  if (YamlReader samples = reader.Child("window_samples");
+      samples.Read(&windows->window_samples) && windows->window_samples < 1) {
+    samples.Fail("at least 1 sample is expected");
+  }
+  if (windows->window_s > 0.0 && windows->window_samples > 0) {
+    reader.Fail("window_s and window_samples exclude each other; keep one");
+  }
+  reader.Optional("attitudes", &draft->pose_file);
+  reader.RejectUnknown();
+  if (reader.IsScalar()) {
+    reader.Fail("`auto` is expected, or { window_s: … } or { window_samples: … }");
+  }
 }
 
 void ReadPoses(YamlReader reader, Draft* draft) {
@@ -234,9 +270,14 @@ void ReadPoses(YamlReader reader, Draft* draft) {
       ReadNumber(motion.Child("spacing_s"), kNotNegative, &poses.motion_spacing_s);
       motion.RejectUnknown();
     }
+    if (YamlReader sweep = reader.Child("sweep")) {
+      ++said;
+      poses.kind = PoseSelectionKind::kSweep;
+      ReadSweep(sweep, draft, &poses.sweep);
+    }
     reader.RejectUnknown();
     if (reader.IsMap() && said != 1) {
-      reader.Fail("one of detect, every, column, file, motion is expected, or every_row");
+      reader.Fail("one of detect, every, column, file, motion, sweep is expected, or every_row");
     }
   }
   draft->experiment.poses = poses;
@@ -375,6 +416,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   }
   ReadPoses(root.Child("poses"), draft);
   ReadAttitudes(root.Child("attitudes"), draft);
+  root.Optional("static", &draft->static_file);
   ReadTurns(root.Child("turns"), draft);
   ReadRates(root.Child("rates"), draft);
   ReadRobust(root.Child("robust"), &options.robust);
@@ -497,6 +539,36 @@ void SettleEarthRate(Draft* draft, Fail fail) {
       rate.latitude.value_or(0.0) * kRadPerDeg, rate.declination.value_or(0.0) * kRadPerDeg};
 }
 
+/// What a temperature sweep takes, and what only it takes.
+template <typename Fail>
+void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
+  CalibrateOptions& options = experiment->options;
+  options.sweep.reset();
+  experiment->static_file = Resolve(draft.static_file, experiment->path);
+  experiment->reference_given = draft.given.contains("reference.temperature_degc");
+  if (experiment->poses.kind != PoseSelectionKind::kSweep) {
+    if (!draft.static_file.empty()) {
+      fail("static: belongs to `poses: { sweep: auto }`, whose terms it completes; remove it");
+    }
+    for (const Triad triad : kTriads) {
+      const ThermalOptions& thermal = options.triads[triad].thermal;
+      if (!thermal.is_open() && thermal.lags == 0) continue;
+      fail("sensors." + std::string(TriadName(triad)) +
+           ".thermal: lags and `auto` need a sweep, `poses: { sweep: auto }`; name the terms");
+    }
+    return;
+  }
+  options.sweep.emplace();
+  // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
+  // is a small part of the temperatures.
+  constexpr int kSweepFolds = 14;
+  if (!draft.given.contains("cross_validation.folds")) options.cross_validation_folds = kSweepFolds;
+  if (!(draft.turns_file.empty() && draft.rates_file.empty()) ||
+      options.attitudes.kind != AttitudeKind::kNone) {
+    fail("turns:, rates: and attitudes: belong to recordings of poses, not to `poses: { sweep }`");
+  }
+}
+
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.
 void Settle(Draft* draft, std::vector<std::string>* errors) {
   Experiment& experiment = draft->experiment;
@@ -570,6 +642,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }
+  SettleSweep(*draft, &experiment, fail);
   experiment.input = Resolve(draft->input, experiment.path);
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
   for (const Triad triad : kTriads) {

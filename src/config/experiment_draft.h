@@ -80,7 +80,7 @@ struct StatedEarthRate {
 struct ExperimentDraft {
   Experiment experiment;
   std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
-  std::string turns_file, rates_file;                         ///< As written.
+  std::string turns_file, rates_file, static_file;            ///< As written.
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
   Stated gravity_mps2, strength_ut, dip_deg;

@@ -42,10 +42,23 @@ void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
     if (thermal.*term) rates.append(rates.empty() ? "" : ", ").append(name);
   }
   out.Open("thermal");
-  out.Line("bias_order", thermal.bias_order);
+  if (thermal.order_auto) {
+    out.Line("bias_order", "auto");
+  } else {
+    out.Line("bias_order", thermal.bias_order);
+  }
   out.Line("matrix_order", thermal.matrix_order);
   out.Line("matrix", ThermalMatrixName(thermal.matrix));
-  out.Line("rate", "[", rates, "]");
+  if (thermal.rate_auto) {
+    out.Line("rate", "auto");
+  } else {
+    out.Line("rate", "[", rates, "]");
+  }
+  if (thermal.lags_auto) {
+    out.Line("lag", "auto");
+  } else if (thermal.lags > 0) {
+    out.Line("lag", thermal.lags);
+  }
   out.Close();
 }
 
@@ -131,7 +144,21 @@ void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
       return out.Line("poses", "{ file: ", Quoted{draft.pose_file}, " }");
     case PoseSelectionKind::kMotion:
       return out.Line("poses", "{ motion: { spacing_s: ", poses.motion_spacing_s, " } }");
+    case PoseSelectionKind::kSweep:
+      break;
   }
+  out.Open("poses");
+  const bool is_given = poses.sweep.window_s > 0.0 || poses.sweep.window_samples > 0;
+  if (!is_given && draft.pose_file.empty()) {
+    out.Line("sweep", "auto");
+  } else {
+    out.Open("sweep");
+    if (poses.sweep.window_s > 0.0) out.Line("window_s", poses.sweep.window_s);
+    if (poses.sweep.window_samples > 0) out.Line("window_samples", poses.sweep.window_samples);
+    if (!draft.pose_file.empty()) out.Line("attitudes", Quoted{draft.pose_file});
+    out.Close();
+  }
+  out.Close();
 }
 
 void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
@@ -202,6 +229,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
   out.Close();
   WritePoses(out, draft);
   WriteAttitudes(out, draft);
+  if (!draft.static_file.empty()) out.Line("static", Quoted{draft.static_file});
   if (options.triads[Triad::kGyroscope].enabled) WriteKnownMotions(out, draft);
   out.Open("robust");
   out.Line("loss", kLosses.Name(options.robust.enabled));

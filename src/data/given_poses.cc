@@ -71,6 +71,7 @@ std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
     }
     case PoseSelectionKind::kDetect:
     case PoseSelectionKind::kMotion:
+    case PoseSelectionKind::kSweep:
       break;
   }
   LOG(FATAL) << "not a given selection";

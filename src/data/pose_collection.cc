@@ -11,6 +11,7 @@
 #include "data/move_recorder.h"
 #include "data/pose_statistics.h"
 #include "data/stream_checks.h"
+#include "data/sweep_windows.h"
 
 namespace truetriad {
 namespace {
@@ -45,6 +46,8 @@ std::string HowOf(const PoseSelection& selection) {
       return "given row ranges";
     case PoseSelectionKind::kMotion:
       return "motion without rests";
+    case PoseSelectionKind::kSweep:
+      return "windows of a temperature sweep";
   }
   return "";
 }
@@ -150,7 +153,11 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   }
   std::optional<DetectedPoses> detected;
   std::optional<GivenPoses> given;
-  if (detect) {
+  std::optional<SweepCutter> sweep;
+  if (selection.kind == PoseSelectionKind::kSweep) {
+    sweep.emplace(selection, info, *leading);
+    TRUETRIAD_RETURN_IF_ERROR(sweep->Validate());
+  } else if (detect) {
     TRUETRIAD_RETURN_IF_ERROR(CheckCanDetect(info, options));
     detected.emplace(options, info, monitor_of, *leading);
   } else if (motion) {
@@ -165,7 +172,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(rates.Validate());
 
   PoseSet set;
-  const bool record_moves = (selection.moves || !selection.turns.empty()) && !motion &&
+  const bool record_moves = (selection.moves || !selection.turns.empty()) && !motion && !sweep &&
                             info.has_time && info.Find(Triad::kGyroscope);
   MoveRecorder moves(*leading, SpansToKeep(selection));
   std::size_t rests_dropped = 0;
@@ -179,6 +186,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
       if (record_moves) moves.Add(block);
       if (motion) AddToTrack(block, &set.tracks[block.triad]);
+      if (sweep) sweep->Add(block);
     }
     if (detect) {
       TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
@@ -229,7 +237,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   }
   if (info.has_time) set.duration_s = static_cast<double>(last_ns - first_ns) * 1e-9;
 
-  if (motion) {
+  if (motion || sweep) {
+    if (sweep) TRUETRIAD_RETURN_IF_ERROR(sweep->Finish(&set));
     if (progress) progress(1.0);
     return set;
   }

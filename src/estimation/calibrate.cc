@@ -17,6 +17,7 @@
 #include "estimation/noise_settling.h"
 #include "estimation/reduced_system.h"
 #include "estimation/start.h"
+#include "estimation/sweep/calibrate_sweep.h"
 #include "estimation/verdict.h"
 
 namespace truetriad {
@@ -158,6 +159,10 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
   }
   if (options.motion) {
     TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
+    return summary;
+  }
+  if (options.sweep) {
+    TRUETRIAD_RETURN_IF_ERROR(CalibrateSweep(poses, options, &summary));
     return summary;
   }
   NoiseState noise = ChooseNoise(poses, options, &calibration.messages);

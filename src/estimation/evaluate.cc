@@ -109,7 +109,15 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
   PerTriad<ErrorSums> sums;
   std::vector<double> angles_deg;
   std::vector<std::optional<EvaluatedReading>> forces;
-  for (const StaticPose& pose : poses.poses) {
+  PerTriad<std::vector<ThermalState>> felt;
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad] || poses.Find(triad) == nullptr) continue;
+    Result<std::vector<ThermalState>> states = FeltAtPoses(*calibration.sensors[triad], poses);
+    TRUETRIAD_RETURN_IF_ERROR(states);
+    felt[triad] = *std::move(states);
+  }
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
     PerTriad<std::optional<EvaluatedReading>> seen;
     bool is_clamped = false;
     // The accelerometer first: a gyroscope may follow the force.
@@ -120,6 +128,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
           EvaluateReading(calibration,
                           triad,
                           pose,
+                          felt[triad].empty() ? nullptr : &felt[triad][k],
                           force ? std::optional(force->truth) : std::nullopt,
                           poses.source);
       TRUETRIAD_RETURN_IF_ERROR(reading);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "truetriad/model/thermal.h"
-
 namespace truetriad {
 namespace {
 
@@ -45,17 +43,17 @@ double ModelAtPose::FactorOf(const ParameterName& name) const {
   switch (name.kind) {
     case ParameterKind::kBias:
     case ParameterKind::kSensitivity:
-      return std::pow(tau_degc, name.power);
+      return std::pow(tau_degc[name.row], name.power);
     case ParameterKind::kGSensitivity:
     case ParameterKind::kQuadratic:
     case ParameterKind::kAsymmetry:
       return 1.0;
     case ParameterKind::kRateLinear:
-      return rate_degcps;
+      return rate_degcps[name.row];
     case ParameterKind::kRateQuadratic:
-      return rate_degcps * rate_degcps;
+      return rate_degcps[name.row] * rate_degcps[name.row];
     case ParameterKind::kRateCross:
-      return tau_degc * rate_degcps;
+      return tau_degc[name.row] * rate_degcps[name.row];
   }
   return 0.0;
 }
@@ -63,23 +61,61 @@ double ModelAtPose::FactorOf(const ParameterName& name) const {
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,
                                  double temperature_degc,
                                  double rate_degcps) {
-  if (!sensor.thermal) return {sensor.model, 0.0, 0.0, false};
+  return ModelAtTemperatureOf(
+      sensor,
+      {Eigen::Vector3d::Constant(temperature_degc), Eigen::Vector3d::Constant(rate_degcps)});
+}
+
+ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state) {
+  if (!sensor.thermal) return {.model = sensor.model};
   const ThermalTerms& thermal = *sensor.thermal;
-  const double held = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);
-  return {ModelAtTemperature(sensor.model, thermal, held, rate_degcps),
-          held - thermal.reference_degc,
-          rate_degcps,
-          held != temperature_degc};
+  ThermalState held = state;
+  held.degc = state.degc.cwiseMax(thermal.range_degc[0]).cwiseMin(thermal.range_degc[1]);
+  return {ModelAtTemperature(sensor.model, thermal, held),
+          held.degc.array() - thermal.reference_degc,
+          held.rate_degcps,
+          held.degc != state.degc};
+}
+
+Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor,
+                                              const PoseSet& poses) {
+  std::vector<ThermalState> felt;
+  const bool has_lags =
+      sensor.thermal && (sensor.thermal->element_lag_s || sensor.thermal->rate_lag_s);
+  if (!has_lags) return felt;
+  const TemperatureTrack& track = poses.sweep.temperature;
+  if (track.empty()) {
+    return BadInputError(poses.source +
+                         ": the calibration follows the temperature with a lag, and rests alone do "
+                         "not tell what the temperature was before; evaluate it with "
+                         "`--poses=sweep` on a recording in one attitude");
+  }
+  TemperatureFilter filter(*sensor.thermal);
+  std::vector<ThermalState> along;
+  for (std::size_t i = 0; i < track.time_s.size(); ++i) {
+    along.push_back(filter.Next(track.time_s[i], track.degc[i]));
+  }
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    ThermalState& mean = felt.emplace_back();
+    const auto count = static_cast<double>(poses.sweep.last[k] - poses.sweep.first[k] + 1);
+    for (std::size_t i = poses.sweep.first[k]; i <= poses.sweep.last[k]; ++i) {
+      mean.degc += along[i].degc / count;
+      mean.rate_degcps += along[i].rate_degcps / count;
+    }
+  }
+  return felt;
 }
 
 Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
                              const StaticPose& pose,
+                             const ThermalState* felt,
                              const std::string& source) {
   if (sensor.thermal && !pose.temperature_degc) {
     return BadInputError(source + ": pose " + std::to_string(pose.number) +
                          " has no temperature, but the calibration depends on it; give a recording "
                          "with a temperature column");
   }
+  if (felt != nullptr) return ModelAtTemperatureOf(sensor, *felt);
   return ModelAtTemperatureOf(
       sensor, pose.temperature_degc.value_or(0.0), pose.temperature_rate_degcps);
 }
@@ -92,6 +128,7 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
     const Calibration& calibration,
     Triad triad,
     const StaticPose& pose,
+    const ThermalState* felt,
     const std::optional<Eigen::Vector3d>& force_mps2,
     const std::string& source) {
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
@@ -99,7 +136,7 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
   if (!sensor || !seen || (sensor->g_sensitivity && !force_mps2)) {
     return std::optional<EvaluatedReading>();
   }
-  const Result<ModelAtPose> at = ModelFor(*sensor, pose, source);
+  const Result<ModelAtPose> at = ModelFor(*sensor, pose, felt, source);
   TRUETRIAD_RETURN_IF_ERROR(at);
   const Eigen::Vector3d force = force_mps2.value_or(Eigen::Vector3d::Zero());
   Eigen::Vector3d reading = seen->mean_raw;

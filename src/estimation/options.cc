@@ -87,10 +87,10 @@ Status CalibrateOptions::Validate() const {
     if (!sensor.enabled) continue;
     any = true;
     const std::string name(TriadName(triad));
-    require(
-        triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled || HasGyroscopeAlone(),
-        "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it, or "
-        "calibrate it alone from known turns and rates");
+    require(sweep || triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled ||
+                HasGyroscopeAlone(),
+            "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it, or "
+            "calibrate it alone from known turns and rates");
     require(sensor.g_sensitivity == Wanted::kNo || triads[Triad::kAccelerometer].enabled,
             name +
                 ": how it follows gravity shows only where gravity is seen; calibrate the "
@@ -116,6 +116,8 @@ Status CalibrateOptions::Validate() const {
               name + ": thermal " + what + " order " + std::to_string(order) +
                   " must lie between 0 and " + std::to_string(most));
     };
+    require(sweep || (!sensor.thermal.is_open() && sensor.thermal.lags == 0),
+            name + ": lags and terms that are chosen need a sweep; name the terms");
     require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
     require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
   }
@@ -148,6 +150,30 @@ Status CalibrateOptions::Validate() const {
   require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
   require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");
+  if (sweep) {
+    require(!motion && attitudes.kind == AttitudeKind::kNone,
+            "sweep: neither a unit in motion nor known attitudes; remove `attitudes:`");
+    require(!reference.earth_rate,
+            "sweep: the earth's rate is part of the bias of a unit that rests; drop "
+            "`reference.earth_rate`");
+    for (const Triad triad : kTriads) {
+      const TriadOptions& sensor = triads[triad];
+      require(!sensor.enabled || sensor.thermal.bias_order > 0,
+              std::string(TriadName(triad)) +
+                  ": a sweep shows how the bias follows the temperature; state `thermal: { "
+                  "bias_order: … }`, or leave the sensor out");
+      require(!sensor.enabled || sensor.thermal.matrix_order == 0,
+              std::string(TriadName(triad)) +
+                  ": a sweep in few attitudes does not tell a sensitivity from a bias; remove "
+                  "`matrix_order`, or take poses at several temperatures (a soak)");
+      require(
+          !sensor.enabled || (sensor.quadratic == Wanted::kNo && sensor.asymmetry == Wanted::kNo &&
+                              sensor.g_sensitivity == Wanted::kNo),
+          std::string(TriadName(triad)) +
+              ": a sweep tells only what changes with "
+              "temperature; remove the other terms");
+    }
+  }
   if (motion) {
     require(motion->spacing_s >= 0.0 && std::isfinite(motion->spacing_s),
             "motion: spacing " + std::to_string(motion->spacing_s) + " s must be >= 0");

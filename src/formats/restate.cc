@@ -80,6 +80,12 @@ Status HoldThermal(Triad triad,
   if (has_rate() && !capacity.rate_thermal) {
     notes->emplace_back(Name(triad) + ": dropped: bias by the rate of temperature");
     thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
+    thermal.rate_lag_s.reset();
+  }
+  if (thermal.element_lag_s && !capacity.rate_thermal) {
+    notes->emplace_back(Name(triad) +
+                        ": dropped: lag of the temperature; its terms are at that of the reading");
+    thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
     notes->emplace_back(Name(triad) + ": dropped: matrix by temperature; it is that" + where);

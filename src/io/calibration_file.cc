@@ -70,6 +70,9 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
     separator = ", ";
   }
   out << " }\n";
+  if (thermal.element_lag_s) out << "      element_lag_s: " << *thermal.element_lag_s << "\n";
+  if (thermal.rate_lag_s) out << "      rate_lag_s: " << *thermal.rate_lag_s << "\n";
+  if (thermal.smoothing_s > 0.0) out << "      smoothing_s: " << thermal.smoothing_s << "\n";
 }
 
 void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
@@ -159,6 +162,45 @@ void WriteHeldOutTurns(YamlText& out, const HeldOutTurns& turns) {
   out << "\n";
 }
 
+void WriteSweep(YamlText& out, const Quality& quality) {
+  if (quality.sweep.empty()) return;
+  out << "  sweep:\n";
+  for (const SweepAxis& axis : quality.sweep) {
+    out << "    - sensor: " << TriadName(axis.triad)
+        << "\n      axis: " << kAxes.substr(static_cast<std::size_t>(axis.axis), 1)
+        << "\n      chosen: " << Quoted{axis.chosen} << "\n      noise_sigma: " << axis.noise_sigma
+        << "\n      rms: { before: " << axis.rms_before << ", after: " << axis.rms_after
+        << ", held_out: " << axis.held_out << ", held_out_cubic: " << axis.held_out_cubic
+        << ", folds: " << axis.folds << " }\n      branch_gap: { before: " << axis.branch_gap
+        << ", after: " << axis.branch_gap_after << " }\n      correlation: " << axis.correlation
+        << "\n      element_lag_s: { value: " << axis.element_lag_s
+        << ", sigma: " << axis.element_lag_sigma_s
+        << " }\n      rate_lag_s: { value: " << axis.rate_lag_s
+        << ", sigma: " << axis.rate_lag_sigma_s << " }\n      left_out: [";
+    for (std::size_t i = 0; i < axis.left_out.size(); ++i) {
+      out << (i == 0 ? "" : ", ") << Quoted{axis.left_out[i]};
+    }
+    out << (axis.steps.empty() ? "]\n      steps: []\n" : "]\n      steps:\n");
+    for (const SweepStep& step : axis.steps) {
+      out << "        - { step: " << Quoted{step.what} << ", terms: " << Quoted{step.terms}
+          << ", r2: " << step.r2 << ", adjusted_r2: " << step.adjusted_r2 << ", bic: " << step.bic
+          << ", held_out: " << step.held_out << " }\n";
+    }
+  }
+  out << "  # Rows: sensor, time s, temperature degC, rate degC/s, bias x y z, fit x y z, its "
+         "sigma "
+         "x y z.\n";
+  WriteItem(out, "sweep_windows", quality.sweep_windows.empty());
+  for (const SweepWindow& window : quality.sweep_windows) {
+    out << "    - [" << TriadName(window.triad) << ", " << window.time_s << ", " << window.degc
+        << ", " << window.rate_degcps;
+    for (const auto* values : {&window.bias_raw, &window.fit_raw, &window.fit_sigma_raw}) {
+      for (const double value : *values) out << ", " << value;
+    }
+    out << "]\n";
+  }
+}
+
 void WriteQuality(YamlText& out, const Quality& quality) {
   out << "quality:\n  poses: " << quality.poses << "\n  residual_rms: ";
   WritePerTriad(out, quality.residual_rms);
@@ -219,6 +261,7 @@ void WriteQuality(YamlText& out, const Quality& quality) {
         << ", worst: " << check.worst << ", sigma: " << check.sigma << ", pass: " << check.pass
         << " }\n";
   }
+  WriteSweep(out, quality);
   WritePoseResiduals(out, quality.pose_residuals);
 }
 
@@ -343,6 +386,17 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
       if (ReadVector(rate.Child(key), &vector)) *value = vector;
     }
     rate.RejectUnknown();
+  }
+  for (const auto& [key, value] : {std::pair("element_lag_s", &thermal->element_lag_s),
+                                   std::pair("rate_lag_s", &thermal->rate_lag_s)}) {
+    YamlReader lag = reader.Child(key);
+    Eigen::Vector3d lags;
+    if (!ReadVector(lag, &lags)) continue;
+    if (!lags.allFinite() || lags.minCoeff() < 0.0) lag.Fail("lags are seconds of at least zero");
+    *value = lags;
+  }
+  if (YamlReader smoothing = reader.Child("smoothing_s")) {
+    ReadNumber(smoothing, &thermal->smoothing_s);
   }
   reader.RejectUnknown();
 }
@@ -473,6 +527,81 @@ void ReadPoseResidual(YamlReader reader, PoseResidual* row) {
   row->direction = {numbers[7], numbers[8], numbers[9]};
 }
 
+void ReadSweepStep(YamlReader reader, SweepStep* step) {
+  reader.Require("step", &step->what);
+  reader.Require("terms", &step->terms);
+  ReadNumber(reader.RequireChild("r2"), &step->r2);
+  ReadNumber(reader.RequireChild("adjusted_r2"), &step->adjusted_r2);
+  ReadNumber(reader.RequireChild("bic"), &step->bic);
+  ReadNumber(reader.RequireChild("held_out"), &step->held_out);
+  reader.RejectUnknown();
+}
+
+void ReadSweepAxis(YamlReader reader, SweepAxis* axis) {
+  ReadWord(reader.RequireChild("sensor"), TriadFromName, &axis->triad);
+  YamlReader name = reader.RequireChild("axis");
+  if (std::string text; name.Read(&text)) {
+    const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
+    if (place == std::string_view::npos) {
+      name.Fail("x, y or z is expected");
+    } else {
+      axis->axis = static_cast<int>(place);
+    }
+  }
+  reader.Require("chosen", &axis->chosen);
+  ReadNumber(reader.RequireChild("noise_sigma"), &axis->noise_sigma);
+  if (YamlReader rms = reader.RequireChild("rms")) {
+    ReadNumber(rms.RequireChild("before"), &axis->rms_before);
+    ReadNumber(rms.RequireChild("after"), &axis->rms_after);
+    ReadNumber(rms.RequireChild("held_out"), &axis->held_out);
+    ReadNumber(rms.RequireChild("held_out_cubic"), &axis->held_out_cubic);
+    rms.Require("folds", &axis->folds);
+    rms.RejectUnknown();
+  }
+  if (YamlReader gap = reader.RequireChild("branch_gap")) {
+    ReadNumber(gap.RequireChild("before"), &axis->branch_gap);
+    ReadNumber(gap.RequireChild("after"), &axis->branch_gap_after);
+    gap.RejectUnknown();
+  }
+  ReadNumber(reader.RequireChild("correlation"), &axis->correlation);
+  const auto read_lag = [&reader](std::string_view key, double* value, double* sigma) {
+    YamlReader lag = reader.RequireChild(key);
+    if (!lag) return;
+    ReadNumber(lag.RequireChild("value"), value);
+    ReadNumber(lag.RequireChild("sigma"), sigma);
+    lag.RejectUnknown();
+  };
+  read_lag("element_lag_s", &axis->element_lag_s, &axis->element_lag_sigma_s);
+  read_lag("rate_lag_s", &axis->rate_lag_s, &axis->rate_lag_sigma_s);
+  for (YamlReader& item : reader.RequireChild("left_out").Items()) {
+    item.Read(&axis->left_out.emplace_back());
+  }
+  for (const YamlReader& item : reader.RequireChild("steps").Items()) {
+    ReadSweepStep(item, &axis->steps.emplace_back());
+  }
+  reader.RejectUnknown();
+}
+
+void ReadSweepWindow(YamlReader reader, SweepWindow* window) {
+  std::vector<YamlReader> items = reader.Items();
+  std::array<double, 12> numbers;
+  if (items.size() != 1 + numbers.size()) {
+    reader.Fail("has " + std::to_string(items.size()) + " entries; " +
+                std::to_string(1 + numbers.size()) + " are expected");
+    return;
+  }
+  ReadWord(items[0], TriadFromName, &window->triad);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!ReadNumber(items[1 + i], &numbers[i])) return;
+  }
+  window->time_s = numbers[0];
+  window->degc = numbers[1];
+  window->rate_degcps = numbers[2];
+  window->bias_raw = Eigen::Vector3d(&numbers[3]);
+  window->fit_raw = Eigen::Vector3d(&numbers[6]);
+  window->fit_sigma_raw = Eigen::Vector3d(&numbers[9]);
+}
+
 void ReadQuality(YamlReader reader, Quality* quality) {
   if (!reader) return;
   reader.Require("poses", &quality->poses);
@@ -556,6 +685,12 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     ReadNumber(item.RequireChild("sigma"), &check.sigma);
     item.Require("pass", &check.pass);
     item.RejectUnknown();
+  }
+  for (const YamlReader& item : reader.Child("sweep").Items()) {
+    ReadSweepAxis(item, &quality->sweep.emplace_back());
+  }
+  for (const YamlReader& item : reader.Child("sweep_windows").Items()) {
+    ReadSweepWindow(item, &quality->sweep_windows.emplace_back());
   }
   for (const YamlReader& item : reader.Child("pose_residuals").Items()) {
     ReadPoseResidual(item, &quality->pose_residuals.emplace_back());

@@ -39,9 +39,15 @@ class Corrector {
         return BadInputError(stream.file + ": has no temperature, but the calibration of the " +
                              name + " depends on it; a temperature column is needed");
       }
-      if (thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross) {
-        return BadInputError("the calibration of the " + name +
-                             " depends on the rate of temperature; applying that is not supported");
+      const bool has_rate = thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
+      const bool tells_rate =
+          thermal.rate_lag_s || thermal.element_lag_s || thermal.smoothing_s > 0.0;
+      if (has_rate && !tells_rate) {
+        return BadInputError(
+            "the calibration of the " + name +
+            " depends on the rate of temperature, but says nothing of how to find it in a log; "
+            "calibrate from a sweep (`poses: { sweep: auto }`), or state `smoothing_s:` in the "
+            "sensor's `thermal:`");
       }
     }
     return Corrector(calibration, stream.unit.truth_per_raw / calibrated->truth_per_raw);
@@ -50,11 +56,17 @@ class Corrector {
   bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
   bool is_thermal() const { return calibration_.thermal.has_value(); }
 
-  /// `force_mps2` is the corrected specific force, used only when needs_force().
-  Eigen::Vector3d Correct(const Eigen::Vector3d& raw,
+  /// Readings are to come in time order. `force_mps2` is the corrected specific force, used only
+  /// when needs_force().
+  Eigen::Vector3d Correct(std::int64_t time_ns,
+                          const Eigen::Vector3d& raw,
                           double temperature_degc,
                           const Eigen::Vector3d& force_mps2) {
-    if (is_thermal()) SetTemperature(temperature_degc);
+    if (follows_time_) {
+      FollowTemperature(time_ns, temperature_degc);
+    } else if (is_thermal()) {
+      SetTemperature(temperature_degc);
+    }
     Eigen::Vector3d reading = raw_scale_ * raw - bias_;
     if (needs_force()) reading -= *calibration_.g_sensitivity * force_mps2;
     return correction_ * calibration_.model.Felt(reading);
@@ -67,8 +79,35 @@ class Corrector {
   Corrector(const TriadCalibration& calibration, double raw_scale)
       : calibration_(calibration),
         raw_scale_(raw_scale),
+        filter_(calibration.thermal.value_or(ThermalTerms())),
         bias_(calibration.model.bias),
-        correction_(calibration.model.Correction()) {}
+        correction_(calibration.model.Correction()) {
+    if (!calibration.thermal) return;
+    const ThermalTerms& thermal = *calibration.thermal;
+    follows_time_ = thermal.element_lag_s || thermal.rate_linear || thermal.rate_quadratic ||
+                    thermal.rate_cross;
+  }
+
+  // Lags and rates: the model changes with every reading.
+  void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
+    if (!start_ns_) {
+      if (std::isnan(temperature_degc)) {
+        bias_.setConstant(kUnknown);
+        return;
+      }
+      start_ns_ = time_ns;
+    }
+    ThermalState state =
+        filter_.Next(static_cast<double>(time_ns - *start_ns_) * 1e-9, temperature_degc);
+    const Eigen::Vector2d& range = calibration_.thermal->range_degc;
+    const Eigen::Vector3d held = state.degc.cwiseMax(range[0]).cwiseMin(range[1]);
+    clamped_ = held != state.degc;
+    state.degc = held;
+    const TriadModel<double> model =
+        ModelAtTemperature(calibration_.model, *calibration_.thermal, state);
+    bias_ = model.bias;
+    if (!calibration_.thermal->sensitivity.empty()) correction_ = model.Correction();
+  }
 
   void SetTemperature(double temperature_degc) {
     if (temperature_degc == temperature_degc_) return;  // Temperatures are logged in steps.
@@ -84,6 +123,9 @@ class Corrector {
   TriadCalibration calibration_;
   double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
   double temperature_degc_ = kUnknown;
+  TemperatureFilter filter_;
+  bool follows_time_ = false;
+  std::optional<std::int64_t> start_ns_;
   Eigen::Vector3d bias_;
   Eigen::Matrix3d correction_;
   bool clamped_ = false;
@@ -217,7 +259,7 @@ class RowWriter {
       if (std::isnan(temperature_degc)) temperature_degc = sample.temperature_degc;
       if (!pose) pose = sample.pose;
       const Eigen::Vector3d truth =
-          channel.corrector.Correct(sample.raw, sample.temperature_degc, force_mps2_);
+          channel.corrector.Correct(time_ns, sample.raw, sample.temperature_degc, force_mps2_);
       if (channel.triad == Triad::kAccelerometer) force_mps2_ = truth;
       clamped = clamped || channel.corrector.clamped();
       unknown_temperature = unknown_temperature || truth.hasNaN();

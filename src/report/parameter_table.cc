@@ -249,6 +249,10 @@ class ParameterRows {
     add_rate(thermal.rate_linear, "bias, dT/dt", "linear", " s/°C");
     add_rate(thermal.rate_quadratic, "bias, (dT/dt)^2", "quadratic", " s²/°C²");
     add_rate(thermal.rate_cross, "bias, τ dT/dt", "cross", " s/°C²");
+    if (thermal.element_lag_s) {
+      AddTerm("lag of T", *thermal.element_lag_s, "thermal.element_lag.", "s");
+    }
+    if (thermal.rate_lag_s) AddTerm("lag of dT/dt", *thermal.rate_lag_s, "thermal.rate_lag.", "s");
   }
 
   const TriadCalibration& sensor_;

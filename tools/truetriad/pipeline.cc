@@ -26,7 +26,9 @@ Result<PoseSelection> SelectionOf(const PosesConfig& config) {
   PoseSelection selection;
   selection.kind = config.kind;
   selection.every = config.every;
-  if (config.kind == PoseSelectionKind::kRanges) {
+  selection.sweep = config.sweep;
+  const bool has_attitudes = config.kind == PoseSelectionKind::kSweep && !config.file.empty();
+  if (config.kind == PoseSelectionKind::kRanges || has_attitudes) {
     Result<std::vector<PoseRange>> ranges = ReadPoseRanges(config.file);
     TRUETRIAD_RETURN_IF_ERROR(ranges);
     selection.ranges = *std::move(ranges);
@@ -278,8 +280,38 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
+/// What a sweep takes from a calibration at one temperature, or without one from the units.
+Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
+  CalibrateOptions& options = experiment->options;
+  if (experiment->static_file.empty()) {
+    for (const Triad triad : kTriads) {
+      TriadOptions& sensor = options.triads[triad];
+      if (!sensor.enabled || sensor.fixed_sensitivity || !loaded.poses.Find(triad)) continue;
+      const Result<Eigen::Matrix3d> identity = IdentitySensitivity(loaded, triad, sensor);
+      TRUETRIAD_RETURN_IF_ERROR(identity);
+      sensor.fixed_sensitivity = *identity;
+    }
+    return {};
+  }
+  Result<Calibration> known = ReadCalibration(experiment->static_file);
+  TRUETRIAD_RETURN_IF_ERROR(known);
+  const double wanted = options.reference.temperature_degc;
+  const double stated = known->reference.temperature_degc;
+  if (experiment->reference_given && wanted != stated) {
+    return BadInputError(
+        experiment->static_file + ": was made at " + std::to_string(stated) +
+        " degC, but reference.temperature_degc is " + std::to_string(wanted) +
+        "; its bias holds at its own temperature: leave reference.temperature_degc "
+        "out");
+  }
+  options.sweep->static_calibration = *std::move(known);
+  options.sweep->static_file = experiment->static_file;
+  return {};
+}
+
 /// Fills in what the experiment leaves to files and to the recording.
 Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
+  if (experiment->options.sweep) return SettleSweep(*loaded, experiment);
   TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
   TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
       experiment->forces_file, &loaded->poses, &experiment->options.initialise.known_forces));
@@ -385,9 +417,16 @@ Result<PosesConfig> ParsePoses(const std::string& text) {
     config.file = value;
     return config;
   }
+  if (kind == "sweep") {
+    config.kind = PoseSelectionKind::kSweep;
+    if (colon == std::string::npos) return config;
+    const char* end = value.data() + value.size();
+    const auto [stop, failure] = std::from_chars(value.data(), end, config.sweep.window_s);
+    if (failure == std::errc() && stop == end && config.sweep.window_s > 0.0) return config;
+  }
   return UsageError("--poses=" + text +
-                    " is not known; expected detect, every_row, every:N (N >= 1), column:NAME or "
-                    "file:PATH");
+                    " is not known; expected detect, every_row, every:N (N >= 1), column:NAME, "
+                    "file:PATH, sweep or sweep:SECONDS");
 }
 
 Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {

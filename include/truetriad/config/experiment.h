@@ -34,6 +34,7 @@ struct PosesConfig {
   std::string column;
   std::string file;               ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;  ///< Of kMotion.
+  SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
 };
@@ -67,7 +68,9 @@ struct Experiment {
   std::string no_earth_field;
   CalibrateOptions options;
   PosesConfig poses;
-  std::string attitudes_file;  ///< `attitudes: {file: …}`, resolved; empty when not given.
+  std::string static_file;       ///< `static:`, resolved; empty when not given.
+  bool reference_given = false;  ///< `reference.temperature_degc` is stated, not the default.
+  std::string attitudes_file;    ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
   /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
   /// the recording's unit.

@@ -21,6 +21,7 @@ enum class PoseSelectionKind {
   kColumn,    ///< A column numbers them, 0 = moving.
   kRanges,    ///< Row ranges are given.
   kMotion,    ///< The unit never rests: no poses, all readings in PoseSet::tracks.
+  kSweep,     ///< Few attitudes, held while the temperature changes: windows of time.
 };
 
 /// One given rest: rows first…last of the file, 0-based, last included.
@@ -31,10 +32,21 @@ struct PoseRange {
   std::string face_up;
 };
 
+/// How a temperature sweep is cut into windows. At most one of the two is set; neither: by thermal
+/// time, so that a window ends when the temperature has changed by a small share of its range, or a
+/// small share of the recording has passed.
+struct SweepWindows {
+  double window_s = 0.0;            ///< Range: > 0; 0: not set.
+  std::int64_t window_samples = 0;  ///< Of the leading sensor. Range: >= 1; 0: not set.
+};
+
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
-  std::int64_t every = 0;          ///< Rows a pose, for kEveryN. Range: >= 1.
-  std::vector<PoseRange> ranges;   ///< For kRanges, in file order.
+  std::int64_t every = 0;  ///< Rows a pose, for kEveryN. Range: >= 1.
+  /// For kRanges, in file order. For kSweep the stretches in which an attitude is held, those of
+  /// one id being one attitude; none: one attitude all the time.
+  std::vector<PoseRange> ranges;
+  SweepWindows sweep;  ///< For kSweep.
   /// Keep the gyroscope's readings between the poses. Without time there are none.
   bool moves = false;
   /// Turns and rates that are known. A pose that overlaps a rate is no rest, and a move in which a

@@ -36,11 +36,11 @@ struct AttitudeReference {
 
 /// One rest of the unit: the sufficient statistics of its samples.
 struct StaticPose {
-  int number = 0;                 ///< 1-based; what people are shown.
-  std::string id;                 ///< Given name, or empty.
-  std::int64_t start_ns = 0;      ///< Time of the first sample used; 0 without time.
-  std::int64_t end_ns = 0;        ///< Time of the last sample used.
-  std::int64_t first_row = 0;     ///< 0-based data rows, both included.
+  int number = 0;              ///< 1-based; what people are shown.
+  std::string id;              ///< Given name, or empty.
+  std::int64_t start_ns = 0;   ///< Time of the first sample used; 0 without time.
+  std::int64_t end_ns = 0;     ///< Time of the last sample used.
+  std::int64_t first_row = 0;  ///< 0-based data rows, both included.
   std::int64_t last_row = 0;
   PerTriad<std::optional<TriadPose>> triads;
   std::optional<double> temperature_degc;
@@ -69,6 +69,26 @@ struct ReadingTrack {
   std::vector<Eigen::Vector3d> reading_raw;
 };
 
+/// Temperature over a recording, smoothed, and its rate.
+struct TemperatureTrack {
+  std::vector<double> time_s;  ///< Since the recording's first reading.
+  std::vector<double> degc, rate_degcps;
+  double smoothing_s = 0.0;  ///< Half-width of the local fits.
+  double step_degc = 0.0;    ///< Of a thermometer that reports coarse steps; else 0.
+  bool empty() const { return time_s.empty(); }
+};
+
+/// What windows of a sweep were cut from.
+struct SweepTrack {
+  TemperatureTrack temperature;
+  /// Of each pose (window): places in the track [first, last], and the attitude, counted from 0.
+  std::vector<std::size_t> first, last;
+  std::vector<int> attitude;
+  std::vector<std::string> attitude_names;
+  /// Readings that are far from their neighbours: "rows 0 to 0 (0 s): gyroscope x".
+  std::vector<std::string> left_out;
+};
+
 /// A stated turn and what the gyroscope read during it.
 struct KnownTurn {
   StatedTurn stated;
@@ -87,8 +107,8 @@ struct StreamSummary {
   Unit unit;
   std::int64_t samples = 0;
   std::int64_t dropped_empty = 0;
-  double rate_hz = 0.0;                  ///< 1 / median sample spacing; 0 without time.
-  std::int64_t gaps = 0;                 ///< Spacings above 5 medians.
+  double rate_hz = 0.0;   ///< 1 / median sample spacing; 0 without time.
+  std::int64_t gaps = 0;  ///< Spacings above 5 medians.
   double longest_gap_s = 0.0;
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
@@ -101,20 +121,21 @@ struct StreamSummary {
 
 /// All rests of one unit: what the estimator reads.
 struct PoseSet {
-  std::string source;                    ///< The recording's path.
+  std::string source;  ///< The recording's path.
   std::string serial;
   std::vector<StaticPose> poses;
-  std::vector<RecordedMove> moves;       ///< Where PoseSelection::moves asked for them.
-  PerTriad<ReadingTrack> tracks;         ///< Where PoseSelectionKind::kMotion asked for them.
-  std::vector<KnownTurn> turns;          ///< In the order they were stated.
-  std::vector<KnownRate> rates;          ///< Likewise.
+  std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.
+  PerTriad<ReadingTrack> tracks;    ///< Where PoseSelectionKind::kMotion asked for them.
+  SweepTrack sweep;                 ///< Where PoseSelectionKind::kSweep asked for windows.
+  std::vector<KnownTurn> turns;     ///< In the order they were stated.
+  std::vector<KnownRate> rates;     ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
   double duration_s = 0.0;
-  double static_share = 0.0;             ///< Share of the duration spent in poses.
+  double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
-  std::string how;                       ///< "static detection", "every row", …
-  std::vector<std::string> warnings;     ///< Clipping, stuck samples, gaps: what people should know.
+  std::string how;                                        ///< "static detection", "every row", …
+  std::vector<std::string> warnings;  ///< Clipping, stuck samples, gaps: what people should know.
 
   const StreamSummary* Find(Triad triad) const {
     for (const StreamSummary& stream : streams) {

@@ -93,9 +93,22 @@ struct ThermalOptions {
   /// Bias by T', T'^2 and tau T'.
   bool rate_linear = false, rate_quadratic = false, rate_cross = false;
 
+  // Of a sweep (CalibrateOptions::sweep) alone.
+  /// The order of the bias is the one that held-out error and significance speak for.
+  bool order_auto = false;
+  /// So are the rate terms: entered and removed one by one.
+  bool rate_auto = false;
+  /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
+  int lags = 0;
+  /// As many as held-out error speaks for.
+  bool lags_auto = false;
+
   bool any() const {
-    return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross;
+    return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross ||
+           is_open() || lags > 0;
   }
+  /// Something is left to be chosen by a sweep.
+  bool is_open() const { return order_auto || rate_auto || lags_auto; }
 };
 
 struct TriadOptions {
@@ -210,12 +223,26 @@ struct LimitOptions {
   double guard_band_k = 0.0;
 };
 
+/// One or a few attitudes held while the temperature goes up and down: the poses of the set are
+/// windows of time (PoseSelectionKind::kSweep), and only what changes with temperature is
+/// estimated.
+struct SweepOptions {
+  /// Bias and sensitivity of the unit at its reference temperature, which then is that of the
+  /// result. Without one the accelerometer and the magnetometer have the bias of
+  /// TriadOptions::fixed_bias (else zero) and fixed_sensitivity, both held.
+  std::optional<Calibration> static_calibration;
+  std::string static_file;  ///< For messages.
+  /// Windows weigh by the time spent at their temperature. Off: each by its noise alone.
+  bool even_temperatures = true;
+};
+
 struct CalibrateOptions {
   PerTriad<TriadOptions> triads;
   ReferenceOptions reference;
   AttitudeOptions attitudes;
   RobustOptions robust;
   std::optional<MotionOptions> motion;
+  std::optional<SweepOptions> sweep;
   InitialiseOptions initialise;
   LimitOptions limits;
   Gauge gauge = Gauge::kAccelX;
@@ -227,12 +254,12 @@ struct CalibrateOptions {
 
   /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
   bool HasGyroscopeAlone() const;
-  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes of
-  /// its known turns and rates. The leading triad's matrix is then full.
+  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
+  /// of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
-  /// Some model or term is to be chosen.
+  /// Some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;
   /// Every problem with its value, or ok.
   Status Validate() const;

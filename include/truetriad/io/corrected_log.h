@@ -25,7 +25,8 @@ struct CorrectedLogSummary {
 /// Streams `source` through `calibration` into a self-describing CSV in true units (m/s^2, rad/s,
 /// uT), written beside `path` and renamed when whole. A row for each time at which some triad has a
 /// sample; fields of the others stay empty. Triads without a calibration are left out (see the
-/// summary). Thermal terms are evaluated at the row's temperature, clamped to the calibrated range.
+/// summary). Thermal terms are evaluated at the row's temperature, clamped to the calibrated range;
+/// where they follow its rate or a lag, temperature is filtered row by row (model/thermal.h).
 /// Error: no triad can be corrected, the calibration is not usable, a unit that does not fit, a
 /// temperature column or accelerometer that the calibration needs is missing, bad rows; `stop`,
 /// asked now and then, said true: nothing is left behind.

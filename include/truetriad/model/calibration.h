@@ -51,6 +51,11 @@ struct ThermalTerms {
   std::vector<Eigen::Vector3d> bias;         ///< For tau^1, tau^2, …; raw / degC^i.
   std::vector<Eigen::Matrix3d> sensitivity;  ///< For tau^1, ….
   std::optional<Eigen::Vector3d> rate_linear, rate_quadratic, rate_cross;
+  /// First-order lags of each axis, s: of its temperature behind the thermometer, and of the rate
+  /// that it follows behind the rate of that temperature. model/thermal.h. Unset: none.
+  std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
+  /// Half-width over which the temperature was smoothed to find its rate, s; 0: not stated.
+  double smoothing_s = 0.0;
 };
 
 /// The calibration of one triad.
@@ -117,7 +122,7 @@ struct PoseResidual {
 
 /// A turn that the operator stated, as this calibration sees it.
 struct TurnCheck {
-  std::string name;                                ///< "turn 1 (x_rot)".
+  std::string name;                                 ///< "turn 1 (x_rot)".
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< Body frame.
   double stated_rad = 0.0;
   double stated_sigma_rad = 0.0;
@@ -134,8 +139,8 @@ struct RejectedPose {
   std::string reason;
 };
 
-/// Turns, each predicted by a calibration that had not seen it: the angle between gravity at the next
-/// rest as the calibrated accelerometer shows it and as the turn predicts it.
+/// Turns, each predicted by a calibration that had not seen it: the angle between gravity at the
+/// next rest as the calibrated accelerometer shows it and as the turn predicts it.
 struct HeldOutTurns {
   std::vector<double> errors_rad;  ///< Turn by turn; those that do not count are left out.
   double median_rad = 0.0;
@@ -177,6 +182,44 @@ struct ModelAlternative {
   std::optional<double> held_out;
 };
 
+/// One set of temperature terms that was tried in a sweep.
+struct SweepStep {
+  std::string terms;  ///< "tau, tau^2, T'".
+  std::string what;   ///< "start", "+ tau T'", "- T'^2".
+  double r2 = 0.0, adjusted_r2 = 0.0, bic = 0.0;
+  double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
+};
+
+/// What a temperature sweep says of one axis. Raw unit.
+struct SweepAxis {
+  Triad triad = Triad::kAccelerometer;
+  int axis = 0;
+  double noise_sigma = 0.0;     ///< RMS σ of a window's mean from the noise inside the windows.
+  double rms_before = 0.0;      ///< Of the window means about the mean of their attitude.
+  double rms_after = 0.0;       ///< About the fit.
+  double held_out = 0.0;        ///< Each block of time predicted by the others; lags found anew.
+  double held_out_cubic = 0.0;  ///< The same of a plain cubic in temperature.
+  int folds = 0;
+  /// Heating minus cooling at the middle of the temperatures that both passed, about a polynomial
+  /// in temperature alone, and about the fit; NaN where one of the two is missing.
+  double branch_gap = 0.0, branch_gap_after = 0.0;
+  double correlation = 0.0;  ///< Of neighbouring windows' residuals.
+  double element_lag_s = 0.0, element_lag_sigma_s = 0.0;
+  double rate_lag_s = 0.0, rate_lag_sigma_s = 0.0;
+  std::string chosen;                 ///< "tau, tau^2, tau^3, T'".
+  std::vector<std::string> left_out;  ///< "T'^2: …why…".
+  std::vector<SweepStep> steps;       ///< Where terms were chosen.
+};
+
+/// One window of a sweep, for people to look at; many windows are thinned.
+struct SweepWindow {
+  Triad triad = Triad::kAccelerometer;
+  double time_s = 0.0, degc = 0.0, rate_degcps = 0.0;
+  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();  ///< What the attitude leaves of the mean.
+  Eigen::Vector3d fit_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
+};
+
 struct Quality {
   int poses = 0;
   PerTriad<std::optional<double>> residual_rms;         ///< RMS of |C(y-b)| - reference, true unit.
@@ -193,6 +236,8 @@ struct Quality {
   std::vector<Coverage> coverage;
   std::vector<PoseResidual> pose_residuals;
   std::vector<LimitCheck> limits;
+  std::vector<SweepAxis> sweep;  ///< Empty but for temperature sweeps.
+  std::vector<SweepWindow> sweep_windows;
 };
 
 /// Everything calibration.yaml holds. interface.md.

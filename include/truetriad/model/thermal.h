@@ -1,10 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstdint>
+
+#include <Eigen/Core>
+
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {
+
+/// The temperature that each axis of a triad follows, and its rate.
+struct ThermalState {
+  Eigen::Vector3d degc = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
+};
 
 /// The model of a triad at temperature T that changes at rate T' (degC/s). model.md §3:
 ///
@@ -16,5 +27,42 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       double temperature_degc,
                                       double rate_degcps = 0.0);
+
+/// The same where each axis (row of S) has a temperature and rate of its own.
+TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
+                                      const ThermalTerms& thermal,
+                                      const ThermalState& state);
+
+/// What follows its input with a first-order lag, lag dy/dt = x - y; exact where the input is
+/// linear from one reading to the next. Settled at the first one. Lag 0: the input itself.
+class FirstOrderLag {
+ public:
+  explicit FirstOrderLag(double lag_s) : lag_s_(lag_s) {}
+  double Next(double time_s, double input);
+  double lag_s() const { return lag_s_; }
+
+ private:
+  double lag_s_;
+  double time_s_ = 0.0, input_ = 0.0, value_ = 0.0;
+  bool started_ = false;
+};
+
+/// From a thermometer's reading T to what each axis follows:
+///
+///   element temperature  E: lag_e E' = T - E            lag_e = 0: E = T
+///   its rate             (E - F) / lag_r,  lag_r F' = E - F
+///
+/// (E - F) / lag_r is E' behind a first-order lag. Without lag_r the rate is E' = (T - E) / lag_e
+/// where there is lag_e; else it is taken behind a lag of `smoothing_s`.
+class TemperatureFilter {
+ public:
+  explicit TemperatureFilter(const ThermalTerms& thermal);
+  /// Times must not decrease; a temperature that is NaN leaves everything as it was.
+  const ThermalState& Next(double time_s, double temperature_degc);
+
+ private:
+  std::array<FirstOrderLag, 3> element_, rate_;
+  ThermalState state_;
+};
 
 }  // namespace truetriad

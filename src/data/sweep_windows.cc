@@ -1,0 +1,449 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/sweep_windows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "data/temperature_smoothing.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kMaxCells = 32768;
+// Cells where the experiment states no window.
+constexpr std::int64_t kFirstCellNs = 250'000'000;
+constexpr std::size_t kFewestCells = 40;
+// A window ends when the temperature has changed by this share of its range, or this share of the
+// recording has passed.
+constexpr double kThermalShare = 1.0 / 200.0;
+constexpr double kTimeShare = 1.0 / 400.0;
+// Neighbours on each side that say where a cell should be, and how many σ it may be off.
+constexpr std::size_t kNeighbours = 5;
+constexpr double kFarOffSigmas = 10.0;
+constexpr double kMadToSigma = 1.4826;
+constexpr double kDisturbedFactor = 4.0;
+constexpr double kDisturbedLevel = 1e-9;
+// More rows than this are counted, not named.
+constexpr std::size_t kNamed = 10;
+// A change of specific force from one window to the next that no temperature makes.
+constexpr double kTurnedShare = 0.03;
+constexpr std::string_view kAxes = "xyz";
+
+// What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
+// 1968). `time` increases.
+std::vector<double> OffNeighbours(const std::vector<double>& time,
+                                  const std::vector<double>& value) {
+  std::vector<double> off;
+  off.reserve(value.size());
+  std::vector<double> slopes, levels;
+  const std::size_t count = std::min(2 * kNeighbours + 1, value.size());
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    const std::size_t begin = std::min(i - std::min(i, kNeighbours), value.size() - count);
+    slopes.clear(), levels.clear();
+    for (std::size_t j = begin; j < begin + count; ++j) {
+      for (std::size_t k = begin; k < j; ++k) {
+        if (j == i || k == i || !(time[j] > time[k])) continue;
+        slopes.push_back((value[j] - value[k]) / (time[j] - time[k]));
+      }
+    }
+    if (slopes.empty()) {
+      off.push_back(0.0);
+      continue;
+    }
+    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+    std::nth_element(slopes.begin(), middle, slopes.end());
+    for (std::size_t j = begin; j < begin + count; ++j) {
+      if (j != i) levels.push_back(value[j] - *middle * (time[j] - time[i]));
+    }
+    off.push_back(value[i] - Median(levels));
+  }
+  return off;
+}
+
+double SigmaOf(const std::vector<double>& values) {
+  std::vector<double> sizes;
+  sizes.reserve(values.size());
+  for (const double value : values) sizes.push_back(std::abs(value));
+  return sizes.empty() ? 0.0 : kMadToSigma * Median(std::move(sizes));
+}
+
+std::string Fixed1(double value) {
+  std::string text = std::to_string(value);
+  return text.substr(0, text.find('.') + 2);
+}
+
+}  // namespace
+
+void SweepCutter::Cell::Merge(const Cell& later) {
+  degc_count += later.degc_count;
+  degc_sum += later.degc_sum;
+  time_sum_s += later.time_sum_s;
+  const auto samples = [](const Cell& cell) {
+    std::int64_t count = 0;
+    for (const TriadWindow& window : cell.triads.items) count += window.count;
+    return count;
+  };
+  if (attitude == later.attitude) {
+    for (const Triad triad : kTriads) triads[triad].Merge(later.triads[triad]);
+  } else if (samples(later) > samples(*this)) {
+    triads = later.triads;
+    attitude = later.attitude;
+  }
+}
+
+SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& info, Triad leading)
+    : selection_(selection), info_(info), leading_(leading) {
+  cell_samples_ = selection.sweep.window_samples;
+  cell_ns_ = selection.sweep.window_s > 0.0
+                 ? static_cast<std::int64_t>(std::llround(selection.sweep.window_s * 1e9))
+                 : kFirstCellNs;
+  for (const PoseRange& range : selection.ranges) {
+    const std::string name =
+        range.id.empty() ? std::to_string(range_attitude_.size() + 1) : range.id;
+    const auto known = std::find(attitude_names_.begin(), attitude_names_.end(), name);
+    range_attitude_.push_back(static_cast<int>(known - attitude_names_.begin()));
+    if (known == attitude_names_.end()) attitude_names_.push_back(name);
+  }
+  if (attitude_names_.empty()) attitude_names_.emplace_back("1");
+}
+
+Status SweepCutter::Validate() const {
+  if (!info_.has_time) {
+    return BadInputError(info_.path +
+                         ": there is no time, so how fast the temperature changes is not known; "
+                         "expected a time column, or a rate in a manifest (`time: {unit: samples, "
+                         "rate_hz: 100}`)");
+  }
+  const bool has_temperature =
+      std::any_of(info_.streams.begin(), info_.streams.end(), [](const StreamInfo& stream) {
+        return stream.has_temperature;
+      });
+  if (!has_temperature) {
+    return BadInputError(info_.path +
+                         ": has no temperature, which a sweep is about; expected a column "
+                         "`temperature[degC]`, or `temperature:` of a stream in a manifest");
+  }
+  std::int64_t previous = -1;
+  for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
+    const PoseRange& range = selection_.ranges[i];
+    if (range.first <= previous || range.last < range.first) {
+      return BadInputError("poses.sweep.attitudes: range " + std::to_string(i + 1) + " is rows " +
+                           std::to_string(range.first) + " to " + std::to_string(range.last) +
+                           "; expected first <= last, both 0-based, in file order, without "
+                           "overlap");
+    }
+    previous = range.last;
+  }
+  if (selection_.ranges.empty() && cell_samples_ == 0) return {};
+  for (const StreamInfo& stream : info_.streams) {
+    if (stream.file == info_.Find(leading_)->file) continue;
+    return BadInputError(info_.path + ": " + stream.file + " and " + info_.Find(leading_)->file +
+                         " have rows of their own, so rows cannot say where windows and attitudes "
+                         "of both are; state `window_s`, or put all sensors into one file");
+  }
+  return {};
+}
+
+int SweepCutter::AttitudeOf(std::int64_t row) {
+  if (selection_.ranges.empty()) return 0;
+  const auto after = std::upper_bound(
+      selection_.ranges.begin(),
+      selection_.ranges.end(),
+      row,
+      [](std::int64_t value, const PoseRange& range) { return value < range.first; });
+  if (after == selection_.ranges.begin() || row > std::prev(after)->last) return -1;
+  return range_attitude_[static_cast<std::size_t>(after - selection_.ranges.begin()) - 1];
+}
+
+void SweepCutter::MergePairs() {
+  for (std::size_t i = 0; i < cells_.size(); i += 2) {
+    if (i > 0) cells_[i / 2] = std::move(cells_[i]);
+    if (i + 1 < cells_.size()) cells_[i / 2].Merge(cells_[i + 1]);
+  }
+  cells_.resize((cells_.size() + 1) / 2);
+  cell_ns_ *= 2;
+  cell_samples_ *= 2;
+  was_doubled_ = true;
+}
+
+std::size_t SweepCutter::CellOf(std::int64_t time_ns, std::int64_t row) {
+  const auto place = [&] {
+    return static_cast<std::size_t>(
+        cell_samples_ > 0 ? row / cell_samples_
+                          : std::max<std::int64_t>(time_ns - origin_ns_, 0) / cell_ns_);
+  };
+  while (place() >= kMaxCells) MergePairs();
+  if (place() >= cells_.size()) cells_.resize(place() + 1);
+  return place();
+}
+
+void SweepCutter::NoteTemperatureStep(const SampleBlock& block) {
+  for (const double degc : block.temperature_degc) {
+    const double step = std::abs(degc - last_degc_);
+    // Below this it is rounding of a unit's conversion.
+    constexpr double kLeastStep = 1e-6;
+    if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
+    if (!std::isnan(degc)) last_degc_ = degc;
+  }
+}
+
+void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_t end) {
+  const int attitude = AttitudeOf(block.row[begin]);
+  Cell& cell = cells_[CellOf(block.time_ns[begin], block.row[begin])];
+  const TriadWindow window = Summarize(block, begin, end);
+  if (window.temperature_count > 0) {
+    cell.degc_count += window.temperature_count;
+    cell.degc_sum += window.temperature_sum_degc;
+    const double middle_s = (static_cast<double>(window.first_ns - origin_ns_) +
+                             0.5 * static_cast<double>(window.last_ns - window.first_ns)) *
+                            1e-9;
+    cell.time_sum_s += middle_s * static_cast<double>(window.temperature_count);
+  }
+  if (attitude < 0) return;
+  if (cell.attitude < 0) cell.attitude = attitude;
+  if (cell.attitude == attitude) cell.triads[block.triad].Merge(window);
+}
+
+void SweepCutter::Add(const SampleBlock& block) {
+  if (block.x.empty()) return;
+  if (!started_) {
+    started_ = true;
+    origin_ns_ = block.time_ns.front();
+  }
+  NoteTemperatureStep(block);
+  for (std::size_t begin = 0; begin < block.x.size();) {
+    const std::size_t cell = CellOf(block.time_ns[begin], block.row[begin]);
+    const int attitude = AttitudeOf(block.row[begin]);
+    std::size_t end = begin + 1;
+    while (end < block.x.size() && CellOf(block.time_ns[end], block.row[end]) == cell &&
+           AttitudeOf(block.row[end]) == attitude) {
+      ++end;
+    }
+    AddRun(block, begin, end);
+    begin = end;
+  }
+}
+
+void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
+  std::vector<std::string> reasons(cells_.size());
+  const auto leave_out = [&](std::size_t i, const std::string& what) {
+    cells_[i].far_off = true;
+    if (reasons[i].find(what) != std::string::npos) return;
+    reasons[i] += (reasons[i].empty() ? "" : ", ") + what;
+  };
+  std::vector<double> residuals;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    residuals.push_back(cells_[i].degc() - track.degc[i]);
+  }
+  const double degc_limit = std::max(kFarOffSigmas * SigmaOf(residuals), 1.5 * track.step_degc);
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (std::abs(residuals[i]) > degc_limit) leave_out(i, "temperature");
+  }
+  for (const StreamInfo& stream : info_.streams) {
+    std::vector<std::size_t> index;
+    std::vector<double> time, value;
+    for (std::size_t a = 0; a < attitude_names_.size(); ++a) {
+      for (int axis = 0; axis < 3; ++axis) {
+        index.clear(), time.clear(), value.clear();
+        std::vector<double> variances;
+        for (std::size_t i = 0; i < cells_.size(); ++i) {
+          const TriadWindow& window = cells_[i].triads[stream.triad];
+          if (cells_[i].attitude != static_cast<int>(a) || window.count == 0) continue;
+          index.push_back(i);
+          time.push_back(track.time_s[i]);
+          value.push_back(window.mean_raw[axis]);
+          const auto dof = static_cast<double>(window.count - 1);
+          if (dof < 1.0) continue;
+          // Median of χ² over its degrees of freedom, Wilson and Hilferty 1931.
+          const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
+          variances.push_back(window.scatter_raw(axis, axis) / dof / median);
+        }
+        const std::string name =
+            std::string(TriadName(stream.triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
+        const std::vector<double> off = OffNeighbours(time, value);
+        const double limit = kFarOffSigmas * SigmaOf(off);
+        for (std::size_t i = 0; i < off.size(); ++i) {
+          if (limit > 0.0 && std::abs(off[i]) > limit) leave_out(index[i], name);
+        }
+        const double variance = variances.empty() ? 0.0 : Median(variances);
+        if (!(variance > 0.0)) continue;
+        for (const std::size_t i : index) {
+          const TriadWindow& window = cells_[i].triads[stream.triad];
+          if (window.count < 2) continue;
+          const double chi2 = window.scatter_raw(axis, axis) / variance;
+          const auto dof = static_cast<double>(window.count - 1);
+          if (chi2 > kDisturbedFactor * ChiSquareQuantile(1.0 - kDisturbedLevel, dof)) {
+            leave_out(i, name + " (disturbed)");
+          }
+        }
+      }
+    }
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (reasons[i].empty() || ++count > kNamed) continue;
+    std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = -1;
+    for (const StreamInfo& stream : info_.streams) {
+      const TriadWindow& window = cells_[i].triads[stream.triad];
+      if (window.count == 0) continue;
+      first = std::min(first, window.first_row), last = std::max(last, window.last_row);
+    }
+    const std::string rows = first == last
+                                 ? "row " + std::to_string(first)
+                                 : "rows " + std::to_string(first) + " to " + std::to_string(last);
+    set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
+                                  Fixed1(track.degc[i]) +
+                                  " degC): far from their neighbours: " + reasons[i]);
+  }
+  if (count > kNamed) {
+    set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places like these");
+  }
+}
+
+// σ of one sample, from inside the cells, or where cells are single samples from their differences.
+Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
+  constexpr double kEnoughDof = 20.0;
+  Eigen::Vector3d scatter = Eigen::Vector3d::Zero();
+  double dof = 0.0;
+  std::array<std::vector<double>, 3> differences;
+  const Cell* before = nullptr;
+  for (const Cell& cell : cells_) {
+    const TriadWindow& window = cell.triads[triad];
+    if (cell.far_off || window.count == 0) continue;
+    scatter += window.scatter_raw.diagonal();
+    dof += static_cast<double>(window.count - 1);
+    if (before != nullptr && before->attitude == cell.attitude) {
+      const TriadWindow& other = before->triads[triad];
+      const double share = 1.0 / std::sqrt(1.0 / static_cast<double>(window.count) +
+                                           1.0 / static_cast<double>(other.count));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto i = static_cast<Eigen::Index>(axis);
+        differences[axis].push_back(share * (window.mean_raw[i] - other.mean_raw[i]));
+      }
+    }
+    before = &cell;
+  }
+  if (dof >= kEnoughDof) return (scatter / dof).cwiseSqrt();
+  return {SigmaOf(differences[0]), SigmaOf(differences[1]), SigmaOf(differences[2])};
+}
+
+void SweepCutter::AddWindow(std::size_t first, std::size_t last, PoseSet* set) const {
+  const TemperatureTrack& track = set->sweep.temperature;
+  StaticPose pose;
+  PerTriad<TriadWindow> sums;
+  double degc = 0.0, rate = 0.0, count = 0.0;
+  for (std::size_t i = first; i <= last; ++i) {
+    if (cells_[i].far_off) continue;
+    for (const Triad triad : kTriads) sums[triad].Merge(cells_[i].triads[triad]);
+    degc += track.degc[i], rate += track.rate_degcps[i], count += 1.0;
+  }
+  const TriadWindow& leading = sums[leading_];
+  if (leading.count == 0) return;
+  pose.number = static_cast<int>(set->poses.size() + 1);
+  pose.start_ns = leading.first_ns, pose.end_ns = leading.last_ns;
+  pose.first_row = leading.first_row, pose.last_row = leading.last_row;
+  pose.temperature_degc = degc / count;
+  pose.temperature_rate_degcps = rate / count;
+  const int attitude = cells_[first].attitude;
+  pose.id = attitude_names_.size() > 1 ? attitude_names_[static_cast<std::size_t>(attitude)] : "";
+  for (const StreamInfo& stream : info_.streams) {
+    const TriadWindow& window = sums[stream.triad];
+    if (window.count == 0) continue;
+    TriadPose& reading = pose.triads[stream.triad].emplace();
+    reading.samples = window.count;
+    reading.mean_raw = window.mean_raw;
+    const Eigen::Vector3d sigma = set->Find(stream.triad)->noise_sigma_raw;
+    reading.sample_covariance_raw = sigma.cwiseAbs2().asDiagonal();
+    reading.mean_covariance_raw = reading.sample_covariance_raw / static_cast<double>(window.count);
+    reading.has_covariance = (sigma.array() > 0.0).all();
+  }
+  set->poses.push_back(std::move(pose));
+  set->sweep.first.push_back(first);
+  set->sweep.last.push_back(last);
+  set->sweep.attitude.push_back(attitude);
+}
+
+void SweepCutter::MakeWindows(PoseSet* set) const {
+  const TemperatureTrack& track = set->sweep.temperature;
+  const bool is_given = selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0;
+  const auto [low, high] = std::minmax_element(track.degc.begin(), track.degc.end());
+  const double most_degc = kThermalShare * (*high - *low);
+  const double most_s = kTimeShare * (track.time_s.back() - track.time_s.front());
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::size_t first = kNone, last = kNone;
+  const auto close = [&] {
+    if (first != kNone) AddWindow(first, last, set);
+    first = kNone;
+  };
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (cells_[i].far_off) continue;
+    const bool is_over =
+        first != kNone && (is_given || cells_[i].attitude != cells_[first].attitude ||
+                           std::abs(track.degc[i] - track.degc[first]) > most_degc ||
+                           track.time_s[i] - track.time_s[first] > most_s);
+    if (cells_[i].attitude < 0 || is_over) close();
+    if (cells_[i].attitude < 0) continue;
+    if (first == kNone) first = i;
+    last = i;
+  }
+  close();
+}
+
+// A unit that was turned shows a step of gravity.
+Status SweepCutter::CheckHeld(const PoseSet& set) const {
+  constexpr Triad kTriad = Triad::kAccelerometer;
+  for (std::size_t k = 1; k < set.poses.size(); ++k) {
+    const auto &before = set.poses[k - 1].triads[kTriad], &after = set.poses[k].triads[kTriad];
+    if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
+    const double change = (after->mean_raw - before->mean_raw).norm();
+    if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
+    return NotEnoughError(
+        set.source + ": the accelerometer jumps between the rows " +
+        std::to_string(set.poses[k - 1].last_row) + " and " +
+        std::to_string(set.poses[k].first_row) +
+        ", as if the unit was turned; say where each attitude was held: `poses: { sweep: { "
+        "attitudes: poses.yaml } }`");
+  }
+  return {};
+}
+
+Status SweepCutter::Finish(PoseSet* set) {
+  std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
+  if (cells_.size() < kFewestCells) {
+    return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +
+                          " windows; a sweep needs at least " + std::to_string(kFewestCells) +
+                          ": record longer, or state shorter windows");
+  }
+  std::vector<double> time_s, degc;
+  for (const Cell& cell : cells_) {
+    time_s.push_back(cell.time_s());
+    degc.push_back(cell.degc());
+  }
+  Result<TemperatureTrack> track = SmoothTemperature(time_s, degc, step_degc_);
+  if (!track) return NotEnoughError(set->source + ": " + track.error().message);
+  set->sweep.attitude_names = attitude_names_;
+  LeaveOutFarOff(*track, set);
+  set->sweep.temperature = *std::move(track);
+  for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
+  MakeWindows(set);
+  if (set->poses.size() < kFewestCells) {
+    return NotEnoughError(set->source + ": " + std::to_string(set->poses.size()) +
+                          " windows are left; a sweep needs at least " +
+                          std::to_string(kFewestCells));
+  }
+  if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
+    set->warnings.push_back(
+        "the recording has more windows than memory is used for; they are longer than stated: " +
+        (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
+                           : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
+  }
+  for (const std::string& left_out : set->sweep.left_out) {
+    set->warnings.push_back("left out: " + left_out);
+  }
+  return CheckHeld(*set);
+}
+
+}  // namespace truetriad

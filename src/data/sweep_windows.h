@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "data/window_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Cuts a recording of a temperature sweep into windows while it streams by.
+///
+/// Samples are summed into cells of equal length. There are never more than some thousands: when
+/// they run out, neighbours are merged and the length doubles, so that memory does not grow with
+/// the recording. At the end the temperature is smoothed over the cells, cells that are far from
+/// their neighbours are left out, and the others make windows.
+class SweepCutter {
+ public:
+  /// `leading`: the triad whose rows `selection.ranges` and window_samples count.
+  SweepCutter(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
+
+  /// Error: no time or temperature, ranges out of order, sensors in files whose rows do not match
+  /// where rows are counted.
+  Status Validate() const;
+
+  void Add(const SampleBlock& block);
+
+  /// Fills poses (windows) and sweep of the set. Error: too little, or a temperature that stays.
+  Status Finish(PoseSet* set);
+
+ private:
+  struct Cell {
+    PerTriad<TriadWindow> triads;  ///< Of samples in the cell's attitude.
+    int attitude = -1;             ///< -1: none is held.
+    std::int64_t degc_count = 0;
+    double degc_sum = 0.0;
+    double time_sum_s = 0.0;  ///< Since the first sample.
+    bool far_off = false;
+
+    double degc() const { return degc_sum / static_cast<double>(degc_count); }
+    double time_s() const { return time_sum_s / static_cast<double>(degc_count); }
+    void Merge(const Cell& later);
+  };
+
+  int AttitudeOf(std::int64_t row);
+  std::size_t CellOf(std::int64_t time_ns, std::int64_t row);
+  void MergePairs();
+  void NoteTemperatureStep(const SampleBlock& block);
+  void AddRun(const SampleBlock& block, std::size_t begin, std::size_t end);
+  void LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set);
+  void MakeWindows(PoseSet* set) const;
+  void AddWindow(std::size_t first, std::size_t last, PoseSet* set) const;
+  Eigen::Vector3d SampleSigma(Triad triad) const;
+  Status CheckHeld(const PoseSet& set) const;
+
+  PoseSelection selection_;
+  RecordingInfo info_;
+  Triad leading_;
+  std::vector<int> range_attitude_;
+  std::vector<std::string> attitude_names_;
+  std::vector<Cell> cells_;
+  std::int64_t origin_ns_ = 0;
+  bool started_ = false;
+  bool was_doubled_ = false;
+  std::int64_t cell_ns_ = 0;       ///< Length of a cell, or
+  std::int64_t cell_samples_ = 0;  ///< rows of one.
+  double step_degc_ = 0.0;         ///< Smallest step between readings of the thermometer.
+  double last_degc_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+}  // namespace truetriad

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "estimation/sweep/sweep_problem.h"
+
+namespace truetriad {
+
+// One axis fitted with given terms and lags.
+struct SweepFit {
+  ThermalOptions terms;
+  SweepLags lags;
+  std::vector<int> columns;
+  Eigen::VectorXd coefficients;  // of the columns, then of the lags that are not zero
+  Eigen::MatrixXd covariance;    // likewise
+  Eigen::VectorXd fitted, residuals;
+  double weighted_square = 0.0;  // sum of w r^2
+  double correlation = 0.0;      // of neighbouring residuals
+};
+
+// Weighted least squares with the covariance of its estimate from the residuals themselves: the
+// weights are no inverse variances, and neighbouring residuals hang together.
+//
+//   (X^T W X)^-1  Omega  (X^T W X)^-1     Omega: long-run covariance of w_i r_i x_i
+//
+// Omega is that of scores freed of their first-order correlation, with a Bartlett kernel, coloured
+// again (Andrews and Monahan 1992). A lag's column is the derivative of the fit by it, so that what
+// is not known about the lag is in the covariance of the terms.
+SweepFit FitSweep(const SweepProblem& problem,
+                  int axis,
+                  const ThermalOptions& terms,
+                  const SweepLags& lags);
+
+// Sum of w r^2 with these terms and lags, from the blocks' sums alone; `but`: a fold left out, or
+// -1.
+double WeightedSquare(const std::vector<SweepBlock>& blocks,
+                      const std::vector<int>& columns,
+                      int axis,
+                      int but);
+
+// Sum of r^2 over a fold, predicted by the others. A constant that the others do not tell is taken
+// from the fold itself.
+double HeldOutSquare(const std::vector<SweepBlock>& blocks,
+                     const std::vector<int>& columns,
+                     int attitude_count,
+                     int axis,
+                     int fold);
+
+// RMS over all windows, each predicted by the blocks of time that it is not in, at given lags.
+double HeldOutRms(SweepProblem* problem,
+                  int axis,
+                  const ThermalOptions& terms,
+                  const SweepLags& lags);
+
+// Probability of so large an effect of the columns from `first` on if they had none, by their
+// covariance.
+double WaldProbability(const SweepFit& fit, const std::vector<int>& tested);
+
+}  // namespace truetriad

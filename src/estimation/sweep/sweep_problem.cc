@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/sweep/sweep_problem.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+namespace {
+
+// Half-width of the kernel that time at a temperature is counted with, and the bins it runs over.
+constexpr double kKernelShare = 1.0 / 20.0;
+constexpr int kBins = 400;
+// A temperature that was hardly passed weighs no more than if it had this share of its part of
+// time.
+constexpr double kLeastDensity = 1.0 / 500.0;
+// Pieces of a function of temperature that may be anything.
+constexpr int kPieces = 10;
+
+// The temperature as an axis feels it, and its rate, over the whole track.
+Eigen::MatrixX2d FilterTrack(const TemperatureTrack& track, const SweepLags& lags) {
+  const auto size = static_cast<Eigen::Index>(track.time_s.size());
+  Eigen::MatrixX2d states(size, 2);
+  FirstOrderLag element_lag(lags.element_s), rate_lag(lags.rate_s);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const double element = element_lag.Next(track.time_s[at], track.degc[at]);
+    double rate = track.rate_degcps[at];
+    if (lags.rate_s > 0.0) {
+      rate = (element - rate_lag.Next(track.time_s[at], element)) / lags.rate_s;
+    } else if (lags.element_s > 0.0) {
+      rate = (track.degc[at] - element) / lags.element_s;
+    }
+    states.row(i) << element, rate;
+  }
+  return states;
+}
+
+}  // namespace
+
+SweepProblem::SweepProblem(
+    const PoseSet& poses, Triad triad, double reference_degc, bool even_temperatures, int folds)
+    : poses_(poses), triad_(triad) {
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    if (!poses.poses[k].triads[triad]) continue;
+    window_.push_back(k);
+    attitudes_.push_back(triad == Triad::kGyroscope ? 0 : poses.sweep.attitude[k]);
+  }
+  attitude_count_ =
+      triad == Triad::kGyroscope ? 1 : static_cast<int>(poses.sweep.attitude_names.size());
+  readings_.resize(3, size());
+  noise_variance_.resize(3, size());
+  double low = 1e300, high = -1e300, fastest = 0.0;
+  for (int i = 0; i < size(); ++i) {
+    const TriadPose& reading = *window(i).triads[triad];
+    readings_.col(i) = reading.mean_raw;
+    noise_variance_.col(i) = reading.mean_covariance_raw.diagonal();
+    low = std::min(low, *window(i).temperature_degc);
+    high = std::max(high, *window(i).temperature_degc);
+    fastest = std::max(fastest, std::abs(window(i).temperature_rate_degcps));
+  }
+  origin_ = readings_.rowwise().mean();
+  readings_.colwise() -= origin_;
+  scale_.reference_degc = reference_degc;
+  scale_.centre_degc = 0.5 * (low + high);
+  scale_.half_range_degc = std::max(0.5 * (high - low), 1e-9);
+  scale_.rate_degcps = std::max(fastest, 1e-12);
+  const int blocks = std::clamp(folds, 2, std::max(2, size() / 2));
+  for (int f = 0; f <= blocks; ++f) {
+    fold_begin_.push_back(static_cast<int>(static_cast<std::int64_t>(size()) * f / blocks));
+  }
+  WeighTemperatures(even_temperatures);
+}
+
+double SweepProblem::duration_s() const {
+  const std::vector<double>& time = poses_.sweep.temperature.time_s;
+  return time.back() - time.front();
+}
+
+double SweepProblem::spacing_s() const {
+  return duration_s() / static_cast<double>(poses_.sweep.temperature.time_s.size() - 1);
+}
+
+void SweepProblem::WeighTemperatures(bool even_temperatures) {
+  weights_.resize(size());
+  const auto samples = [&](int i) {
+    return static_cast<double>(window(i).triads[triad_]->samples);
+  };
+  const auto bin = [&](int i) {
+    const double v =
+        (*window(i).temperature_degc - scale_.centre_degc) / scale_.half_range_degc;  // [-1, 1]
+    return std::clamp(static_cast<int>(0.5 * (v + 1.0) * kBins), 0, kBins - 1);
+  };
+  Eigen::ArrayXd time = Eigen::ArrayXd::Zero(kBins);
+  for (int i = 0; i < size(); ++i) time[bin(i)] += samples(i);
+  constexpr int kReach = static_cast<int>(kKernelShare * kBins);
+  const double least = kLeastDensity * time.sum() / kBins;
+  Eigen::ArrayXd density(kBins);
+  for (int b = 0; b < kBins; ++b) {
+    double sum = 0.0, mass = 0.0;
+    for (int c = std::max(0, b - kReach); c <= std::min(kBins - 1, b + kReach); ++c) {
+      const double kernel = 1.0 - std::abs(b - c) / (kReach + 1.0);
+      sum += kernel * time[c], mass += kernel;
+    }
+    density[b] = std::max(sum / mass, least);
+  }
+  for (int i = 0; i < size(); ++i) {
+    weights_[i] = even_temperatures ? samples(i) / density[bin(i)] : samples(i);
+  }
+  weights_ /= weights_.mean();
+}
+
+Eigen::MatrixX2d SweepProblem::States(const SweepLags& lags) const {
+  const Eigen::MatrixX2d track = FilterTrack(poses_.sweep.temperature, lags);
+  Eigen::MatrixX2d states(size(), 2);
+  for (int i = 0; i < size(); ++i) {
+    const std::size_t k = window_[static_cast<std::size_t>(i)];
+    const auto first = static_cast<Eigen::Index>(poses_.sweep.first[k]);
+    const auto last = static_cast<Eigen::Index>(poses_.sweep.last[k]);
+    states.row(i) = track.middleRows(first, last - first + 1).colwise().mean();
+  }
+  return states;
+}
+
+Eigen::MatrixXd SweepProblem::Columns(const Eigen::MatrixX2d& states) const {
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(states.rows(), column_count());
+  for (int i = 0; i < size(); ++i) {
+    columns(i, attitudes_[static_cast<std::size_t>(i)]) = 1.0;
+    const ThermalFactors factors = scale_.FactorsAt(states(i, 0), states(i, 1));
+    for (int power = 1; power <= ThermalOptions::kMaxBiasOrder; ++power) {
+      columns(i, power_column(power)) = factors.power[static_cast<std::size_t>(power) - 1];
+    }
+    columns(i, rate_column(0)) = factors.rate_linear;
+    columns(i, rate_column(1)) = factors.rate_quadratic;
+    columns(i, rate_column(2)) = factors.rate_cross;
+  }
+  return columns;
+}
+
+const std::vector<SweepBlock>& SweepProblem::Blocks(const SweepLags& lags) {
+  const auto known = blocks_.find(lags);
+  if (known != blocks_.end()) return known->second;
+  const Eigen::MatrixXd columns = Columns(States(lags));
+  const Eigen::MatrixXd weighted = weights_.asDiagonal() * columns;
+  std::vector<SweepBlock> blocks;
+  for (int f = 0; f < fold_count(); ++f) {
+    const int begin = fold_begin_[static_cast<std::size_t>(f)];
+    const int rows = fold_begin_[static_cast<std::size_t>(f) + 1] - begin;
+    const auto X = columns.middleRows(begin, rows);
+    const auto WX = weighted.middleRows(begin, rows);
+    const Eigen::MatrixX3d y = readings_.middleCols(begin, rows).transpose();
+    const Eigen::VectorXd w = weights_.segment(begin, rows);
+    SweepBlock& block = blocks.emplace_back();
+    block.weighted = X.transpose() * WX;
+    block.plain = X.transpose() * X;
+    block.weighted_right = WX.transpose() * y;
+    block.plain_right = X.transpose() * y;
+    for (int axis = 0; axis < 3; ++axis) {
+      block.weighted_square[axis] = (w.array() * y.col(axis).array().square()).sum();
+      block.plain_square[axis] = y.col(axis).squaredNorm();
+    }
+  }
+  return blocks_.emplace(lags, std::move(blocks)).first->second;
+}
+
+double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,
+                                   int rate,
+                                   const std::vector<int>& beside) const {
+  const Eigen::MatrixXd columns = Columns(states);
+  // Hats over the temperature: any function of it, straight in pieces.
+  Eigen::MatrixXd others =
+      Eigen::MatrixXd::Zero(size(), kPieces + 1 + static_cast<Eigen::Index>(beside.size()));
+  const double low = states.col(0).minCoeff();
+  const double step = std::max((states.col(0).maxCoeff() - low) / kPieces, 1e-9);
+  for (int i = 0; i < size(); ++i) {
+    const double place = std::clamp((states(i, 0) - low) / step, 0.0, kPieces - 1e-9);
+    const auto piece = static_cast<Eigen::Index>(place);
+    others(i, piece) = 1.0 - (place - static_cast<double>(piece));
+    others(i, piece + 1) = place - static_cast<double>(piece);
+  }
+  for (std::size_t b = 0; b < beside.size(); ++b) {
+    others.col(kPieces + 1 + static_cast<Eigen::Index>(b)) = columns.col(rate_column(beside[b]));
+  }
+  const Eigen::VectorXd root = weights_.cwiseSqrt();
+  const Eigen::VectorXd own = root.asDiagonal() * columns.col(rate_column(rate));
+  const Eigen::MatrixXd weighted = root.asDiagonal() * others;
+  const Eigen::VectorXd left = own - weighted * weighted.colPivHouseholderQr().solve(own);
+  return own.norm() > 0.0 ? left.norm() / own.norm() : 0.0;
+}
+
+std::vector<int> ColumnsOf(const SweepProblem& problem, const ThermalOptions& terms) {
+  std::vector<int> columns;
+  for (int a = 0; a < problem.attitude_count(); ++a) columns.push_back(a);
+  for (int power = 1; power <= terms.bias_order; ++power) {
+    columns.push_back(problem.power_column(power));
+  }
+  const std::array wanted = {terms.rate_linear, terms.rate_quadratic, terms.rate_cross};
+  for (int rate = 0; rate < 3; ++rate) {
+    if (wanted[static_cast<std::size_t>(rate)]) columns.push_back(problem.rate_column(rate));
+  }
+  return columns;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Temperature sweeps: the terms of a bias in temperature and its rate.
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estimation/parameter_name.h"
+#include "support/sweep_trials.h"
+#include "truetriad/estimation/calibrate.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using trials::CubicWithRates;
+using trials::Sweep;
+using trials::SweepLeg;
+using trials::SweepOptionsFor;
+using trials::TwoRates;
+using trials::WindowsOf;
+
+ThermalOptions SevenTerms() {
+  ThermalOptions terms;
+  terms.bias_order = 3;
+  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  return terms;
+}
+
+ThermalOptions Polynomial(int order) {
+  ThermalOptions terms;
+  terms.bias_order = order;
+  return terms;
+}
+
+Calibration Calibrated(const PoseSet& windows, const CalibrateOptions& options) {
+  Result<CalibrationSummary> summary = Calibrate(windows, options);
+  EXPECT_TRUE(summary) << summary.error().message;
+  return summary ? std::move(summary->calibration) : Calibration();
+}
+
+// Estimate minus truth of what is listed, in the order of the covariance; NaN for what is held.
+Eigen::VectorXd ErrorsOf(const Calibration& calibration, const Sweep& sweep) {
+  const std::vector<std::string>& names = calibration.covariance.parameters;
+  Eigen::VectorXd errors(static_cast<Eigen::Index>(names.size()));
+  const TriadCalibration& sensor = *calibration.sensors[Triad::kGyroscope];
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    double& error = errors[static_cast<Eigen::Index>(i)];
+    error = std::nan("");
+    const auto name = ParameterName::Parse(names[i]);
+    if (!name) continue;
+    const auto power = static_cast<std::size_t>(name->power);
+    switch (name->kind) {
+      case ParameterKind::kBias:
+        error = power == 0 ? sensor.model.bias[name->row] - sweep.bias[name->row]
+                           : sensor.thermal->bias[power - 1][name->row] -
+                                 sweep.terms.bias[power - 1][name->row];
+        break;
+      case ParameterKind::kRateLinear:
+        error = (*sensor.thermal->rate_linear - *sweep.terms.rate_linear)[name->row];
+        break;
+      case ParameterKind::kRateQuadratic:
+        error = (*sensor.thermal->rate_quadratic - *sweep.terms.rate_quadratic)[name->row];
+        break;
+      case ParameterKind::kRateCross:
+        error = (*sensor.thermal->rate_cross - *sweep.terms.rate_cross)[name->row];
+        break;
+      default:
+        break;
+    }
+  }
+  return errors;
+}
+
+std::vector<Eigen::Index> PlacesOnAxis(const Calibration& calibration, int axis) {
+  std::vector<Eigen::Index> places;
+  for (std::size_t i = 0; i < calibration.covariance.parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(calibration.covariance.parameters[i]);
+    if (!name || name->row != axis || name->kind == ParameterKind::kSensitivity) continue;
+    places.push_back(static_cast<Eigen::Index>(i));
+  }
+  return places;
+}
+
+// Normalised error squared of one axis' parameters.
+double Nees(const Calibration& calibration, const Sweep& sweep, int axis) {
+  const std::vector<Eigen::Index> places = PlacesOnAxis(calibration, axis);
+  const Eigen::VectorXd error = ErrorsOf(calibration, sweep)(places);
+  const Eigen::MatrixXd covariance = calibration.covariance.matrix(places, places);
+  const Eigen::VectorXd size = covariance.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd correlation =
+      size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd scaled = error.cwiseQuotient(size);
+  return scaled.dot(correlation.ldlt().solve(scaled));
+}
+
+Sweep SweepWithRates() {
+  Sweep sweep;
+  sweep.legs = TwoRates();
+  sweep.terms = CubicWithRates();
+  return sweep;
+}
+
+TEST(CalibrateSweep, FindsAllSevenTermsOfARampUpAndDownAtTwoRates) {
+  Random random(1);
+  const Sweep sweep = SweepWithRates();
+  const Calibration calibration =
+      Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
+  const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<Eigen::Index> places = PlacesOnAxis(calibration, axis);
+    EXPECT_EQ(places.size(), 7U);
+    for (const Eigen::Index i : places) {
+      EXPECT_LE(std::abs(errors[i]), 3.0 * std::sqrt(calibration.covariance.matrix(i, i)))
+          << calibration.covariance.parameters[static_cast<std::size_t>(i)];
+    }
+  }
+}
+
+// 40 runs of three axes with seven parameters each: a χ² with 840 degrees of freedom, were σ known;
+// they are from the residuals of some hundred windows, which adds their own scatter of a few per
+// cent, hence twice the χ²'s own 99.9 % interval.
+TEST(CalibrateSweep, ErrorsAreWhatTheCovarianceSays) {
+  Random random(2);
+  const Sweep sweep = SweepWithRates();
+  double nees = 0.0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    const Calibration calibration =
+        Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
+    for (int axis = 0; axis < 3; ++axis) nees += Nees(calibration, sweep, axis);
+  }
+  constexpr double kDof = kRuns * 3 * 7;
+  const double low = ChiSquareQuantile(5e-4, kDof) / kDof,
+               high = ChiSquareQuantile(1 - 5e-4, kDof) / kDof;
+  EXPECT_GT(nees / kDof, 1.0 - 2.0 * (1.0 - low));
+  EXPECT_LT(nees / kDof, 1.0 + 2.0 * (high - 1.0));
+  RecordProperty("nees_over_dim", std::to_string(nees / kDof));
+}
+
+TEST(CalibrateSweep, NamesWhatOneRateUpAndDownDoesNotTell) {
+  Random random(3);
+  Sweep sweep = SweepWithRates();
+  sweep.legs = {{60.0, 0.05}, {-10.0, 0.05}};
+  // What cannot be told from a constant goes into it.
+  sweep.terms.rate_quadratic.reset();
+  const Calibration calibration =
+      Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
+  ASSERT_TRUE(calibration.IsUsable());
+  EXPECT_THAT(calibration.messages,
+              Contains(AllOf(HasSubstr("T'^2"), HasSubstr("repeat the sweep at another rate"))));
+  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate_quadratic);
+  const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
+  for (Eigen::Index i = 0; i < errors.size(); ++i) {
+    if (std::isnan(errors[i])) continue;
+    EXPECT_LE(std::abs(errors[i]), 3.5 * std::sqrt(calibration.covariance.matrix(i, i)))
+        << calibration.covariance.parameters[static_cast<std::size_t>(i)];
+  }
+}
+
+TEST(CalibrateSweep, NamesWhatOnlyUpDoesNotTell) {
+  Random random(4);
+  Sweep sweep = SweepWithRates();
+  sweep.legs = {{60.0, 0.05}};
+  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate_cross.reset();
+  ThermalOptions wanted = SevenTerms();
+  wanted.lags = 1;
+  const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(wanted));
+  ASSERT_TRUE(calibration.IsUsable());
+  EXPECT_THAT(
+      calibration.quality.sweep[0].left_out,
+      testing::UnorderedElementsAre(testing::StartsWith("T':"),
+                                    testing::StartsWith("T'^2:"),
+                                    testing::StartsWith("tau T':"),
+                                    AllOf(testing::StartsWith("lag:"), HasSubstr("up and down"))));
+  EXPECT_EQ(calibration.quality.sweep[0].chosen, "tau, tau^2, tau^3");
+}
+
+// A board follows its chamber within minutes, and a step of the thermometer lasts half a minute:
+// how the rate changes at a turning point can be seen in whole degrees.
+TEST(CalibrateSweep, FitsAThermometerOfWholeDegreesAsWellAsAFineOne) {
+  double fine_square = 0.0, coarse_square = 0.0, fine_held_out = 0.0, coarse_held_out = 0.0;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    Random random(seed);
+    Sweep sweep = SweepWithRates();
+    sweep.unit_lag_s = 120.0;
+    const Calibration fine = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
+    sweep.thermometer_step_degc = 1.0;
+    const Calibration coarse = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      fine_square += std::pow(fine.quality.sweep[axis].rms_after, 2);
+      coarse_square += std::pow(coarse.quality.sweep[axis].rms_after, 2);
+      fine_held_out += std::pow(fine.quality.sweep[axis].held_out, 2);
+      coarse_held_out += std::pow(coarse.quality.sweep[axis].held_out, 2);
+    }
+  }
+  EXPECT_LE(std::sqrt(coarse_square), 1.2 * std::sqrt(fine_square));
+  EXPECT_LE(std::sqrt(coarse_held_out), 1.2 * std::sqrt(fine_held_out));
+  RecordProperty("ratio", std::to_string(std::sqrt(coarse_square / fine_square)));
+}
+
+// The element follows the thermometer by a minute. Noise of window means is what is left.
+TEST(CalibrateSweep, FindsALagOfAMinute) {
+  Random random(7);
+  Sweep sweep = SweepWithRates();
+  sweep.element_lag_s = 60.0;
+  ThermalOptions terms = SevenTerms();
+  terms.lags = 1;
+  const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  ASSERT_TRUE(calibration.IsUsable());
+  for (const SweepAxis& axis : calibration.quality.sweep) {
+    EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
+    const double lag = axis.element_lag_s, sigma = axis.element_lag_sigma_s;
+    EXPECT_NEAR(lag, 60.0, 4.0 * sigma) << axis.axis;
+    EXPECT_LT(sigma, 5.0) << axis.axis;
+    EXPECT_GT(axis.held_out_cubic, 2.0 * axis.held_out) << axis.axis;
+  }
+}
+
+TEST(CalibrateSweep, ChoosesALagWhereThereIsOneAndNoneWhereThereIsNone) {
+  Random random(8);
+  Sweep sweep = SweepWithRates();
+  ThermalOptions terms = Polynomial(3);
+  terms.lags_auto = true;
+  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate_cross.reset();
+  const Calibration without = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  EXPECT_FALSE(without.sensors[Triad::kGyroscope]->thermal->element_lag_s);
+  sweep.element_lag_s = 90.0;
+  const Calibration with = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  ASSERT_TRUE(with.sensors[Triad::kGyroscope]->thermal->element_lag_s);
+  EXPECT_NEAR(with.sensors[Triad::kGyroscope]->thermal->element_lag_s->x(), 90.0, 10.0);
+}
+
+// What creeps over hours is no lag of some minutes.
+TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
+  Random random(9);
+  Sweep sweep = SweepWithRates();
+  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate_cross.reset();
+  sweep.element_lag_s = 4000.0;  // of 7000 s
+  ThermalOptions terms = Polynomial(3);
+  terms.lags = 1;
+  const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  EXPECT_THAT(calibration.messages, Contains(HasSubstr("that is drift, not lag")));
+  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
+}
+
+// A share of 5 % of 200 runs; three axes a run count as one each.
+TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
+  Random random(10);
+  Sweep sweep;
+  sweep.legs = {{60.0, 0.06}, {-10.0, 0.06}};
+  sweep.terms.bias = {{1e-3, -2e-3, 5e-4}};
+  ThermalOptions terms = Polynomial(7);
+  terms.order_auto = true;
+  int more = 0, count = 0;
+  while (count < 201) {
+    const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+    for (const SweepAxis& axis : calibration.quality.sweep) {
+      more += axis.chosen == "tau" ? 0 : 1;
+      ++count;
+    }
+  }
+  EXPECT_LE(more, count / 20);
+  RecordProperty("more", more);
+}
+
+TEST(CalibrateSweep, ChoosesTheTermsThatAreThere) {
+  Random random(11);
+  Sweep sweep = SweepWithRates();
+  sweep.terms.rate_quadratic.reset(), sweep.terms.rate_cross.reset();
+  ThermalOptions terms = SevenTerms();
+  terms.order_auto = terms.rate_auto = true;
+  terms.bias_order = ThermalOptions::kMaxBiasOrder;
+  const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  for (const SweepAxis& axis : calibration.quality.sweep) {
+    EXPECT_EQ(axis.chosen, "tau, tau^2, tau^3, T'") << axis.axis;
+    ASSERT_FALSE(axis.steps.empty());
+    EXPECT_GT(axis.steps.back().r2, 0.99);
+    EXPECT_LT(axis.steps.back().held_out, 0.5 * axis.steps.front().held_out);
+  }
+}
+
+// Nine tenths of the time at the hot end, and a curve that no cubic follows.
+TEST(CalibrateSweep, DoesNotLetADwellDecide) {
+  Random random(6);
+  Sweep sweep;
+  sweep.legs = {{60.0, 0.06}, {21000.0, 0.0}, {-10.0, 0.06}};
+  sweep.curve = [](double degc) { return 0.02 * std::exp(-degc / 20.0); };
+  const PoseSet windows = WindowsOf(sweep, &random);
+  CalibrateOptions options = SweepOptionsFor(Polynomial(3));
+  // RMS error of the fit over a tenth of the range at an end.
+  const auto error_at = [&](const Calibration& calibration, double low, double high) {
+    double sum = 0.0, count = 0.0;
+    for (const SweepWindow& window : calibration.quality.sweep_windows) {
+      if (window.degc < low || window.degc > high) continue;
+      sum += std::pow(window.fit_raw.x() - sweep.curve(window.degc), 2), count += 1.0;
+    }
+    return std::sqrt(sum / count);
+  };
+  const Calibration even = Calibrated(windows, options);
+  options.sweep->even_temperatures = false;
+  const Calibration plain = Calibrated(windows, options);
+  EXPECT_LE(error_at(even, -10.0, -3.0), 2.0 * error_at(even, 53.0, 60.0));
+  EXPECT_GT(error_at(plain, -10.0, -3.0), 2.0 * error_at(plain, 53.0, 60.0));
+  RecordProperty("even",
+                 std::to_string(error_at(even, -10.0, -3.0)) + " " +
+                     std::to_string(error_at(even, 53.0, 60.0)));
+  RecordProperty("plain",
+                 std::to_string(error_at(plain, -10.0, -3.0)) + " " +
+                     std::to_string(error_at(plain, 53.0, 60.0)));
+}
+
+}  // namespace
+}  // namespace truetriad
