@@ -14,11 +14,6 @@ install(FILES LICENSE README.md CHANGELOG.md
 
 # --- development
 install(DIRECTORY include/truetriad DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
-get_target_property(format_libraries truetriad_formats LINK_LIBRARIES)
-set(library_needs_matio OFF)
-if("PkgConfig::MATIO" IN_LIST format_libraries)
-  set(library_needs_matio ON)
-endif()
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/truetriad)
 install(EXPORT truetriadTargets NAMESPACE truetriad:: DESTINATION ${package} COMPONENT development)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/truetriadConfig.cmake.in

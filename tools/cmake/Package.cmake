@@ -18,7 +18,4 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libtruetriad-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "cmake, pkg-config, libeigen3-dev, libceres-dev, libgflags-dev, libgoogle-glog-dev, libyaml-cpp-dev, libgeographiclib-dev, zlib1g-dev, nettle-dev")
-if(library_needs_matio)
-  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libmatio-dev")
-endif()
 include(CPack)
