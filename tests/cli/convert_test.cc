@@ -237,9 +237,13 @@ TEST_P(ConvertMadeLog, RefusesAFileOfAnotherKind) {
 INSTANTIATE_TEST_SUITE_P(Each, ConvertMadeLog, ::testing::Values("dataflash", "ros1", "ros2-db3"));
 
 /// Raw, corrected by the equations of ArduPilot in the generator, written as float, undone here.
-TEST_F(Convert, UndoesWhatArduPilotApplied) {
+/// From IMU, and from ACC and GYR with the temperature of the last IMU.
+class ConvertCorrectedLog : public Convert, public ::testing::WithParamInterface<std::string> {};
+
+TEST_P(ConvertCorrectedLog, UndoesWhatArduPilotApplied) {
   const std::string truth = folder_.Path("truth.csv");
-  ASSERT_EQ(Run("dataflash", MakeLog("dataflash", 3000, truth)).exit_code, 0);
+  ASSERT_EQ(Run("dataflash", MakeLog(GetParam(), 3000, truth)).exit_code, 0);
+  EXPECT_EQ(fs::exists(out_ + "/gyroscope.csv"), GetParam() == "dataflash-raw");
   const RecordingSamples samples = Samples();
   std::ifstream file(truth);
   std::size_t row = 0;
@@ -267,6 +271,10 @@ TEST_F(Convert, UndoesWhatArduPilotApplied) {
   }
   EXPECT_EQ(row, 3000U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Each,
+                         ConvertCorrectedLog,
+                         ::testing::Values("dataflash", "dataflash-raw"));
 
 /// The parameters of a real log, its first rows, and the equations of formats.md by hand.
 TEST_F(Convert, UndoesWhatArduPilotAppliedInARealLog) {

@@ -66,6 +66,7 @@ int main(int argc, char** argv) {
   int failures = 0;
   for (matvar_t* const variable : {time, imu, table}) {
     failures += Mat_VarWrite(file, variable, packing) == 0 ? 0 : 1;
+    Mat_VarFree(variable);
   }
   Mat_Close(file);
   return failures == 0 ? 0 : 2;

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a log of another system with known raw readings, for tests and measurements.
 
-    make_log.py dataflash|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
+    make_log.py dataflash|dataflash-raw|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
 
 The unit rests 2 s at a time in one attitude after another, sampled at 100 Hz. What `dataflash` logs
 has been corrected as ArduPilot does: offsets, scales, a polynomial of temperature, a board mounted
-upside down; TRUTH.csv then holds the raw readings: time_ns, accel_x…z, gyro_x…z, mag_x…z.
+upside down; `dataflash-raw` has ACC and GYR, and IMU for every fourth sample. TRUTH.csv then holds the raw readings: time_ns, accel_x…z, gyro_x…z, mag_x…z.
 """
 
 import math
@@ -53,7 +53,7 @@ def thermal(sensor, temperature):
             for axis in range(3)]
 
 
-def dataflash(path, count, truth):
+def dataflash(path, count, truth, raw_rate=False):
     out = open(path, "wb")
 
     def message(kind, layout, *values):
@@ -67,7 +67,9 @@ def dataflash(path, count, truth):
                      "QBffffffIIfBBHH"),
                132: ("MAG", "QBhhhhhhhhhBI",
                      "TimeUS,I,MagX,MagY,MagZ,OfsX,OfsY,OfsZ,MOX,MOY,MOZ,Health,S",
-                     "QBhhhhhhhhhBI")}
+                     "QBhhhhhhhhhBI"),
+               133: ("ACC", "QBQfff", "TimeUS,I,SampleUS,AccX,AccY,AccZ", "QBQfff"),
+               134: ("GYR", "QBQfff", "TimeUS,I,SampleUS,GyrX,GyrY,GyrZ", "QBQfff")}
     for kind, (name, letters, columns, layout) in formats.items():
         message(128, "BB4s16s64s", kind, 3 + struct.calcsize("<" + layout), name.encode(),
                 letters.encode(), columns.encode())
@@ -93,14 +95,20 @@ def dataflash(path, count, truth):
     ellipse = ((dx, ox, oy), (ox, dy, oz), (oy, oz, dz))
     sign = (1, -1, -1)  # Rolled by half a turn.
     for i, time_ns, acceleration, rate, field, temperature in samples(count):
-        temperature = float32(temperature)
+        if i % 4 == 0 or not raw_rate:
+            logged_temperature = float32(temperature)
+        temperature = logged_temperature
         logged = []
         for sensor, raw, scale in (("GYR", rate, (1, 1, 1)), ("ACC", acceleration, SCALE)):
             at, calibrated = thermal(sensor, temperature), thermal(sensor, CALTEMP[sensor])
             logged += [sign[k] * scale[k] *
                        (raw[k] - at[k] + calibrated[k] - OFFSETS[sensor][k]) for k in range(3)]
-        message(131, "QBffffffIIfBBHH", time_ns // 1000, 0, *logged, 0, 0, temperature, 1, 1, 8000,
-                4000)
+        us = time_ns // 1000
+        if i % 4 == 0 or not raw_rate:
+            message(131, "QBffffffIIfBBHH", us, 0, *logged, 0, 0, temperature, 1, 1, 8000, 4000)
+        if raw_rate:
+            message(134, "QBQfff", us + 120, 0, us, *logged[:3])
+            message(133, "QBQfff", us + 130, 0, us, *logged[3:])
         if i % 10 == 0:
             sum_ = [1.05 * (10.0 * f + o) for f, o in zip(field, COMPASS_OFFSET)]
             corrected = [round(sum(m * s for m, s in zip(row, sum_))) for row in ellipse]
@@ -190,7 +198,10 @@ def ros1(path, count, _):
 def main():
     kind, path, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
     truth = open(sys.argv[4], "w") if len(sys.argv) > 4 else None
-    {"dataflash": dataflash, "ros1": ros1, "ros2-db3": ros2_db3}[kind](path, count, truth)
+    def dataflash_raw(path, count, truth):
+        dataflash(path, count, truth, raw_rate=True)
+
+    {"dataflash": dataflash, "dataflash-raw": dataflash_raw, "ros1": ros1, "ros2-db3": ros2_db3}[kind](path, count, truth)
 
 
 main()

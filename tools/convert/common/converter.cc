@@ -89,7 +89,7 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
       } else if (i + 1 < words.size() && !words[i + 1].starts_with("--")) {
         value = words[++i];
       }
-      if (value.empty()) return UsageError("--" + name + " needs a value: --" + name + "=…");
+      if (value.empty()) return UsageError(std::string("--").append(name).append(" needs a value"));
       TRUETRIAD_RETURN_IF_ERROR(SetFlag(converter, name, value, &arguments));
     } else if (arguments.input.empty()) {
       arguments.input = word;

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
+#include <system_error>
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -18,9 +20,15 @@ namespace {
 
 constexpr int kInterrupted = 120;
 
-void BoundMemory() {
+/// Bounded by what a file of this size can sensibly hold.
+void BoundMemory([[maybe_unused]] const std::string& path) {
 #ifndef __SANITIZE_ADDRESS__  // Which maps terabytes.
-  const rlimit limit = {rlim_t{8} << 30U, rlim_t{8} << 30U};
+  constexpr rlim_t kLeast = rlim_t{2} << 30U;
+  constexpr rlim_t kPerByte = 64;
+  std::error_code ignored;
+  const rlim_t size = std::filesystem::file_size(path, ignored);
+  const rlim_t bytes = ignored ? kLeast : kLeast + kPerByte * size;
+  const rlimit limit = {bytes, bytes};
   setrlimit(RLIMIT_AS, &limit);
 #endif
 }
@@ -49,7 +57,7 @@ Status Isolated(const std::string& path, const std::function<Status()>& work) {
   if (child < 0)
     return BadInputError(std::string("no process can be started: ") + std::strerror(errno));
   if (child == 0) {
-    BoundMemory();
+    BoundMemory(path);
     _exit(Work(work));  // What the parent holds is the parent's to clear away.
   }
   int status = 0;

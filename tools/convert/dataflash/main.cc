@@ -193,7 +193,8 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
       "(docs/recordings.md)";
   Result<std::string> applied = AppliedByFirmware(contents.parameters, triad, instance);
   for (const auto& [name, what] : contents.changed) {
-    if (IsCorrectionParameter(triad, instance, name)) applied = BadInputError(name + " " + what);
+    if (!IsCorrectionParameter(triad, instance, name)) continue;
+    applied = BadInputError(std::string(name).append(" ").append(what));
   }
   if (applied && triad == Triad::kMagnetometer) {
     // Rows state whole numbers, cut off.

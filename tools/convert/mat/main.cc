@@ -100,11 +100,14 @@ Result<std::map<std::string, std::string>> ChooseColumns(const MatFile& file,
   }
   for (const auto& [role, names] : candidates) {
     if (names.size() > 1) {
-      return UsageError("several variables could be the " + role + ": " + ListOf(names) +
-                        "; say which with --columns=" + role + "=NAME,…");
+      return UsageError(std::string("several variables could be the ")
+                            .append(role)
+                            .append(": ")
+                            .append(ListOf(names))
+                            .append("; say which with --columns"));
     }
     chosen[role] = names[0];
-    Note(role + ": taken from " + Printable(names[0]));
+    Note(std::string(role).append(": taken from ").append(Printable(names[0])));
   }
   return chosen;
 }

@@ -2,6 +2,7 @@
 #include "tools/convert/mat/mat_variables.h"
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -116,20 +117,22 @@ Version VersionOf(ByteStream* file) {
   return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
 }
 
-/// Whether the elements of a little-endian file of version 5 fill it exactly.
-bool IsFilled5(ByteStream* file) {
+/// How many elements fill a little-endian file of version 5; nullopt when they do not fill it
+/// exactly.
+std::optional<int> ElementsOf5(ByteStream* file) {
   file->Skip(kHeader5);
-  while (!file->at_end()) {
+  int count = 0;
+  for (; !file->at_end(); ++count) {
     constexpr std::size_t kTag = 8;
     const std::string_view tag = file->Peek(kTag);
-    if (tag.size() < kTag) return false;
+    if (tag.size() < kTag) return std::nullopt;
     const auto type = LoadNumber<std::uint32_t>(tag, 0);
     const auto size = LoadNumber<std::uint32_t>(tag, 4);
     const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
-    if (!is_known || size > file->left() - kTag) return false;
+    if (!is_known || size > file->left() - kTag) return std::nullopt;
     file->Skip(kTag + size);
   }
-  return true;
+  return count;
 }
 
 }  // namespace
@@ -148,14 +151,17 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
   }
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
   file->file_size_ = (*bytes)->size();
-  file->is_damaged_ = version == Version::k5 && (*bytes)->Peek(kHeader5)[kHeader5 - 2] == 'I' &&
-                      !IsFilled5(bytes->get());
+  file->is_hdf5_ = version == Version::k73;
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
-  for (int i = 0; i < kMostVariables; ++i) {
+  int count = 0;
+  for (; count < kMostVariables; ++count) {
     const Variable variable(Mat_VarReadNextInfo(handle));
     if (!variable) break;
     if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
+  }
+  if (version == Version::k5 && (*bytes)->Peek(kHeader5)[kHeader5 - 2] == 'I') {
+    file->is_damaged_ = ElementsOf5(bytes->get()) != count;
   }
   return file;
 }
@@ -183,7 +189,8 @@ const MatVariable* MatFile::Find(const std::string& name) const {
   return nullptr;
 }
 
-/// Whether so many elements can come out of a file of this size: zlib packs at most 1032 to 1.
+/// Whether so many elements can come out of a file of this size: each has a byte at least, and zlib
+/// packs at most 1032 to 1.
 bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
   constexpr std::size_t kDensest = 1032;
   std::size_t count = 1;
@@ -191,7 +198,9 @@ bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
     if (variable.dims[i] != 0 && count > kMostElements / variable.dims[i]) return false;
     count *= variable.dims[i];
   }
-  if (count / kDensest > file_size_) return false;
+  const std::size_t density =
+      variable.compression == MAT_COMPRESSION_NONE && !is_hdf5_ ? 1 : kDensest;
+  if (count / density > file_size_) return false;
   if (!IsSingleStruct(variable)) return variable.class_type != MAT_C_STRUCT || count <= kDensest;
   if (depth >= kDeepest) return false;
   const unsigned fields = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));

@@ -52,6 +52,7 @@ class MatFile {
   std::string path_;
   std::unique_ptr<mat_t, CloseFile> file_;
   std::size_t file_size_ = 0;
+  bool is_hdf5_ = false;
   bool is_damaged_ = false;
   std::vector<MatVariable> variables_;
 };

@@ -22,8 +22,8 @@ Result<const Topic*> TheOnly(Role role, const std::vector<const Topic*>& candida
     names.push_back(topic->name);
   }
   if (names.size() > 1) {
-    return UsageError("there are several topics of type " + Printable(found->type) + ": " +
-                      ListOf(names) + "; name one with --topic=NAME, or several kinds with commas");
+    return UsageError("there are several topics of one type, " + ListOf(names) +
+                      "; name one with --topic=NAME, or several kinds with commas");
   }
   return found;
 }

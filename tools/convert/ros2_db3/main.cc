@@ -62,6 +62,9 @@ class Bag {
                                        ? ": is a folder; name the .db3 file in it"
                                        : ": cannot be read"));
     }
+    if (path.ends_with(".zstd")) {
+      return BadInputError(path + ": is packed; unpack it first: zstd -d " + path);
+    }
     // What a crashed recorder left in the -wal file belongs to the bag. Without one, `immutable`
     // lets a bag on a read-only disk be read, and promises not to touch it.
     const bool has_log =

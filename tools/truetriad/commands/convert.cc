@@ -92,9 +92,9 @@ Result<std::string> FindConverter(const LogFormat& format) {
   if (format.is_script) {
     what += "set up tools/convert-node (nodejs and npm), as docs/converting.md says";
   } else if (!format.needs.empty()) {
-    what += "install " + std::string(format.needs) + " and build again";
+    what += "install " + std::string(format.needs) + ", then configure and build again, all of it";
   } else {
-    what += "build or install it again";
+    what += "build all of the project (cmake --build build), or install it again";
   }
   return UsageError(what);
 }
@@ -104,6 +104,7 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
   std::vector<std::string> words = {program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
   std::fflush(stdout);
