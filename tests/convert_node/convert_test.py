@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 from pathlib import Path
 
 import readers
@@ -266,6 +267,73 @@ class Converters(unittest.TestCase):
         done = self.convert("mcap", cut)
         self.assertEqual(len(self.rows("accelerometer.csv")), 2)
         self.assertIn("cut", done.stderr)
+
+    def made_mcap(self, compressions, crc=True):
+        """(bytes, where each chunk begins) of chunks of ten messages each; stamps 1 s, 2 s, …"""
+        def record(kind, body):
+            return struct.pack("<BQ", kind, len(body)) + body
+
+        def text(words):
+            return struct.pack("<I", len(words)) + words.encode()
+
+        definition = ("std_msgs/Header header\ngeometry_msgs/Vector3 magnetic_field\n" + "=" * 80 +
+                      "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n" + "=" * 80 +
+                      "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n")
+        known = record(3, struct.pack("<H", 1) + text("sensor_msgs/msg/MagneticField") + text("ros2msg") + text(definition))
+        known += record(4, struct.pack("<HH", 0, 1) + text("/mag") + text("cdr") + struct.pack("<I", 0))
+        data, places, index, stamp = b"\x89MCAP0\r\n" + record(1, text("ros2") + text("")), [], b"", 0
+        for compression in compressions:
+            records = known
+            for _ in range(10):
+                stamp += 1
+                # An empty string still has its NUL; the doubles begin on a multiple of eight.
+                cdr = b"\0\1\0\0" + struct.pack("<iII4x3d", stamp, 0, 1, stamp, 2 * stamp, -1)
+                records += record(5, struct.pack("<HIQQ", 0, stamp, stamp, stamp) + cdr)
+            stored = records
+            if compression == "lz4":  # A frame of one block that is stored as it is.
+                stored = bytes.fromhex("04224d18604082") + struct.pack("<I", len(records) | 1 << 31) + records + bytes(4)
+            elif compression == "zstd":
+                stored = (bytes.fromhex("28b52ffda0") + struct.pack("<I", len(records)) +
+                          (len(records) << 3 | 1).to_bytes(3, "little") + records)
+            chunk = record(6, struct.pack("<QQQI", 0, 0, len(records), zlib.crc32(records) if crc else 0) +
+                           text(compression) + struct.pack("<Q", len(stored)) + stored)
+            places.append(len(data))
+            index += record(8, struct.pack("<QQQQIQ", 0, 0, len(data), len(chunk), 0, 0) + text(compression) + bytes(16))
+            data += chunk
+        data += record(15, bytes(4))
+        summary = len(data)
+        data += index + record(2, struct.pack("<QQI", summary, 0, 0)) + b"\x89MCAP0\r\n"
+        return bytearray(data), places
+
+    def seconds(self, data, *flags):
+        """Stamps that come out of an MCAP file, and what was said."""
+        path = self.folder / "made.mcap"
+        path.write_bytes(data)
+        done = self.convert("mcap", path, *flags)
+        rows = self.rows("magnetometer.csv")
+        for time, values, _ in rows:
+            self.assertEqual(list(map(float, values)), [time / 1e9, 2 * time / 1e9, -1])
+        return [time // 10**9 for time, _, _ in rows], done.stderr
+
+    def test_mcap_chunks_may_be_compressed(self):
+        data, _ = self.made_mcap(["", "lz4", "zstd"])
+        self.assertEqual(self.seconds(data)[0], list(range(1, 31)))
+
+    def test_mcap_damaged_chunk_is_left_out(self):
+        for compression in ("", "lz4", "zstd"):
+            data, places = self.made_mcap(["", compression, ""])
+            data[places[1] + 600] ^= 1
+            kept, said = self.seconds(data)
+            self.assertEqual(kept, [*range(1, 11), *range(21, 31)], compression)
+            self.assertIn("1 damaged chunk", said)
+
+    def test_mcap_goes_on_at_the_next_chunk_of_the_index(self):
+        data, places = self.made_mcap(["zstd"] * 4)
+        data[places[1] + 5] = 0xFF  # Longer than the file.
+        data[places[2]] = 0  # No kind of record.
+        kept, said = self.seconds(data)
+        self.assertEqual(kept, [*range(1, 11), *range(31, 41)])
+        self.assertIn("cannot be followed", said)
 
     def test_mcap_wrong_topic_is_usage(self):
         if not MCAP.exists():

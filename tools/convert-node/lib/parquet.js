@@ -13,7 +13,11 @@ const { RecordingFolder, breathe, converterName } = require('./recording.js');
 const kFormat = 'parquet';
 const kMemoryMb = 1024; // Of the decoder.
 const kMostRows = 1 << 24; // Of a row group.
-const kLongestMs = 120_000; // For a row group.
+// A damaged page can keep the decoder busy for ever.
+const kLongestMs = 15_000;
+const kLongestMsPerRow = 0.03;
+const kMostEndless = 3; // Row groups; then the rest is not tried.
+const kTooLong = 'takes too long';
 const kPrefixes = { accel: 'accelerometer', gyro: 'gyroscope', mag: 'magnetometer' };
 const kUnits = {
   accelerometer: ['m/s^2', 'g', 'mg', 'counts'],
@@ -37,7 +41,7 @@ class Decoder {
     return first;
   }
 
-  next() {
+  next(rows = 0) {
     return new Promise((resolve) => {
       const { worker } = this;
       const handlers = {
@@ -45,7 +49,7 @@ class Decoder {
         error: (error) => finish({ fatal: String(error.message) }),
         exit: () => finish({ fatal: 'ended' }),
       };
-      const timer = setTimeout(() => finish({ fatal: 'takes too long' }), kLongestMs);
+      const timer = setTimeout(() => finish({ fatal: kTooLong }), kLongestMs + rows * kLongestMsPerRow);
       const finish = (result) => {
         clearTimeout(timer);
         for (const [event, handler] of Object.entries(handlers)) worker.off(event, handler);
@@ -56,11 +60,11 @@ class Decoder {
     });
   }
 
-  /** { columns } or { error }; the decoder lives on. */
-  async group(group, columns) {
+  /** { columns } or { error } for a row group of so many rows; the decoder lives on. */
+  async group(group, rows, columns) {
     if (!this.worker) await this.open();
     this.worker.postMessage({ group, columns });
-    const result = await this.next();
+    const result = await this.next(rows);
     return result.fatal ? { error: result.fatal } : result;
   }
 
@@ -215,14 +219,18 @@ async function convert(decoder, options, note) {
   let damaged = 0;
   let lost = 0;
   let untimed = 0;
+  let endless = 0;
   let why = '';
   for (let group = 0; group < groups.length; ++group) {
     const rows = groups[group];
-    const result = rows >= 0 && rows <= kMostRows ? await decoder.group(group, columns) : { error: `${rows} rows` };
+    let result = { error: kTooLong };
+    if (!(rows >= 0 && rows <= kMostRows)) result = { error: `${rows} rows` };
+    else if (endless < kMostEndless) result = await decoder.group(group, rows, columns);
     if (result.error) {
       ++damaged;
       lost += Math.max(rows, 0);
       why = result.error;
+      if (why === kTooLong) ++endless;
     } else {
       untimed += addRows(result.columns, rows, map, tables);
     }
