@@ -63,11 +63,49 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
   return off;
 }
 
+// How far each value is outside of those beside it.
+std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
+  std::vector<double> beyond;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    double low = value[i == 0 ? std::min<std::size_t>(1, value.size() - 1) : i - 1];
+    double high = low;
+    if (i > 0 && i + 1 < value.size()) {
+      low = std::min(low, value[i + 1]);
+      high = std::max(high, value[i + 1]);
+    }
+    beyond.push_back(std::max({0.0, value[i] - high, low - value[i]}));
+  }
+  return beyond;
+}
+
+double UsualStep(const std::vector<double>& value) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < value.size(); ++i) steps.push_back(std::abs(value[i] - value[i - 1]));
+  return steps.empty() ? 0.0 : Median(std::move(steps));
+}
+
 double SigmaOf(const std::vector<double>& values) {
   std::vector<double> sizes;
   sizes.reserve(values.size());
   for (const double value : values) sizes.push_back(std::abs(value));
   return sizes.empty() ? 0.0 : kMadToSigma * Median(std::move(sizes));
+}
+
+// Places far off what is expected of them and beyond both neighbours: a turning point, which bends
+// away from any line, goes beyond by a usual step at most.
+std::vector<bool> FarOff(const std::vector<double>& value,
+                         const std::vector<double>& off,
+                         double least) {
+  const double sigma = SigmaOf(off);
+  const double limit = std::max(kFarOffSigmas * sigma, least);
+  const double step = UsualStep(value);
+  const std::vector<double> beyond = BeyondNeighbours(value);
+  std::vector<bool> far_off(value.size(), false);
+  if (!(limit > 0.0)) return far_off;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    far_off[i] = std::abs(off[i]) > limit && beyond[i] > 0.5 * limit + 1.5 * step;
+  }
+  return far_off;
 }
 
 std::string Fixed1(double value) {
@@ -234,13 +272,14 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
     if (reasons[i].find(what) != std::string::npos) return;
     reasons[i] += (reasons[i].empty() ? "" : ", ") + what;
   };
-  std::vector<double> residuals;
+  std::vector<double> degc, residuals;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
+    degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  const double degc_limit = std::max(kFarOffSigmas * SigmaOf(residuals), 1.5 * track.step_degc);
+  const std::vector<bool> odd_degc = FarOff(degc, residuals, 1.5 * track.step_degc);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (std::abs(residuals[i]) > degc_limit) leave_out(i, "temperature");
+    if (odd_degc[i]) leave_out(i, "temperature");
   }
   for (const StreamInfo& stream : info_.streams) {
     std::vector<std::size_t> index;
@@ -263,10 +302,9 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
         }
         const std::string name =
             std::string(TriadName(stream.triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
-        const std::vector<double> off = OffNeighbours(time, value);
-        const double limit = kFarOffSigmas * SigmaOf(off);
-        for (std::size_t i = 0; i < off.size(); ++i) {
-          if (limit > 0.0 && std::abs(off[i]) > limit) leave_out(index[i], name);
+        const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
+        for (std::size_t i = 0; i < odd.size(); ++i) {
+          if (odd[i]) leave_out(index[i], name);
         }
         const double variance = variances.empty() ? 0.0 : Median(variances);
         if (!(variance > 0.0)) continue;
