@@ -149,10 +149,6 @@ class Chooser {
     return best;
   }
 
-  double SquareAt(const ThermalOptions& terms, const SweepLags& lags) const {
-    return FitSweep(problem_, axis_, terms, lags).weighted_square;
-  }
-
   // Golden section over the logarithm of one lag, a step of the grid to both sides.
   void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
     if (!(lags->*which > 0.0)) return;
@@ -162,7 +158,7 @@ class Chooser {
     const auto value = [&](double log_lag) {
       SweepLags tried = *lags;
       tried.*which = std::exp(log_lag);
-      return SquareAt(terms, tried);
+      return WeightedSquareAt(problem_, axis_, terms, tried);
     };
     double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
     double value_a = value(a), value_b = value(b);
