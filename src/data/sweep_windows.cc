@@ -136,7 +136,8 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
     : selection_(selection), info_(info), leading_(leading) {
   cell_samples_ = selection.sweep.window_samples;
   cell_ns_ = selection.sweep.window_s > 0.0
-                 ? static_cast<std::int64_t>(std::llround(selection.sweep.window_s * 1e9))
+                 ? static_cast<std::int64_t>(
+                       std::llround(std::clamp(selection.sweep.window_s, 1e-9, 1e9) * 1e9))
                  : kFirstCellNs;
   for (const PoseRange& range : selection.ranges) {
     const std::string name =
@@ -146,6 +147,7 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
     if (known == attitude_names_.end()) attitude_names_.push_back(name);
   }
   if (attitude_names_.empty()) attitude_names_.emplace_back("1");
+  range_used_.assign(selection.ranges.size(), false);
 }
 
 Status SweepCutter::Validate() const {
@@ -241,6 +243,10 @@ void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_
     cell.time_sum_s += middle_s * static_cast<double>(window.temperature_count);
   }
   if (attitude < 0) return;
+  for (std::size_t i = 0; i < range_used_.size(); ++i) {
+    const PoseRange& range = selection_.ranges[i];
+    if (block.row[begin] >= range.first && block.row[begin] <= range.last) range_used_[i] = true;
+  }
   if (cell.attitude < 0) cell.attitude = attitude;
   if (cell.attitude == attitude) cell.triads[block.triad].Merge(window);
 }
@@ -449,6 +455,13 @@ Status SweepCutter::CheckHeld(const PoseSet& set) const {
 }
 
 Status SweepCutter::Finish(PoseSet* set) {
+  for (std::size_t i = 0; i < range_used_.size(); ++i) {
+    if (range_used_[i]) continue;
+    const PoseRange& range = selection_.ranges[i];
+    return BadInputError("poses.sweep.attitudes: range " + std::to_string(i + 1) + " (rows " +
+                         std::to_string(range.first) + " to " + std::to_string(range.last) +
+                         ") has no reading in " + info_.Find(leading_)->file);
+  }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
   if (cells_.size() < kFewestCells) {
     return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +

@@ -114,6 +114,24 @@ TEST(SweepWindows, KeepTheirAttitude) {
               AllOf(HasSubstr("as if the unit was turned"), HasSubstr("attitudes: poses.yaml")));
 }
 
+TEST(SweepWindows, NameAnAttitudeWithoutReadings) {
+  Random random(7);
+  PoseSelection selection = Windows();
+  selection.ranges = {{0, 999, "", ""}, {5000, 6000, "", ""}};
+  EXPECT_THAT(ErrorOf(Cut(Sweep(1000, 0.5, &random), selection)),
+              HasSubstr("range 2 (rows 5000 to 6000) has no reading"));
+}
+
+// Whatever somebody states: a window of the whole recording, or of less than a sample.
+TEST(SweepWindows, SurviveAbsurdLengths) {
+  Random random(8);
+  const MemoryStream stream = Sweep(1000, 0.5, &random);
+  EXPECT_THAT(ErrorOf(Cut(stream, Windows({.window_s = 1e300}))), HasSubstr("at least 40"));
+  const auto set = Cut(stream, Windows({.window_s = 1e-300}));
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_LE(set->poses.size(), 1000U);
+}
+
 TEST(SweepWindows, NeedTimeTemperatureAndAChangeOfIt) {
   Random random(5);
   MemoryStream without = Sweep(1000, 0.5, &random);
