@@ -534,6 +534,13 @@ TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
                     HasSubstr("window_s: 10"),
                     HasSubstr("folds: 14")));
   EXPECT_EQ(LoadWell(experiment.resolved_yaml).resolved_yaml.find("detect"), std::string::npos);
+  EXPECT_THAT(experiment.resolved_yaml, HasSubstr("temperature_degc"));
+  // The reference temperature is that of the static calibration.
+  const std::string with_static = sensors + "poses: { sweep: auto }\nstatic: a.yaml\n";
+  EXPECT_THAT(LoadWell(with_static).resolved_yaml,
+              AllOf(HasSubstr("static: \"a.yaml\""), Not(HasSubstr("temperature_degc"))));
+  EXPECT_THAT(LoadWell(with_static + "reference: { temperature_degc: 20 }\n").resolved_yaml,
+              HasSubstr("temperature_degc: 20"));
   EXPECT_THAT(ErrorOf(sensors), HasSubstr("lags and `auto` need a sweep"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: { window_s: 10, window_samples: 5 } }\n"),
               HasSubstr("exclude each other"));
