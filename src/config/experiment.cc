@@ -559,6 +559,7 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
     return;
   }
   options.sweep.emplace();
+  if (experiment->plan) fail("plan: is about poses, not about a sweep; remove one of them");
   // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
   // is a small part of the temperatures.
   constexpr int kSweepFolds = 14;

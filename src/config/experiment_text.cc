@@ -26,7 +26,10 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("hemisphere", kHemispheres.Name(reference.northern_hemisphere));
   out.Line("site", kFieldSites.Name(draft.field_site));
   out.Close();
-  out.Line("temperature_degc", reference.temperature_degc);
+  // A static calibration brings its own; the default would contradict it when read back.
+  if (draft.static_file.empty() || draft.experiment.reference_given) {
+    out.Line("temperature_degc", reference.temperature_degc);
+  }
   if (draft.earth_rate) {
     out.Open("earth_rate");
     out.Line("latitude_deg", draft.earth_rate->latitude.value_or(0.0));

@@ -63,11 +63,49 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
   return off;
 }
 
+// How far each value is outside of those beside it.
+std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
+  std::vector<double> beyond;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    double low = value[i == 0 ? std::min<std::size_t>(1, value.size() - 1) : i - 1];
+    double high = low;
+    if (i > 0 && i + 1 < value.size()) {
+      low = std::min(low, value[i + 1]);
+      high = std::max(high, value[i + 1]);
+    }
+    beyond.push_back(std::max({0.0, value[i] - high, low - value[i]}));
+  }
+  return beyond;
+}
+
+double UsualStep(const std::vector<double>& value) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < value.size(); ++i) steps.push_back(std::abs(value[i] - value[i - 1]));
+  return steps.empty() ? 0.0 : Median(std::move(steps));
+}
+
 double SigmaOf(const std::vector<double>& values) {
   std::vector<double> sizes;
   sizes.reserve(values.size());
   for (const double value : values) sizes.push_back(std::abs(value));
   return sizes.empty() ? 0.0 : kMadToSigma * Median(std::move(sizes));
+}
+
+// Places far off what is expected of them and beyond both neighbours: a turning point, which bends
+// away from any line, goes beyond by a usual step at most.
+std::vector<bool> FarOff(const std::vector<double>& value,
+                         const std::vector<double>& off,
+                         double least) {
+  const double sigma = SigmaOf(off);
+  const double limit = std::max(kFarOffSigmas * sigma, least);
+  const double step = UsualStep(value);
+  const std::vector<double> beyond = BeyondNeighbours(value);
+  std::vector<bool> far_off(value.size(), false);
+  if (!(limit > 0.0)) return far_off;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    far_off[i] = std::abs(off[i]) > limit && beyond[i] > 0.5 * limit + 1.5 * step;
+  }
+  return far_off;
 }
 
 std::string Fixed1(double value) {
@@ -98,7 +136,8 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
     : selection_(selection), info_(info), leading_(leading) {
   cell_samples_ = selection.sweep.window_samples;
   cell_ns_ = selection.sweep.window_s > 0.0
-                 ? static_cast<std::int64_t>(std::llround(selection.sweep.window_s * 1e9))
+                 ? static_cast<std::int64_t>(
+                       std::llround(std::clamp(selection.sweep.window_s, 1e-9, 1e9) * 1e9))
                  : kFirstCellNs;
   for (const PoseRange& range : selection.ranges) {
     const std::string name =
@@ -108,6 +147,7 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
     if (known == attitude_names_.end()) attitude_names_.push_back(name);
   }
   if (attitude_names_.empty()) attitude_names_.emplace_back("1");
+  range_used_.assign(selection.ranges.size(), false);
 }
 
 Status SweepCutter::Validate() const {
@@ -203,6 +243,10 @@ void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_
     cell.time_sum_s += middle_s * static_cast<double>(window.temperature_count);
   }
   if (attitude < 0) return;
+  for (std::size_t i = 0; i < range_used_.size(); ++i) {
+    const PoseRange& range = selection_.ranges[i];
+    if (block.row[begin] >= range.first && block.row[begin] <= range.last) range_used_[i] = true;
+  }
   if (cell.attitude < 0) cell.attitude = attitude;
   if (cell.attitude == attitude) cell.triads[block.triad].Merge(window);
 }
@@ -234,13 +278,14 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
     if (reasons[i].find(what) != std::string::npos) return;
     reasons[i] += (reasons[i].empty() ? "" : ", ") + what;
   };
-  std::vector<double> residuals;
+  std::vector<double> degc, residuals;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
+    degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  const double degc_limit = std::max(kFarOffSigmas * SigmaOf(residuals), 1.5 * track.step_degc);
+  const std::vector<bool> odd_degc = FarOff(degc, residuals, 1.5 * track.step_degc);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (std::abs(residuals[i]) > degc_limit) leave_out(i, "temperature");
+    if (odd_degc[i]) leave_out(i, "temperature");
   }
   for (const StreamInfo& stream : info_.streams) {
     std::vector<std::size_t> index;
@@ -263,10 +308,9 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
         }
         const std::string name =
             std::string(TriadName(stream.triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
-        const std::vector<double> off = OffNeighbours(time, value);
-        const double limit = kFarOffSigmas * SigmaOf(off);
-        for (std::size_t i = 0; i < off.size(); ++i) {
-          if (limit > 0.0 && std::abs(off[i]) > limit) leave_out(index[i], name);
+        const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
+        for (std::size_t i = 0; i < odd.size(); ++i) {
+          if (odd[i]) leave_out(index[i], name);
         }
         const double variance = variances.empty() ? 0.0 : Median(variances);
         if (!(variance > 0.0)) continue;
@@ -411,6 +455,13 @@ Status SweepCutter::CheckHeld(const PoseSet& set) const {
 }
 
 Status SweepCutter::Finish(PoseSet* set) {
+  for (std::size_t i = 0; i < range_used_.size(); ++i) {
+    if (range_used_[i]) continue;
+    const PoseRange& range = selection_.ranges[i];
+    return BadInputError("poses.sweep.attitudes: range " + std::to_string(i + 1) + " (rows " +
+                         std::to_string(range.first) + " to " + std::to_string(range.last) +
+                         ") has no reading in " + info_.Find(leading_)->file);
+  }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
   if (cells_.size() < kFewestCells) {
     return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +

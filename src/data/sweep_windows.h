@@ -63,6 +63,7 @@ class SweepCutter {
   RecordingInfo info_;
   Triad leading_;
   std::vector<int> range_attitude_;
+  std::vector<bool> range_used_;
   std::vector<std::string> attitude_names_;
   std::vector<Cell> cells_;
   std::int64_t origin_ns_ = 0;

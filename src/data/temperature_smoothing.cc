@@ -69,13 +69,18 @@ Readings PlacesOfChange(const std::vector<double>& time_s,
                         const std::vector<double>& degc,
                         double step) {
   Readings places;
+  // Steps need not be at whole multiples: kelvins are not in degC.
+  double base = 0.0;
+  for (std::size_t i = degc.size() - 1; i > 0; --i) {
+    if (degc[i] == degc[i - 1]) base = degc[i];
+  }
   // A cell that holds a change has a mean between two steps.
-  const auto level = [step](double value) { return std::round(value / step); };
+  const auto level = [step, base](double value) { return std::round((value - base) / step); };
   std::vector<std::pair<double, double>> changes;
   for (std::size_t i = 1; i < degc.size(); ++i) {
     const double before = level(degc[i - 1]), after = level(degc[i]);
     if (before == after) continue;
-    const double middle = 0.5 * (before + after) * step;
+    const double middle = base + 0.5 * (before + after) * step;
     const double share =
         degc[i] == degc[i - 1] ? 0.5 : (middle - degc[i - 1]) / (degc[i] - degc[i - 1]);
     changes.emplace_back(time_s[i - 1] + std::clamp(share, 0.0, 1.0) * (time_s[i] - time_s[i - 1]),
@@ -127,7 +132,7 @@ Readings PlacesOfChange(const std::vector<double>& time_s,
     const double slope =
         (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);
     const double line = places.degc[near] + slope * (time - places.time_s[near]);
-    const double middle = level(reading) * step;
+    const double middle = base + level(reading) * step;
     return std::clamp(line, middle - 0.5 * step, middle + 0.5 * step);
   };
   const std::size_t count = places.time_s.size();
@@ -290,7 +295,7 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
     return NotEnoughError("the temperature is " + std::to_string(degc.front()) +
                           " degC all the time; a sweep needs one that goes up and down");
   }
-  const double rate = TypicalRate(time_s, degc);
+  const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
   const double spacing = duration / static_cast<double>(time_s.size() - 1);
   Readings readings;

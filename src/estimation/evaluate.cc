@@ -91,6 +91,31 @@ std::optional<double> Spread(const std::vector<double>& values) {
   return std::sqrt((all - all.mean()).square().mean());
 }
 
+// The bias at the reference is a convention (a sweep without a static calibration): the norm error
+// has a constant part that says nothing.
+bool IsBiasHeld(const Calibration& calibration, Triad triad) {
+  if (triad == Triad::kGyroscope || calibration.quality.sweep.empty()) return false;
+  return calibration.sensors[triad]->bias_sigma.isZero(0.0);
+}
+
+// Takes the mean norm error out of the residuals of one sensor, and out of its sums.
+void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* sums) {
+  double mean = 0.0;
+  for (const PoseResidual& residual : *residuals) {
+    if (residual.triad == triad) mean += residual.norm_error / sums->count;
+  }
+  sums->squares = 0.0;
+  sums->squares_before = kUnknown;
+  for (PoseResidual& residual : *residuals) {
+    if (residual.triad != triad) continue;
+    const double size = std::abs(residual.norm_error);
+    residual.norm_error -= mean;
+    residual.residual = residual.norm_error * residual.direction;
+    if (size > 0.0) residual.normalized *= std::abs(residual.norm_error) / size;
+    sums->squares += residual.norm_error * residual.norm_error;
+  }
+}
+
 double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / M_PI;
 }
@@ -146,8 +171,9 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
     forces.push_back(std::move(seen[Triad::kAccelerometer]));
   }
   for (const Triad triad : kTriads) {
-    const ErrorSums& sum = sums[triad];
+    ErrorSums& sum = sums[triad];
     if (sum.count == 0) continue;
+    if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
     summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
     summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
     if (std::isfinite(sum.squares_before)) {

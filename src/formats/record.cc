@@ -272,6 +272,23 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
                listed(ParameterKind::kSensitivity, power),
                (raw == truth ? "1" : raw + " per " + truth) + "/°C^" + std::to_string(power));
   }
+  const auto add_thermal = [&](const std::optional<Eigen::Vector3d>& values,
+                               const std::string& label,
+                               const std::string& name,
+                               const std::string& unit) {
+    if (!values) return;
+    const std::string parameter = std::string(TriadName(triad)) + ".thermal." + name + ".";
+    add(
+        label,
+        [&](int i) { return with_u((*values)[i], SigmaOf(covariance, parameter + "xyz"[i])); },
+        unit);
+  };
+  const ThermalTerms& thermal = *sensor.thermal;
+  add_thermal(thermal.rate_linear, "b, dT/dt", "rate.linear", raw + " s/°C");
+  add_thermal(thermal.rate_quadratic, "b, (dT/dt)²", "rate.quadratic", raw + " s²/°C²");
+  add_thermal(thermal.rate_cross, "b, τ dT/dt", "rate.cross", raw + " s/°C²");
+  add_thermal(thermal.element_lag_s, "lag of T", "element_lag", "s");
+  add_thermal(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
   return table;
 }
 

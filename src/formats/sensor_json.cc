@@ -43,6 +43,13 @@ std::string ThermalText(const ThermalTerms& thermal) {
     text += Member(kIndent, "rate_quadratic", ListText(*thermal.rate_quadratic));
   }
   if (thermal.rate_cross) text += Member(kIndent, "rate_cross", ListText(*thermal.rate_cross));
+  if (thermal.element_lag_s) {
+    text += Member(kIndent, "element_lag_s", ListText(*thermal.element_lag_s));
+  }
+  if (thermal.rate_lag_s) text += Member(kIndent, "rate_lag_s", ListText(*thermal.rate_lag_s));
+  if (thermal.smoothing_s > 0.0) {
+    text += Member(kIndent, "smoothing_s", NumberText(thermal.smoothing_s));
+  }
   return Object(text, "      ");
 }
 

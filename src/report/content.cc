@@ -11,6 +11,7 @@
 
 #include "report/format.h"
 #include "report/parameter_table.h"
+#include "report/sweep_content.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
@@ -229,6 +230,7 @@ Section ModelChoiceSection(const Quality& quality) {
 Section HeldOutSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kHeldOut, "Held-out error (cross-validation)", {}};
+  if (!quality.sweep.empty()) return section;  // It is in the section of the sweep.
   if (!quality.held_out) {
     if (quality.poses > 0) {
       section.blocks.emplace_back(std::string(
@@ -429,6 +431,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
   for (Section& section : std::vector<Section>{LimitsSection(calibration),
                                                MessagesSection(calibration),
                                                ParametersSection(calibration),
+                                               SweepSection(calibration),
                                                WeakDirectionsSection(quality),
                                                ModelChoiceSection(quality),
                                                HeldOutSection(calibration),

@@ -40,6 +40,7 @@ enum class SectionKind {
   kLimits,
   kMessages,
   kParameters,
+  kSweep,
   kWeakDirections,
   kModelChoice,
   kHeldOut,

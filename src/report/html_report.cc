@@ -12,6 +12,7 @@
 #include "report/content.h"
 #include "report/page.h"
 #include "report/svg.h"
+#include "report/sweep_charts.h"
 #include "report/table.h"
 #include "truetriad/report/report.h"
 
@@ -48,6 +49,16 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
             TriadTitle(triad) +
                 ": |C(y - b)| - reference of each pose. Shaded: ±2σ of the noise used for the "
                 "weights. Crosses: rejected poses; beyond the scale they sit on its edge.");
+      }
+      return html;
+    case SectionKind::kSweep:
+      for (const SweepAxis& axis : quality.sweep) {
+        html += Figure(SweepFitChart(calibration, axis.triad, axis.axis),
+                       "Left: windows (dots) and the fit (line) with ±2σ (shaded) against the "
+                       "thermometer. Right: the same over time.");
+        html += Figure(SweepSurfaceChart(calibration, axis.triad, axis.axis),
+                       "The bias that the terms state at the temperatures and rates that the sweep "
+                       "passed.");
       }
       return html;
     case SectionKind::kCoverage:
@@ -89,7 +100,9 @@ std::string CalibrationHtml(const Calibration& calibration) {
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  return HtmlPage(title, verdict, html + "</section>\n");
+  const std::string_view style =
+      calibration.quality.sweep.empty() ? std::string_view() : kSweepStyle;
+  return HtmlPage(title, verdict, html + "</section>\n", style);
 }
 
 }  // namespace truetriad

@@ -105,6 +105,13 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                       " tested on " + std::to_string(evaluation.poses) + " poses.",
                   0) +
           '\n' + TextOf(table);
+  const auto& accelerometer = calibration.sensors[Triad::kAccelerometer];
+  if (!calibration.quality.sweep.empty() && accelerometer &&
+      accelerometer->bias_sigma.isZero(0.0)) {
+    text += '\n' + Wrapped(
+                       "The calibration holds bias and gain of the accelerometer at its reference "
+                       "temperature: its error is that about the mean.");
+  }
   if (evaluation.clamped_poses > 0) {
     text +=
         '\n' + Wrapped(std::to_string(evaluation.clamped_poses) +

@@ -514,6 +514,43 @@ TEST_F(ExperimentConfig, ReadsPresetsAsStrictly) {
   EXPECT_THAT(ErrorOf(head + "{ magnetometer: { preset: none.yaml } }\n"), HasSubstr("none.yaml"));
 }
 
+TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
+  const std::string sensors =
+      "experiment: 1\nsensors: { gyroscope: { thermal: { bias_order: auto, rate: auto, lag: 2 } } "
+      "}\n";
+  const Experiment experiment = LoadWell(sensors + "poses: { sweep: { window_s: 10 } }\n");
+  EXPECT_EQ(experiment.poses.kind, PoseSelectionKind::kSweep);
+  EXPECT_EQ(experiment.poses.sweep.window_s, 10.0);
+  ASSERT_TRUE(experiment.options.sweep);
+  EXPECT_EQ(experiment.options.cross_validation_folds, 14);
+  const ThermalOptions& thermal = experiment.options.triads[Triad::kGyroscope].thermal;
+  EXPECT_TRUE(thermal.order_auto && thermal.rate_auto && !thermal.lags_auto);
+  EXPECT_EQ(thermal.lags, 2);
+  // What it resolves to says the same.
+  EXPECT_THAT(experiment.resolved_yaml,
+              AllOf(HasSubstr("bias_order: auto"),
+                    HasSubstr("rate: auto"),
+                    HasSubstr("lag: 2"),
+                    HasSubstr("window_s: 10"),
+                    HasSubstr("folds: 14")));
+  EXPECT_EQ(LoadWell(experiment.resolved_yaml).resolved_yaml.find("detect"), std::string::npos);
+  EXPECT_THAT(experiment.resolved_yaml, HasSubstr("temperature_degc"));
+  // The reference temperature is that of the static calibration.
+  const std::string with_static = sensors + "poses: { sweep: auto }\nstatic: a.yaml\n";
+  EXPECT_THAT(LoadWell(with_static).resolved_yaml,
+              AllOf(HasSubstr("static: \"a.yaml\""), Not(HasSubstr("temperature_degc"))));
+  EXPECT_THAT(LoadWell(with_static + "reference: { temperature_degc: 20 }\n").resolved_yaml,
+              HasSubstr("temperature_degc: 20"));
+  EXPECT_THAT(ErrorOf(sensors), HasSubstr("lags and `auto` need a sweep"));
+  EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: { window_s: 10, window_samples: 5 } }\n"),
+              HasSubstr("exclude each other"));
+  EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: hourly }\n"), HasSubstr("`auto` is expected"));
+  EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: auto }\nattitudes: { six_face: {} }\n"),
+              HasSubstr("belong to recordings of poses"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\nstatic: a.yaml\n"),
+              HasSubstr("static: belongs to"));
+}
+
 TEST(ShippedConfigs, Load) {
   int count = 0;
   for (const auto& entry :

@@ -2,6 +2,7 @@
 //
 // Temperature sweeps: the terms of a bias in temperature and its rate.
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -253,6 +254,49 @@ TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   EXPECT_THAT(calibration.messages, Contains(HasSubstr("that is drift, not lag")));
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
+}
+
+// Three attitudes of an accelerometer share their temperature terms; each has a constant of its
+// own.
+TEST(CalibrateSweep, SharesTheTermsAmongAttitudes) {
+  Random random(12);
+  const Eigen::Vector3d slope(2e-3, -1e-3, 4e-3);
+  MemoryStream stream(Triad::kAccelerometer);
+  stream.info.unit = {"m/s^2", 1.0, false};
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kSweep;
+  constexpr int kRows = 4000;
+  const std::vector<Eigen::Vector3d> forces = {{0.0, 0.0, 9.8}, {9.8, 0.0, 0.0}, {0.0, 6.9, -6.9}};
+  for (std::size_t attitude = 0; attitude < forces.size(); ++attitude) {
+    const int before = static_cast<int>(attitude) * kRows;
+    selection.ranges.push_back({before + 5, before + kRows - 5, "", ""});
+    for (int i = 0; i < kRows; ++i) {
+      const double degc = 20.0 + 0.02 * std::min(i, kRows - i);
+      stream.Add((before + i) * std::int64_t{500'000'000},
+                 forces[attitude] + slope * (degc - 25.0) + 0.002 * random.Normal3());
+      stream.temperature_degc.push_back(degc + 0.01 * random.Normal());
+    }
+  }
+  MemorySource source({stream});
+  const Result<PoseSet> windows = CollectPoses(source, selection);
+  ASSERT_TRUE(windows) << windows.error().message;
+  CalibrateOptions options;
+  options.triads[Triad::kAccelerometer].enabled = true;
+  options.triads[Triad::kAccelerometer].thermal = Polynomial(1);
+  options.sweep.emplace();
+  options.cross_validation_folds = 14;
+  const Calibration calibration = Calibrated(*windows, options);
+  ASSERT_TRUE(calibration.IsUsable());
+  const Eigen::Vector3d found = calibration.sensors[Triad::kAccelerometer]->thermal->bias[0];
+  const auto& names = calibration.covariance.parameters;
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name = std::string("accelerometer.thermal.bias.1.") + "xyz"[axis];
+    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+    const double sigma = std::sqrt(calibration.covariance.matrix(at, at));
+    EXPECT_NEAR(found[axis], slope[axis], 3.5 * sigma);
+    // 12000 samples of 0.002 over 40 degC, uniform: 0.002 / (40 / sqrt(12)) / sqrt(12000).
+    EXPECT_NEAR(sigma, 1.58e-6, 0.3e-6);
+  }
 }
 
 // A share of 5 % of 200 runs; three axes a run count as one each.

@@ -404,5 +404,25 @@ TEST(Json, HoldsEverything) {
   }
 }
 
+TEST(Json, HoldsTheLagsOfASweepAndOthersSayThatTheyDropThem) {
+  Calibration unit = RandomUnitCalibration({.bias_order = 3}, 1);
+  ThermalTerms& thermal = *unit.sensors[Triad::kGyroscope]->thermal;
+  thermal.rate_cross = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
+  thermal.element_lag_s = Eigen::Vector3d(60.0, 0.0, 10.0);
+  thermal.rate_lag_s = Eigen::Vector3d(0.0, 100.0, 200.0);
+  thermal.smoothing_s = 15.0;
+  const Result<Export> json = ExportCalibration(unit, "json");
+  ASSERT_TRUE(json) << json.error().message;
+  const YAML::Node written = YAML::Load(json->files[0].text)["sensors"]["gyroscope"]["thermal"];
+  EXPECT_EQ(Three(written["element_lag_s"]), *thermal.element_lag_s);
+  EXPECT_EQ(Three(written["rate_lag_s"]), *thermal.rate_lag_s);
+  EXPECT_EQ(written["smoothing_s"].as<double>(), 15.0);
+  const Result<Export> header = ExportCalibration(unit, "c-header");
+  ASSERT_TRUE(header) << header.error().message;
+  std::string notes;
+  for (const std::string& note : header->notes) notes += note + '\n';
+  EXPECT_NE(notes.find("gyroscope: dropped: lag of the temperature"), std::string::npos) << notes;
+}
+
 }  // namespace
 }  // namespace truetriad

@@ -61,7 +61,10 @@ Calibration Awkward() {
                               {Eigen::Matrix3d::Identity() / 3.0},
                               Eigen::Vector3d(1.0, 2.0, 1.0 / 3.0),
                               std::nullopt,
-                              Eigen::Vector3d(0.7, 0.0, 0.0)};
+                              Eigen::Vector3d(0.7, 0.0, 0.0),
+                              Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
+                              Eigen::Vector3d(0.0, 1e-3, 1e4),
+                              100.0 / 7.0};
   full.si_per_count = 0.0005985504150390625;
   full.noise = {{0.1, 0.2, 0.3}, NoiseSource::kDatasheet, 1e-3, kInfinity};
   calibration.sensors[Triad::kAccelerometer] = full;
@@ -94,6 +97,23 @@ Calibration Awkward() {
   quality.pose_residuals = {
       {1, Triad::kAccelerometer, {0.1, -0.2, 0.3}, 1e-3, kNan, 0.9, 1.0, {0.6, 0.0, -0.8}}};
   quality.limits = {{"accelerometer.bias", 0.5, 0.1, 0.01, true}};
+  SweepAxis axis;
+  axis.triad = Triad::kGyroscope;
+  axis.axis = 2;
+  axis.branch_gap = kNan;
+  axis.held_out = 1.0 / 3.0;
+  axis.rate_lag_s = 1e2 / 7.0;
+  axis.chosen = "tau, T'^2";
+  axis.left_out = {"T': \"only up\"; 3 %"};
+  axis.steps = {{"tau", "+ tau", 0.9, 1.0 / 7.0, -1e3 / 3.0, 1e-17}};
+  quality.sweep = {axis};
+  quality.sweep_windows = {{Triad::kGyroscope,
+                            0.1,
+                            -17.6,
+                            1e-3,
+                            {0.1, -0.2, 0.3},
+                            {1.0 / 3.0, 0.0, -0.0},
+                            {1e-9, 0, 1}}};
   calibration.config_yaml =
       "experiment: 1  # version\n\n# a comment\nsensors:\n  magnetometer: {}\n";
   return calibration;
@@ -161,6 +181,11 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(a.thermal->sensitivity, b.thermal->sensitivity);
   EXPECT_EQ(a.thermal->rate_cross, b.thermal->rate_cross);
   EXPECT_FALSE(b.thermal->rate_quadratic);
+  EXPECT_EQ(a.thermal->element_lag_s, b.thermal->element_lag_s);
+  EXPECT_EQ(a.thermal->rate_lag_s, b.thermal->rate_lag_s);
+  EXPECT_EQ(a.thermal->smoothing_s, b.thermal->smoothing_s);
+  EXPECT_EQ(original.quality.sweep[0].axis, reread->quality.sweep[0].axis);
+  EXPECT_EQ(original.quality.sweep[0].left_out, reread->quality.sweep[0].left_out);
   EXPECT_EQ(original.covariance.matrix, reread->covariance.matrix);
   EXPECT_EQ(original.model, reread->model);
   EXPECT_EQ(original.messages, reread->messages);

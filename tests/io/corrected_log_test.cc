@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/io/corrected_log.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <sstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -128,6 +132,53 @@ TEST_F(CorrectedLog, EvaluatesThermalTermsInsideTheCalibratedRangeOnly) {
   EXPECT_EQ(summary->not_corrected, 1);
   EXPECT_THAT(WriteCsv("accel_x[g],accel_y[g],accel_z[g]\n1,2,3\n").error().message,
               HasSubstr("has no temperature"));
+}
+
+// Temperature 20 for a long time, then 0.1 degC/s: after t seconds an element with a lag of 10 s is
+// at 20 + 0.1 (t - 10 (1 - e^(-t/10))), and its rate, behind a lag of nothing else, at 0.1 (1 -
+// e^(-t/10)).
+TEST_F(CorrectedLog, FollowsTheTemperatureThroughALag) {
+  ThermalTerms thermal;
+  thermal.reference_degc = 20.0;
+  thermal.range_degc = {0.0, 25.0};
+  thermal.bias = {Eigen::Vector3d(1.0, 0.0, 0.0)};
+  thermal.rate_linear = Eigen::Vector3d(0.0, 100.0, 0.0);
+  thermal.element_lag_s = Eigen::Vector3d::Constant(10.0);
+  Calibrate(Triad::kAccelerometer, "m/s^2").thermal = thermal;
+  std::string text = "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],temperature[degC]\n";
+  constexpr int kRows = 101;
+  for (int t = 0; t < kRows; ++t) {
+    text += std::to_string(t) + ",0,0,0," + std::to_string(20.0 + 0.1 * t) + "\n";
+  }
+  const auto summary = WriteCsv(text);
+  ASSERT_TRUE(summary) << summary.error().message;
+  std::istringstream lines(Output());
+  std::string line;
+  std::getline(lines, line);
+  int clamped = 0;
+  for (int t = 0; t < kRows; ++t) {
+    double time = 0.0, x = 0.0, y = 0.0;
+    ASSERT_TRUE(std::getline(lines, line));
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &time, &x, &y), 3);
+    const double left = std::exp(-t / 10.0);
+    const double tau = 0.1 * (t - 10.0 * (1.0 - left));
+    clamped += tau > 5.0 ? 1 : 0;
+    EXPECT_NEAR(x, -std::min(tau, 5.0), 1e-12);
+    EXPECT_NEAR(y, -10.0 * (1.0 - left), 1e-10);
+  }
+  EXPECT_EQ(summary->clamped_temperature, clamped);
+}
+
+TEST_F(CorrectedLog, RefusesRatesOfTemperatureThatNobodySaysHowToFind) {
+  ThermalTerms thermal;
+  thermal.range_degc = {0.0, 40.0};
+  thermal.rate_linear = Eigen::Vector3d::Ones();
+  Calibrate(Triad::kAccelerometer, "m/s^2").thermal = thermal;
+  EXPECT_THAT(WriteCsv("time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],temperature[degC]\n"
+                       "0,1,1,1,20\n")
+                  .error()
+                  .message,
+              HasSubstr("says nothing of how to find it"));
 }
 
 TEST_F(CorrectedLog, TakesTheGSensitivityOutOfTheGyroscope) {

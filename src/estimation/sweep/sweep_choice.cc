@@ -149,10 +149,6 @@ class Chooser {
     return best;
   }
 
-  double SquareAt(const ThermalOptions& terms, const SweepLags& lags) const {
-    return FitSweep(problem_, axis_, terms, lags).weighted_square;
-  }
-
   // Golden section over the logarithm of one lag, a step of the grid to both sides.
   void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
     if (!(lags->*which > 0.0)) return;
@@ -162,7 +158,7 @@ class Chooser {
     const auto value = [&](double log_lag) {
       SweepLags tried = *lags;
       tried.*which = std::exp(log_lag);
-      return SquareAt(terms, tried);
+      return WeightedSquareAt(problem_, axis_, terms, tried);
     };
     double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
     double value_a = value(a), value_b = value(b);
@@ -240,7 +236,15 @@ class Chooser {
         const double p = WaldProbability(FitSweep(problem_, axis_, terms, lags), added);
         if (p < kEnterLevel / (kMost - 1)) next = higher;
       }
-      if (next == order) return order;
+      if (next == order) {
+        terms.bias_order = order + 1;
+        NoteRejected("tau^" + std::to_string(order + 1),
+                     terms,
+                     problem_.power_column(order + 1),
+                     lags,
+                     steps);
+        return order;
+      }
       order = next;
       terms.bias_order = order;
       Note("+ up to tau^" + std::to_string(order), terms, lags, steps);
@@ -298,6 +302,22 @@ class Chooser {
         Note(std::string("- ") + kRateNames[rate], *terms, lags, steps);
       }
     }
+    for (std::size_t rate = 0; rate < 3; ++rate) {
+      if (terms->*kRates[rate] || !(allowed_.*kRates[rate])) continue;
+      ThermalOptions with = *terms;
+      with.*kRates[rate] = true;
+      NoteRejected(kRateNames[rate], with, column(rate).front(), lags, steps);
+    }
+  }
+
+  // What was tried last beside the chosen terms, and why it is not among them.
+  void NoteRejected(const std::string& name,
+                    const ThermalOptions& with,
+                    int column,
+                    const SweepLags& lags,
+                    std::vector<SweepStep>* steps) {
+    const double p = WaldProbability(FitSweep(problem_, axis_, with, lags), {column});
+    Note("rejected: " + name + Format(" (p = %.2g)", p), with, lags, steps);
   }
 
   void Note(const std::string& what,

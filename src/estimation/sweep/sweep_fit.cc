@@ -141,6 +141,19 @@ SweepFit FitSweep(const SweepProblem& problem,
   return fit;
 }
 
+double WeightedSquareAt(const SweepProblem& problem,
+                        int axis,
+                        const ThermalOptions& terms,
+                        const SweepLags& lags) {
+  const Eigen::VectorXd root = problem.weights().cwiseSqrt();
+  const Eigen::MatrixXd X =
+      root.asDiagonal() * Pick(problem.Columns(problem.States(lags)), ColumnsOf(problem, terms));
+  const Eigen::VectorXd y = root.cwiseProduct(problem.readings().row(axis).transpose());
+  const Eigen::MatrixXd normal = X.transpose() * X;
+  const Eigen::VectorXd solved = normal.ldlt().solve(X.transpose() * y);
+  return (y - X * solved).squaredNorm();
+}
+
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       const std::vector<int>& columns,
                       int axis,

@@ -34,7 +34,13 @@ SweepFit FitSweep(const SweepProblem& problem,
                   const ThermalOptions& terms,
                   const SweepLags& lags);
 
-// Sum of w r^2 with these terms and lags, from the blocks' sums alone; `but`: a fold left out, or
+// Sum of w r^2 with these terms at any lags.
+double WeightedSquareAt(const SweepProblem& problem,
+                        int axis,
+                        const ThermalOptions& terms,
+                        const SweepLags& lags);
+
+// The same from the blocks' sums alone; `but`: a fold left out, or
 // -1.
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       const std::vector<int>& columns,

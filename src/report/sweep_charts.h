@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// The figures of a temperature sweep, as inline SVG; the empty string when there is nothing to draw.
+
+/// Rules that the figures need beside those of the page.
+extern const std::string_view kSweepStyle;
+
+/// One axis: windows against temperature with the fit and ±2σ about it, and over time what is there
+/// without terms and what the fit leaves.
+std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis);
+
+/// One axis: the bias over temperature and its rate, as coloured cells.
+std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int axis);
+
+}  // namespace truetriad

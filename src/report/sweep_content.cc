@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/sweep_content.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "report/format.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+constexpr int kTemperatureRows = 8;
+constexpr int kSurfaceRows = 5;
+
+std::string AxisTitle(const SweepAxis& axis) {
+  return TriadTitle(axis.triad) + " " + kAxes[static_cast<std::size_t>(axis.axis)];
+}
+
+std::string LagText(double lag_s, double sigma_s) {
+  return lag_s > 0.0 ? WithSigma(lag_s, sigma_s) : "–";
+}
+
+Table ErrorTable(const Calibration& calibration) {
+  Table table{{"RMS",
+               "noise",
+               "no terms",
+               "after",
+               "held out",
+               "held out, cubic",
+               "heating - cooling",
+               "after",
+               "unit"},
+              "lrrrrrrrl",
+              {}};
+  for (const SweepAxis& axis : calibration.quality.sweep) {
+    table.rows.push_back({AxisTitle(axis),
+                          Significant(axis.noise_sigma, 3),
+                          Significant(axis.rms_before, 3),
+                          Significant(axis.rms_after, 3),
+                          Significant(axis.held_out, 3),
+                          Significant(axis.held_out_cubic, 3),
+                          Significant(axis.branch_gap, 2),
+                          Significant(axis.branch_gap_after, 2),
+                          DisplayUnit(calibration.sensors[axis.triad]->input_unit)});
+  }
+  return table;
+}
+
+Table TermsTable(const Quality& quality) {
+  Table table{{"terms", "chosen", "lag of T, s", "lag of T', s"}, "llrr", {}};
+  for (const SweepAxis& axis : quality.sweep) {
+    table.rows.push_back({AxisTitle(axis),
+                          axis.chosen,
+                          LagText(axis.element_lag_s, axis.element_lag_sigma_s),
+                          LagText(axis.rate_lag_s, axis.rate_lag_sigma_s)});
+  }
+  return table;
+}
+
+Table StepsTable(const SweepAxis& axis) {
+  Table table{{"step", "terms", "R²", "adjusted R²", "BIC", "held out"}, "llrrrr", {}};
+  for (const SweepStep& step : axis.steps) {
+    table.rows.push_back({step.what,
+                          step.terms,
+                          Fixed(step.r2, 5),
+                          Fixed(step.adjusted_r2, 5),
+                          Fixed(step.bic, 1),
+                          Significant(step.held_out, 3)});
+  }
+  return table;
+}
+
+// Means over a share of the temperatures, of one branch.
+std::string MeanText(const std::vector<const SweepWindow*>& windows, int axis, bool heating) {
+  double sum = 0.0;
+  int count = 0;
+  for (const SweepWindow* window : windows) {
+    if ((window->rate_degcps > 0.0) != heating) continue;
+    sum += window->bias_raw[axis], ++count;
+  }
+  return count > 0 ? Significant(sum / count, 4) : "–";
+}
+
+Table DataTable(const Calibration& calibration, Triad triad) {
+  Table table{{"T, °C"}, "r", {}};
+  for (const char* axis : kAxes) {
+    for (const char* what : {" heating", " cooling", " fit"}) {
+      table.header.push_back(std::string(axis) + what);
+      table.alignment += 'r';
+    }
+  }
+  const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
+  const double step = (range[1] - range[0]) / kTemperatureRows;
+  for (int row = 0; row < kTemperatureRows; ++row) {
+    std::vector<const SweepWindow*> inside;
+    for (const SweepWindow& window : calibration.quality.sweep_windows) {
+      const int at =
+          std::clamp(static_cast<int>((window.degc - range[0]) / step), 0, kTemperatureRows - 1);
+      if (window.triad == triad && at == row) inside.push_back(&window);
+    }
+    if (inside.empty()) continue;
+    std::vector<std::string> cells = {Fixed(range[0] + (row + 0.5) * step, 1)};
+    for (int axis = 0; axis < 3; ++axis) {
+      double fit = 0.0, variance = 0.0;
+      for (const SweepWindow* window : inside) {
+        fit += window->fit_raw[axis];
+        variance += std::pow(window->fit_sigma_raw[axis], 2);
+      }
+      const auto count = static_cast<double>(inside.size());
+      cells.push_back(MeanText(inside, axis, true));
+      cells.push_back(MeanText(inside, axis, false));
+      cells.push_back(WithSigma(fit / count, std::sqrt(variance / count)));
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+// A round rate that the sweep reached both up and down, or nearly.
+double ShownRate(const Quality& quality, Triad triad) {
+  std::vector<double> rates;
+  for (const SweepWindow& window : quality.sweep_windows) {
+    if (window.triad == triad) rates.push_back(std::abs(window.rate_degcps));
+  }
+  if (rates.empty()) return 0.0;
+  const auto place = rates.begin() + static_cast<std::ptrdiff_t>(rates.size() * 3 / 4);
+  std::nth_element(rates.begin(), place, rates.end());
+  const double power = std::pow(10.0, std::floor(std::log10(std::max(*place, 1e-9))));
+  return std::round(*place / power) * power;
+}
+
+// Whether the sweep passed the temperature while it changed about so.
+bool WasReached(const Calibration& calibration, Triad triad, double degc, double rate) {
+  if (rate == 0.0) return true;
+  const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
+  const double near = (range[1] - range[0]) / 10.0;
+  const auto& windows = calibration.quality.sweep_windows;
+  return std::any_of(windows.begin(), windows.end(), [&](const SweepWindow& window) {
+    return window.triad == triad && std::abs(window.degc - degc) < near &&
+           window.rate_degcps / rate > 0.5;
+  });
+}
+
+Table SurfaceTable(const Calibration& calibration, Triad triad) {
+  const TriadCalibration& sensor = *calibration.sensors[triad];
+  const ThermalTerms& thermal = *sensor.thermal;
+  const double rate = ShownRate(calibration.quality, triad);
+  const std::array<double, 3> rates = {-rate, 0.0, rate};
+  Table table{{"bias at T, °C"}, "r", {}};
+  for (const char* axis : kAxes) {
+    for (const double shown : rates) {
+      table.header.push_back(std::string(axis) + ", " + Significant(shown, 2) + " °C/s");
+      table.alignment += 'r';
+    }
+  }
+  for (int row = 0; row < kSurfaceRows; ++row) {
+    const double degc = thermal.range_degc[0] + (thermal.range_degc[1] - thermal.range_degc[0]) *
+                                                    row / (kSurfaceRows - 1.0);
+    std::vector<std::string> cells = {Fixed(degc, 1)};
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double shown : rates) {
+        const double bias = ModelAtTemperature(sensor.model, thermal, degc, shown).bias[axis];
+        const bool was_reached = WasReached(calibration, triad, degc, shown);
+        cells.push_back(was_reached ? Significant(bias, 4) : "–");
+      }
+    }
+    table.rows.push_back(std::move(cells));
+  }
+  return table;
+}
+
+}  // namespace
+
+Section SweepSection(const Calibration& calibration) {
+  const Quality& quality = calibration.quality;
+  Section section{SectionKind::kSweep, "Temperature sweep", {}};
+  if (quality.sweep.empty() || !calibration.IsUsable()) return section;
+  section.blocks.emplace_back(
+      std::to_string(quality.poses) + " windows of time. Held out: each of " +
+      std::to_string(quality.sweep.front().folds) +
+      " blocks of time predicted by the others, lags found anew each time; beside it a plain cubic "
+      "in temperature. Heating minus cooling: what a polynomial in temperature alone leaves "
+      "between the two, and what the terms below leave.");
+  section.blocks.emplace_back(ErrorTable(calibration));
+  section.blocks.emplace_back(TermsTable(quality));
+  for (const SweepAxis& axis : quality.sweep) {
+    for (const std::string& words : axis.left_out) {
+      section.blocks.emplace_back(Bullet{AxisTitle(axis) + ": left out " + words});
+    }
+  }
+  for (const Triad triad : kTriads) {
+    const auto& sensor = calibration.sensors[triad];
+    if (!sensor || !sensor->thermal) continue;
+    const std::string unit = ", " + DisplayUnit(sensor->input_unit);
+    section.blocks.emplace_back(Subtitle{TriadTitle(triad) + ": bias and fit" + unit});
+    section.blocks.emplace_back(DataTable(calibration, triad));
+    section.blocks.emplace_back(
+        Subtitle{TriadTitle(triad) + ": bias by temperature and its rate" + unit});
+    section.blocks.emplace_back(SurfaceTable(calibration, triad));
+  }
+  for (const SweepAxis& axis : quality.sweep) {
+    if (axis.steps.empty()) continue;
+    section.blocks.emplace_back(Subtitle{"Choice of terms: " + AxisTitle(axis)});
+    section.blocks.emplace_back(StepsTable(axis));
+  }
+  return section;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A temperature sweep as a user would calibrate it: simulate, calibrate, apply, evaluate.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+const std::string kConfigs = TRUETRIAD_SOURCE_DIR "/configs/";
+
+class TemperatureSweep : public ::testing::Test {
+ protected:
+  TemperatureSweep() {
+    const Finished run = RunTruetriad({"simulate",
+                                       "--config=" + kConfigs + "scenarios/thermal-sweep.yaml",
+                                       "--output=" + folder_.Path("sweep")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+  Finished Calibrate(const std::string& set, const std::string& output = "found") {
+    return RunTruetriad({"calibrate",
+                         "--config=" + kConfigs + "experiments/thermal-sweep.yaml",
+                         "--input=" + folder_.Path("sweep/recording.yaml"),
+                         "--output=" + folder_.Path(output),
+                         "--set=" + set});
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
+  const Finished run = Calibrate("gauge=accel-x");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("Temperature sweep"),
+                    HasSubstr("held out, cubic"),
+                    HasSubstr("bias by temperature and its rate"),
+                    HasSubstr("Choice of terms"),
+                    HasSubstr("`static: FILE.yaml`")));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("found/report.html")),
+              AllOf(HasSubstr("bias and fit"), HasSubstr("bias over temperature and rate")));
+  const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  for (const SweepAxis& axis : found->quality.sweep) {
+    // Nothing but noise is left.
+    EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma);
+    EXPECT_LE(axis.held_out, 1.2 * axis.noise_sigma);
+    EXPECT_GT(axis.rms_before, 10.0 * axis.rms_after);
+  }
+  const Finished apply = RunTruetriad({"apply",
+                                       "--calibration=" + folder_.Path("found/calibration.yaml"),
+                                       "--input=" + folder_.Path("sweep/recording.yaml"),
+                                       "--output=" + folder_.Path("corrected.csv")});
+  EXPECT_EQ(apply.exit_code, 0) << apply.err;
+  const Finished evaluate = RunTruetriad({"evaluate",
+                                          "--calibration=" + folder_.Path("found/calibration.yaml"),
+                                          "--input=" + folder_.Path("sweep/recording.yaml"),
+                                          "--poses=sweep"});
+  EXPECT_EQ(evaluate.exit_code, 0) << evaluate.err;
+  EXPECT_THAT(evaluate.out, HasSubstr("Gyroscope"));
+  // A calibration is its own experiment.
+  const Finished again = RunTruetriad({"calibrate",
+                                       "--config=" + folder_.Path("found/calibration.yaml"),
+                                       "--input=" + folder_.Path("sweep/recording.yaml"),
+                                       "--output=" + folder_.Path("again"),
+                                       "--report=false"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+}
+
+TEST_F(TemperatureSweep, TakesBiasAndSensitivityFromAStaticCalibration) {
+  // What the unit really is, without its temperature terms.
+  Result<Calibration> truth = ReadCalibration(folder_.Path("sweep/truth.yaml"));
+  ASSERT_TRUE(truth) << truth.error().message;
+  for (const Triad triad : kTriads) {
+    if (truth->sensors[triad]) truth->sensors[triad]->thermal.reset();
+  }
+  ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*truth)));
+  const std::string stated = "static=" + folder_.Path("static.yaml");
+  const Finished run = Calibrate(stated);
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  const auto& sensor = *found->sensors[Triad::kAccelerometer];
+  EXPECT_EQ(sensor.model.bias, truth->sensors[Triad::kAccelerometer]->model.bias);
+  EXPECT_EQ(sensor.model.sensitivity, truth->sensors[Triad::kAccelerometer]->model.sensitivity);
+  const Finished elsewhere = Calibrate(stated + ",reference.temperature_degc=20", "elsewhere");
+  EXPECT_EQ(elsewhere.exit_code, 2);
+  EXPECT_THAT(elsewhere.err, HasSubstr("was made at 25"));
+}
+
+TEST_F(TemperatureSweep, RefusesWhatOnlyASoakTells) {
+  const Finished run = Calibrate("sensors.accelerometer.thermal.matrix_order=1");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("does not tell a sensitivity from a bias"));
+}
+
+}  // namespace
+}  // namespace truetriad

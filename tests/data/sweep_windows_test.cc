@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Cutting a temperature sweep into windows, and its temperature.
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "data/memory_source.h"
+#include "data/temperature_smoothing.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/math/random.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+constexpr double kRate = 0.05;  // degC/s
+
+/// An accelerometer at rest while the temperature goes up, then down.
+MemoryStream Sweep(int samples, double spacing_s, Random* random) {
+  MemoryStream stream(Triad::kAccelerometer, "m/s^2");
+  stream.info.unit = {"m/s^2", 1.0, false};
+  for (int i = 0; i < samples; ++i) {
+    const int from_end = std::min(i, samples - i);
+    stream.Add(std::llround(i * spacing_s * 1e9),
+               Eigen::Vector3d(0.0, 0.0, 9.8) + 0.003 * random->Normal3());
+    stream.temperature_degc.push_back(20.0 + kRate * spacing_s * from_end +
+                                      0.01 * random->Normal());
+  }
+  return stream;
+}
+
+PoseSelection Windows(SweepWindows windows = {}) {
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kSweep;
+  selection.sweep = windows;
+  return selection;
+}
+
+Result<PoseSet> Cut(MemoryStream stream, const PoseSelection& selection) {
+  MemorySource source({std::move(stream)});
+  return CollectPoses(source, selection);
+}
+
+std::string ErrorOf(const Result<PoseSet>& result) { return result ? "" : result.error().message; }
+
+TEST(SweepWindows, HoldMeansTemperatureAndItsRate) {
+  Random random(1);
+  const auto set = Cut(Sweep(4000, 0.5, &random), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  for (const StaticPose& pose : set->poses) {
+    const TriadPose& reading = *pose.triads[Triad::kAccelerometer];
+    ASSERT_TRUE(reading.has_covariance);
+    const double sigma = std::sqrt(reading.mean_covariance_raw(2, 2));
+    // Some hundred windows: five of their σ.
+    EXPECT_NEAR(reading.mean_raw.z(), 9.8, 5.0 * sigma);
+    // The turning point is sharp: within a smoothing width of it the rate is anything between.
+    const double middle_s = 0.5e-9 * static_cast<double>(pose.start_ns + pose.end_ns);
+    if (std::abs(middle_s - 1000.0) < 2.0 * set->sweep.temperature.smoothing_s) continue;
+    EXPECT_NEAR(std::abs(pose.temperature_rate_degcps), kRate, 0.1 * kRate) << middle_s;
+  }
+  // A sample's noise is known to its hundreds of degrees of freedom.
+  EXPECT_NEAR(set->Find(Triad::kAccelerometer)->noise_sigma_raw.x(), 0.003, 3e-4);
+}
+
+TEST(SweepWindows, CountSecondsOrSamplesWhereTheyAreStated) {
+  Random random(2);
+  const auto by_time = Cut(Sweep(4000, 0.5, &random), Windows({.window_s = 20.0}));
+  ASSERT_TRUE(by_time) << by_time.error().message;
+  EXPECT_THAT(by_time->poses, SizeIs(100));
+  const auto by_samples = Cut(Sweep(4000, 0.5, &random), Windows({.window_samples = 50}));
+  ASSERT_TRUE(by_samples) << by_samples.error().message;
+  EXPECT_THAT(by_samples->poses, SizeIs(80));
+  EXPECT_EQ(by_samples->poses[1].first_row, 50);
+  EXPECT_EQ(by_samples->poses[1].last_row, 99);
+}
+
+TEST(SweepWindows, LeaveOutAndNameARowFarFromItsNeighbours) {
+  Random random(3);
+  MemoryStream stream = Sweep(4000, 0.5, &random);
+  stream.y[0] += 0.1;
+  stream.z[1234] -= 0.2;
+  const auto set = Cut(std::move(stream), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->sweep.left_out,
+              ElementsAre(AllOf(HasSubstr("row 0 "), HasSubstr("accelerometer y")),
+                          AllOf(HasSubstr("row 1234 "), HasSubstr("accelerometer z"))));
+  EXPECT_EQ(set->poses[0].first_row, 1);
+}
+
+TEST(SweepWindows, KeepTheirAttitude) {
+  Random random(4);
+  MemoryStream stream = Sweep(4000, 0.5, &random);
+  for (std::size_t i = 1500; i < 2500; ++i) std::swap(stream.x[i], stream.z[i]);
+  PoseSelection selection = Windows();
+  selection.ranges = {{0, 1499, "up", ""}, {1510, 2490, "side", ""}, {2500, 3999, "up", ""}};
+  const auto set = Cut(stream, selection);
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->sweep.attitude_names, ElementsAre("up", "side"));
+  for (std::size_t k = 0; k < set->poses.size(); ++k) {
+    const Eigen::Vector3d mean = set->poses[k].triads[Triad::kAccelerometer]->mean_raw;
+    EXPECT_GT(set->sweep.attitude[k] == 0 ? mean.z() : mean.x(), 9.7);
+  }
+  // Nobody said so.
+  EXPECT_THAT(ErrorOf(Cut(stream, Windows())),
+              AllOf(HasSubstr("as if the unit was turned"), HasSubstr("attitudes: poses.yaml")));
+}
+
+TEST(SweepWindows, NameAnAttitudeWithoutReadings) {
+  Random random(7);
+  PoseSelection selection = Windows();
+  selection.ranges = {{0, 999, "", ""}, {5000, 6000, "", ""}};
+  EXPECT_THAT(ErrorOf(Cut(Sweep(1000, 0.5, &random), selection)),
+              HasSubstr("range 2 (rows 5000 to 6000) has no reading"));
+}
+
+// Whatever somebody states: a window of the whole recording, or of less than a sample.
+TEST(SweepWindows, SurviveAbsurdLengths) {
+  Random random(8);
+  const MemoryStream stream = Sweep(1000, 0.5, &random);
+  EXPECT_THAT(ErrorOf(Cut(stream, Windows({.window_s = 1e300}))), HasSubstr("at least 40"));
+  const auto set = Cut(stream, Windows({.window_s = 1e-300}));
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_LE(set->poses.size(), 1000U);
+}
+
+TEST(SweepWindows, NeedTimeTemperatureAndAChangeOfIt) {
+  Random random(5);
+  MemoryStream without = Sweep(1000, 0.5, &random);
+  without.temperature_degc.clear();
+  EXPECT_THAT(ErrorOf(Cut(without, Windows())), HasSubstr("has no temperature"));
+  MemoryStream constant = Sweep(1000, 0.5, &random);
+  for (double& degc : constant.temperature_degc) degc = 25.0;
+  EXPECT_THAT(ErrorOf(Cut(constant, Windows())), HasSubstr("all the time"));
+  MemorySource source({Sweep(1000, 0.5, &random)});
+  source.mutable_info().has_time = false;
+  EXPECT_THAT(ErrorOf(CollectPoses(source, Windows())), HasSubstr("there is no time"));
+}
+
+// 28 hours at 4 Hz are 400 000 cells of a sample, were there no end to them.
+TEST(SweepWindows, TakeNoMoreMemoryForALongRecording) {
+  Random random(6);
+  const auto set = Cut(Sweep(400000, 0.25, &random), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_LE(set->sweep.temperature.time_s.size(), 32768U);
+  EXPECT_LE(set->poses.size(), 1000U);
+}
+
+// A slow sine in whole degrees: the error is a small part of a step, and of the rate.
+TEST(SmoothTemperature, FollowsAThermometerOfWholeDegrees) {
+  std::vector<double> time_s, degc;
+  const auto truth = [](double time) { return 20.0 + 30.0 * std::sin(time / 600.0); };
+  for (int i = 0; i < 8000; ++i) {
+    time_s.push_back(0.5 * i);
+    degc.push_back(std::round(truth(0.5 * i)));
+  }
+  const auto track = SmoothTemperature(time_s, degc, 1.0);
+  ASSERT_TRUE(track) << track.error().message;
+  EXPECT_EQ(track->step_degc, 1.0);
+  double value_error = 0.0, rate_error = 0.0;
+  for (std::size_t i = 400; i + 400 < time_s.size(); ++i) {
+    value_error = std::max(value_error, std::abs(track->degc[i] - truth(time_s[i])));
+    rate_error =
+        std::max(rate_error, std::abs(track->rate_degcps[i] - 0.05 * std::cos(time_s[i] / 600.0)));
+  }
+  EXPECT_LT(value_error, 0.25);
+  EXPECT_LT(rate_error, 0.005);
+}
+
+}  // namespace
+}  // namespace truetriad
