@@ -215,6 +215,12 @@ Result<int> Run(const std::vector<std::string>&) {
       "; `truetriad help convert` lists them, and a mapping of your own is a .yaml file");
 }
 
+std::vector<std::string> FormatChoices() {
+  std::vector<std::string> choices;
+  for (const std::string_view name : FormatNames()) choices.emplace_back(name);
+  return choices;
+}
+
 std::string FormatList() {
   std::string text = "Formats:\n";
   const auto add = [&](std::string_view format, std::string_view description) {
@@ -248,7 +254,7 @@ Command ConvertCommand() {
               "--output=out/foreign\n"
               "build/truetriad inspect --input=out/foreign/recording.yaml",
           .details = details,
-          .flags = {{"from", "FORMAT", true},
+          .flags = {{"from", "FORMAT", true, FormatChoices()},
                     {"input", "FILE", true},
                     {"output", "DIR"},
                     {"list", "true"},
