@@ -119,6 +119,32 @@ TEST(PoseCost, JacobianMatchesFiniteDifferencesForADirection) {
   ExpectJacobiansMatch(PoseKind::kDirection);
 }
 
+// Central differences along the tangent space: their error falls with the square of the step, 1e-10
+// of the residual here, and rounding leaves 1e-11 of it.
+TEST(PoseNode, StepsAlongTheTangentSpaceOfItsJacobian) {
+  constexpr double kStep = 1e-5;
+  Random random(29);
+  for (const PoseKind kind : {PoseKind::kRotation, PoseKind::kDirection}) {
+    const Fixture fixture = MakeFixture(&random);
+    const PoseNode node = MakeNode(kind, &random);
+    const auto evaluate = [&](const PoseNode& at, PoseStateJacobian* jacobian) {
+      PoseResidual12 residual;
+      at.Evaluate(
+          fixture.layout, fixture.shared.data(), at.state.data(), &residual, nullptr, jacobian);
+      return Eigen::VectorXd(residual);
+    };
+    PoseStateJacobian jacobian;
+    const double size = evaluate(node, &jacobian).norm();
+    for (int i = 0; i < node.tangent_size(); ++i) {
+      PoseNode ahead = node, behind = node;
+      ahead.Step(kStep * Eigen::VectorXd::Unit(node.tangent_size(), i));
+      behind.Step(-kStep * Eigen::VectorXd::Unit(node.tangent_size(), i));
+      const Eigen::VectorXd change = evaluate(ahead, nullptr) - evaluate(behind, nullptr);
+      EXPECT_LT((change / (2.0 * kStep) - jacobian.col(i)).norm(), 1e-6 * (size + 1.0));
+    }
+  }
+}
+
 // A gyroscope at rest on an earth that turns as fast as a double needs to see it, with all that it
 // can have beside.
 TEST(PoseCost, JacobianMatchesFiniteDifferencesWhileTheEarthTurns) {
