@@ -196,6 +196,23 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
     thermal->lags = lags;
     if (lags < 0 || lags > 2) lag.Fail("0, 1 or 2 lags are expected, or auto");
   }
+  if (YamlReader knots = reader.Child("knots"); knots.IsSequence()) {
+    thermal->knots_degc.clear();
+    thermal->find_knots = 0;
+    for (const YamlReader& item : knots.Items()) {
+      double degc = 0.0;
+      if (ReadNumber(item, {-273.15, 1000.0, "a temperature in degC"}, &degc)) {
+        thermal->knots_degc.push_back(degc);
+      }
+    }
+  } else if (int count = 0; knots.Read(&count)) {
+    thermal->knots_degc.clear();
+    thermal->find_knots = count;
+    if (count < 0 || count > 3) {
+      knots.Fail("temperatures [31.5, …] or the number of knots to find, 0 to 3, are expected");
+    }
+  }
+  reader.Optional("smooth_knots", &thermal->smooth_knots);
   reader.RejectUnknown();
 }
 
@@ -466,9 +483,10 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
     }
     for (const Triad triad : kTriads) {
       const ThermalOptions& thermal = options.triads[triad].thermal;
-      if (!thermal.is_open() && thermal.lags == 0) continue;
+      if (!thermal.needs_sweep()) continue;
       fail("sensors." + std::string(TriadName(triad)) +
-           ".thermal: lags and `auto` need a sweep, `poses: { sweep: auto }`; name the terms");
+           ".thermal: knots, lags and `auto` need a sweep, `poses: { sweep: auto }`; name the "
+           "terms");
     }
     return;
   }

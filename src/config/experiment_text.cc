@@ -61,6 +61,16 @@ void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
   } else if (thermal.lags > 0) {
     out.Line("lag", thermal.lags);
   }
+  if (!thermal.knots_degc.empty()) {
+    YamlText knots;
+    for (const double degc : thermal.knots_degc) {
+      knots << (knots.str().empty() ? "" : ", ") << degc;
+    }
+    out.Line("knots", "[", knots.str(), "]");
+  } else if (thermal.find_knots > 0) {
+    out.Line("knots", thermal.find_knots);
+  }
+  if (thermal.smooth_knots) out.Line("smooth_knots", "true");
   out.Close();
 }
 

@@ -116,8 +116,8 @@ Status CalibrateOptions::Validate() const {
               name + ": thermal " + what + " order " + std::to_string(order) +
                   " must lie between 0 and " + std::to_string(most));
     };
-    require(sweep || (!sensor.thermal.is_open() && sensor.thermal.lags == 0),
-            name + ": lags and terms that are chosen need a sweep; name the terms");
+    require(sweep || !sensor.thermal.needs_sweep(),
+            name + ": knots, lags and terms that are chosen need a sweep; name the terms");
     require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
     require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
   }

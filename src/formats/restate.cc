@@ -41,6 +41,9 @@ Result<double> ConstantTemperature(Triad triad,
   return temperature;
 }
 
+/// Of a polynomial in place of pieces, where a format holds any.
+constexpr int kRefitOrder = 9;
+
 /// The bias as a polynomial of degree `order`, which the format can hold.
 void LowerBiasOrder(int order, TriadCalibration* sensor) {
   ThermalTerms& thermal = *sensor->thermal;
@@ -58,6 +61,7 @@ void LowerBiasOrder(int order, TriadCalibration* sensor) {
     constant[axis] = fit[0];
     for (std::size_t k = 0; k < terms.size(); ++k) terms[k][axis] = fit[k + 1];
   }
+  thermal.knots.clear();
   sensor->model.bias = constant;
   thermal.bias = terms;
 }
@@ -103,6 +107,14 @@ Status HoldThermal(Triad triad,
                         std::to_string(capacity.bias_order));
     LowerBiasOrder(capacity.bias_order, sensor);
   }
+  if (!thermal.knots.empty() && capacity.bias_order > 0) {
+    const int order = std::min(capacity.bias_order, kRefitOrder);
+    notes->emplace_back(Name(triad) +
+                        ": bias by temperature in pieces made one polynomial of order " +
+                        std::to_string(order));
+    LowerBiasOrder(order, sensor);
+  }
+  thermal.knots.clear();
   if (thermal.bias.empty() && thermal.sensitivity.empty() && !has_rate()) sensor->thermal.reset();
   return {};
 }

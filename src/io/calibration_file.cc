@@ -72,6 +72,12 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
   if (thermal.element_lag_s) out << "      element_lag_s: " << *thermal.element_lag_s << "\n";
   if (thermal.rate_lag_s) out << "      rate_lag_s: " << *thermal.rate_lag_s << "\n";
   if (thermal.smoothing_s > 0.0) out << "      smoothing_s: " << thermal.smoothing_s << "\n";
+  if (!thermal.knots.empty()) out << "      knots:\n";
+  for (const ThermalKnot& knot : thermal.knots) {
+    out << "        - { axis: " << kAxes.substr(static_cast<std::size_t>(knot.axis), 1)
+        << ", degc: " << knot.degc << ", slope: " << knot.slope << ", curve: " << knot.curve
+        << " }\n";
+  }
 }
 
 void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
@@ -364,6 +370,18 @@ void ReadPerTriad(YamlReader reader, PerTriad<std::optional<double>>* values) {
   reader.RejectUnknown();
 }
 
+/// x, y or z.
+void ReadAxis(YamlReader reader, int* axis) {
+  std::string text;
+  if (!reader.Read(&text)) return;
+  const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
+  if (place == std::string_view::npos) {
+    reader.Fail("x, y or z is expected");
+  } else {
+    *axis = static_cast<int>(place);
+  }
+}
+
 void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   ReadNumber(reader.RequireChild("reference_degc"), &thermal->reference_degc);
   ReadVector(reader.RequireChild("range_degc"), &thermal->range_degc);
@@ -392,6 +410,14 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   }
   if (YamlReader smoothing = reader.Child("smoothing_s")) {
     ReadNumber(smoothing, &thermal->smoothing_s);
+  }
+  for (YamlReader& item : reader.Child("knots").Items()) {
+    ThermalKnot& knot = thermal->knots.emplace_back();
+    ReadAxis(item.RequireChild("axis"), &knot.axis);
+    ReadNumber(item.RequireChild("degc"), &knot.degc);
+    ReadNumber(item.RequireChild("slope"), &knot.slope);
+    ReadNumber(item.RequireChild("curve"), &knot.curve);
+    item.RejectUnknown();
   }
   reader.RejectUnknown();
 }
@@ -534,15 +560,7 @@ void ReadSweepStep(YamlReader reader, SweepStep* step) {
 
 void ReadSweepAxis(YamlReader reader, SweepAxis* axis) {
   ReadWord(reader.RequireChild("sensor"), TriadFromName, &axis->triad);
-  YamlReader name = reader.RequireChild("axis");
-  if (std::string text; name.Read(&text)) {
-    const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
-    if (place == std::string_view::npos) {
-      name.Fail("x, y or z is expected");
-    } else {
-      axis->axis = static_cast<int>(place);
-    }
-  }
+  ReadAxis(reader.RequireChild("axis"), &axis->axis);
   reader.Require("chosen", &axis->chosen);
   ReadNumber(reader.RequireChild("noise_sigma"), &axis->noise_sigma);
   if (YamlReader rms = reader.RequireChild("rms")) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/model/thermal.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace truetriad {
@@ -53,6 +54,12 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
     model.bias.array() += rate.square() * thermal.rate_quadratic->array();
   }
   if (thermal.rate_cross) model.bias.array() += tau * rate * thermal.rate_cross->array();
+  for (const ThermalKnot& knot : thermal.knots) {
+    const double above = std::max(0.0, state.degc[knot.axis] - knot.degc);
+    const double before = std::max(0.0, thermal.reference_degc - knot.degc);
+    model.bias[knot.axis] +=
+        knot.slope * (above - before) + knot.curve * (above * above - before * before);
+  }
   return model;
 }
 

@@ -541,7 +541,7 @@ TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
               AllOf(HasSubstr("static: \"a.yaml\""), Not(HasSubstr("temperature_degc"))));
   EXPECT_THAT(LoadWell(with_static + "reference: { temperature_degc: 20 }\n").resolved_yaml,
               HasSubstr("temperature_degc: 20"));
-  EXPECT_THAT(ErrorOf(sensors), HasSubstr("lags and `auto` need a sweep"));
+  EXPECT_THAT(ErrorOf(sensors), HasSubstr("knots, lags and `auto` need a sweep"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: { window_s: 10, window_samples: 5 } }\n"),
               HasSubstr("exclude each other"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: hourly }\n"), HasSubstr("`auto` is expected"));

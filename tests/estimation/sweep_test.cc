@@ -256,6 +256,66 @@ TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
 }
 
+// A bias that turns sharply at 32.4 degC: no cubic follows it.
+Sweep SweepWithKnee() {
+  Sweep sweep;
+  sweep.legs = {{60.0, 0.05}, {-10.0, 0.05}};
+  sweep.curve = [](double degc) { return 1e-3 * degc + 4e-3 * std::max(0.0, degc - 32.4); };
+  return sweep;
+}
+
+TEST(CalibrateSweep, FindsASharpKnee) {
+  Random random(13);
+  ThermalOptions terms = Polynomial(2);
+  terms.find_knots = 1;
+  const Calibration calibration =
+      Calibrated(WindowsOf(SweepWithKnee(), &random), SweepOptionsFor(terms));
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
+  for (const SweepAxis& axis : calibration.quality.sweep) {
+    EXPECT_GE(axis.held_out_cubic, 3.0 * axis.held_out) << axis.axis;
+    EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
+  }
+  const ThermalTerms& thermal = *calibration.sensors[Triad::kGyroscope]->thermal;
+  ASSERT_EQ(thermal.knots.size(), 3U);
+  const TriadModel<double>& model = calibration.sensors[Triad::kGyroscope]->model;
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(thermal.knots[static_cast<std::size_t>(axis)].axis, axis);
+    EXPECT_NEAR(thermal.knots[static_cast<std::size_t>(axis)].degc, 32.4, 0.5);
+    for (const double degc : {-5.0, 20.0, 32.4, 45.0, 55.0}) {
+      // A tenth of the noise of a reading.
+      EXPECT_NEAR(
+          ModelAtTemperature(model, thermal, degc).bias[axis], SweepWithKnee().curve(degc), 1e-4)
+          << degc;
+    }
+  }
+}
+
+TEST(CalibrateSweep, TakesKnotsAsTheyAreGivenWithoutAKinkOnRequest) {
+  Random random(14);
+  ThermalOptions terms = Polynomial(2);
+  terms.knots_degc = {25.0, 40.0};
+  terms.smooth_knots = true;
+  const Calibration calibration =
+      Calibrated(WindowsOf(SweepWithKnee(), &random), SweepOptionsFor(terms));
+  ASSERT_TRUE(calibration.IsUsable());
+  const ThermalTerms& thermal = *calibration.sensors[Triad::kGyroscope]->thermal;
+  ASSERT_EQ(thermal.knots.size(), 6U);
+  for (const ThermalKnot& knot : thermal.knots) EXPECT_EQ(knot.slope, 0.0);
+  EXPECT_THAT(calibration.covariance.parameters, Contains("gyroscope.thermal.knot.2.curve.z"));
+}
+
+TEST(CalibrateSweep, FindsNoKnotWhereThereIsNone) {
+  Random random(15);
+  Sweep sweep;
+  sweep.legs = {{60.0, 0.05}, {-10.0, 0.05}};
+  sweep.terms.bias = {{1e-3, -2e-3, 5e-4}};
+  ThermalOptions terms = Polynomial(2);
+  terms.find_knots = 1;
+  const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+  EXPECT_TRUE(calibration.sensors[Triad::kGyroscope]->thermal->knots.empty());
+  EXPECT_THAT(calibration.messages, Contains(HasSubstr("does not lower the held-out error")));
+}
+
 // Three attitudes of an accelerometer share their temperature terms; each has a constant of its
 // own.
 TEST(CalibrateSweep, SharesTheTermsAmongAttitudes) {

@@ -64,7 +64,8 @@ Calibration Awkward() {
                               Eigen::Vector3d(0.7, 0.0, 0.0),
                               Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
                               Eigen::Vector3d(0.0, 1e-3, 1e4),
-                              100.0 / 7.0};
+                              100.0 / 7.0,
+                              {{2, 31.0 + 1.0 / 3.0, -1e-17, 2e-5}, {0, -7.0, 0.0, 1.0 / 7.0}}};
   full.si_per_count = 0.0005985504150390625;
   full.noise = {{0.1, 0.2, 0.3}, NoiseSource::kDatasheet, 1e-3, kInfinity};
   calibration.sensors[Triad::kAccelerometer] = full;
@@ -184,6 +185,9 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(a.thermal->element_lag_s, b.thermal->element_lag_s);
   EXPECT_EQ(a.thermal->rate_lag_s, b.thermal->rate_lag_s);
   EXPECT_EQ(a.thermal->smoothing_s, b.thermal->smoothing_s);
+  EXPECT_EQ(a.thermal->knots[0].degc, b.thermal->knots[0].degc);
+  EXPECT_EQ(a.thermal->knots[0].slope, b.thermal->knots[0].slope);
+  EXPECT_EQ(a.thermal->knots[1].axis, b.thermal->knots[1].axis);
   EXPECT_EQ(original.quality.sweep[0].axis, reread->quality.sweep[0].axis);
   EXPECT_EQ(original.quality.sweep[0].left_out, reread->quality.sweep[0].left_out);
   EXPECT_EQ(original.covariance.matrix, reread->covariance.matrix);

@@ -102,10 +102,20 @@ struct ThermalOptions {
   int lags = 0;
   /// As many as held-out error speaks for.
   bool lags_auto = false;
+  /// Temperatures at which the bias changes its course (ThermalKnot), degC.
+  std::vector<double> knots_degc = {};
+  /// In place of knots_degc: how many are to be found, each axis its own. Range: 0 to 3.
+  int find_knots = 0;
+  /// Knots change the curvature alone, not the slope: no kink.
+  bool smooth_knots = false;
 
   bool any() const {
     return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross ||
-           is_open() || lags > 0;
+           needs_sweep();
+  }
+  /// What only a sweep tells.
+  bool needs_sweep() const {
+    return is_open() || lags > 0 || !knots_degc.empty() || find_knots > 0;
   }
   /// Something is left to be chosen by a sweep.
   bool is_open() const { return order_auto || rate_auto || lags_auto; }

@@ -44,6 +44,14 @@ struct TriadNoise {
   double turn_excess_sigma_rad = 0.0;
 };
 
+/// Where the bias of one axis changes its course: from `degc` up it has
+/// slope (T - degc) + curve (T - degc)^2 more, less what that is at the reference.
+struct ThermalKnot {
+  int axis = 0;
+  double degc = 0.0;
+  double slope = 0.0, curve = 0.0;  ///< raw / degC, raw / degC^2; slope 0: no kink.
+};
+
 /// Temperature terms of one triad, in tau = T - reference. model.md §3.
 struct ThermalTerms {
   double reference_degc = 25.0;
@@ -56,6 +64,7 @@ struct ThermalTerms {
   std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
   /// Half-width over which the temperature was smoothed to find its rate, s; 0: not stated.
   double smoothing_s = 0.0;
+  std::vector<ThermalKnot> knots = {};
 };
 
 /// The calibration of one triad.

@@ -56,14 +56,27 @@ struct ListedTerms {
   Eigen::MatrixXd covariance;
 };
 
+// Columns of the knots of an axis.
+Eigen::Index KnotColumns(const ThermalOptions& terms) {
+  return static_cast<Eigen::Index>(terms.knots_degc.size()) * (terms.smooth_knots ? 1 : 2);
+}
+
 ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   const int constants = problem.attitude_count();
-  const Eigen::Index vectors = static_cast<Eigen::Index>(fit.columns.size()) - constants;
-  const Eigen::Index lags = fit.coefficients.size() - constants - vectors;
-  Eigen::MatrixXd listed = Eigen::MatrixXd::Zero(1 + vectors + lags, fit.coefficients.size());
+  const Eigen::Index knots = KnotColumns(fit.terms);
+  const Eigen::Index vectors = static_cast<Eigen::Index>(fit.columns.size()) - constants - knots;
+  const Eigen::Index lags = fit.coefficients.size() - constants - vectors - knots;
+  Eigen::MatrixXd listed =
+      Eigen::MatrixXd::Zero(1 + vectors + knots + lags, fit.coefficients.size());
   listed(0, 0) = 1.0;
   listed.block(1, constants, vectors, vectors) =
       BlockOf(fit.terms).ListedFromVectors(problem.scale());
+  const double half_range = problem.scale().half_range_degc;
+  for (Eigen::Index k = 0; k < knots; ++k) {
+    const bool is_curve = fit.terms.smooth_knots || k % 2 == 1;
+    listed(1 + vectors + k, constants + vectors + k) =
+        1.0 / (is_curve ? half_range * half_range : half_range);
+  }
   listed.bottomRightCorner(lags, lags).setIdentity();
   ListedTerms terms{listed * fit.coefficients, listed * fit.covariance * listed.transpose()};
   terms.values[0] += problem.origin()[axis];
@@ -82,10 +95,17 @@ std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& 
   return names;
 }
 
-std::vector<std::string> LagNames(Triad triad, int axis, const SweepLags& lags) {
+// Of knots and lags, in the order of ListedTerms.
+std::vector<std::string> OtherNames(Triad triad, int axis, const SweepFit& fit) {
   const std::string head = std::string(TriadName(triad)) + ".thermal.";
   const std::string tail = std::string(".") + kAxes[static_cast<std::size_t>(axis)];
   std::vector<std::string> names;
+  for (std::size_t k = 1; k <= fit.terms.knots_degc.size(); ++k) {
+    const std::string knot = head + "knot." + std::to_string(k);
+    if (!fit.terms.smooth_knots) names.push_back(knot + ".slope" + tail);
+    names.push_back(knot + ".curve" + tail);
+  }
+  const SweepLags& lags = fit.lags;
   if (lags.element_s > 0.0) names.push_back(head + "element_lag" + tail);
   if (lags.rate_s > 0.0) names.push_back(head + "rate_lag" + tail);
   return names;
@@ -190,18 +210,19 @@ SweepAxis DescribeAxis(const SweepProblem& problem,
   return described;
 }
 
-void ShowWindows(const SweepProblem& problem,
+void ShowWindows(SweepProblem* problem,
                  Triad triad,
                  const std::vector<SweepChoice>& axes,
                  std::vector<SweepWindow>* shown) {
-  const int every = problem.size() / kMostShown + 1;
-  const double start_s = static_cast<double>(problem.window(0).start_ns) * 1e-9;
+  const int every = problem->size() / kMostShown + 1;
+  const double start_s = static_cast<double>(problem->window(0).start_ns) * 1e-9;
   std::vector<Eigen::MatrixXd> columns;
   for (const SweepChoice& choice : axes) {
-    columns.push_back(problem.Columns(problem.States(choice.fit.lags)));
+    problem->SetKnots(choice.fit.terms.knots_degc);
+    columns.push_back(problem->Columns(problem->States(choice.fit.lags)));
   }
-  for (int i = 0; i < problem.size(); i += every) {
-    const StaticPose& window = problem.window(i);
+  for (int i = 0; i < problem->size(); i += every) {
+    const StaticPose& window = problem->window(i);
     SweepWindow& row = shown->emplace_back();
     row.triad = triad;
     row.time_s = static_cast<double>(window.start_ns) * 1e-9 - start_s + 0.5 * window.duration_s();
@@ -211,7 +232,7 @@ void ShowWindows(const SweepProblem& problem,
       const SweepFit& fit = axes[static_cast<std::size_t>(axis)].fit;
       // Of a gyroscope the constant is part of the bias.
       const auto first =
-          static_cast<std::size_t>(triad == Triad::kGyroscope ? 0 : problem.attitude_count());
+          static_cast<std::size_t>(triad == Triad::kGyroscope ? 0 : problem->attitude_count());
       const std::vector<int> used(fit.columns.begin() + static_cast<std::ptrdiff_t>(first),
                                   fit.columns.end());
       Eigen::RowVectorXd factors(static_cast<Eigen::Index>(used.size()));
@@ -220,7 +241,7 @@ void ShowWindows(const SweepProblem& problem,
       }
       const auto at = static_cast<Eigen::Index>(first);
       row.fit_raw[axis] = factors.dot(fit.coefficients.segment(at, factors.size()).transpose());
-      if (triad == Triad::kGyroscope) row.fit_raw[axis] += problem.origin()[axis];
+      if (triad == Triad::kGyroscope) row.fit_raw[axis] += problem->origin()[axis];
       row.bias_raw[axis] = row.fit_raw[axis] + fit.residuals[i];
       const double variance = factors *
                               fit.covariance.block(at, at, factors.size(), factors.size()) *
@@ -294,7 +315,7 @@ class TriadSweep {
     }
     if (thermal.bias.empty()) thermal.bias.emplace_back(Eigen::Vector3d::Zero());
     StateNoise(calibration->quality, &sensor);
-    ShowWindows(problem_, triad_, choices_, &calibration->quality.sweep_windows);
+    ShowWindows(&problem_, triad_, choices_, &calibration->quality.sweep_windows);
     List(&sensor, &calibration->covariance);
     calibration->sensors[triad_] = std::move(sensor);
     return {};
@@ -311,6 +332,14 @@ class TriadSweep {
       const bool is_bias = names[i].kind == ParameterKind::kBias && names[i].power == 0;
       if (is_bias && triad_ != Triad::kGyroscope) continue;
       SetTerm(names[i], listed.values[static_cast<Eigen::Index>(i)], sensor);
+    }
+    auto at = static_cast<Eigen::Index>(names.size());
+    for (const double degc : fit.terms.knots_degc) {
+      ThermalKnot& knot = sensor->thermal->knots.emplace_back();
+      knot.axis = axis;
+      knot.degc = degc;
+      if (!fit.terms.smooth_knots) knot.slope = listed.values[at++];
+      knot.curve = listed.values[at++];
     }
     const auto set_lag = [axis](double lag, std::optional<Eigen::Vector3d>* lags) {
       if (!(lag > 0.0)) return;
@@ -359,7 +388,7 @@ class TriadSweep {
     if (thermal.rate_cross) list(ParameterKind::kRateCross, 0);
     for (int axis = 0; axis < 3; ++axis) {
       for (const std::string& name :
-           LagNames(triad_, axis, choices_[static_cast<std::size_t>(axis)].fit.lags)) {
+           OtherNames(triad_, axis, choices_[static_cast<std::size_t>(axis)].fit)) {
         names.push_back(name);
       }
     }
@@ -376,7 +405,7 @@ class TriadSweep {
       const ListedTerms listed = InTau(problem_, axis, fit);
       std::vector<std::string> own;
       for (const ParameterName& name : NamesOf(triad_, axis, fit.terms)) own.push_back(name.str());
-      for (const std::string& name : LagNames(triad_, axis, fit.lags)) own.push_back(name);
+      for (const std::string& name : OtherNames(triad_, axis, fit)) own.push_back(name);
       const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
       for (std::size_t i = first; i < own.size(); ++i) {
         for (std::size_t j = first; j < own.size(); ++j) {

@@ -48,7 +48,9 @@ class Chooser {
   }
 
   SweepChoice Choose() {
+    problem_.SetKnots(wanted_.knots_degc);
     GateRates();
+    if (wanted_.find_knots > 0) FindKnots();
     std::optional<Candidate> best;
     for (const LagShape& shape : Shapes()) {
       std::optional<Candidate> candidate = Try(shape);
@@ -95,6 +97,53 @@ class Chooser {
           (rate == 1 ? "repeat the sweep at another rate"
                      : "repeat the sweep up and down, at more than one rate"));
     }
+  }
+
+  // One knot after another, each where the sum of squares is least, as long as it lowers the
+  // held-out error.
+  void FindKnots() {
+    ThermalOptions terms = allowed_;
+    terms.bias_order = wanted_.order_auto ? kPlainOrder : wanted_.bias_order;
+    const ThermalScale& scale = problem_.scale();
+    for (int count = 0; count < wanted_.find_knots; ++count) {
+      const std::vector<double> known = problem_.knots_degc();
+      terms.knots_degc = known;
+      const double before = HeldOutRms(&problem_, axis_, terms, {});
+      const auto square_at = [&](double v) {
+        std::vector<double> knots = known;
+        knots.push_back(scale.centre_degc + v * scale.half_range_degc);
+        problem_.SetKnots(knots);
+        terms.knots_degc = knots;
+        return WeightedSquareAt(problem_, axis_, terms, {});
+      };
+      constexpr int kPlaces = 60;
+      constexpr double kInner = 0.92;  // of the range: a piece needs data
+      double best = 0.0, least = std::numeric_limits<double>::infinity();
+      const double step = 2.0 * kInner / kPlaces;
+      for (int place = 0; place <= kPlaces; ++place) {
+        const double square = square_at(-kInner + place * step);
+        if (square >= least) continue;
+        least = square;
+        best = -kInner + place * step;
+      }
+      for (double width = 0.5 * step; width > 1e-4; width *= 0.5) {
+        for (const double v : {best - width, best + width}) {
+          const double square = square_at(v);
+          if (square >= least) continue;
+          least = square;
+          best = v;
+        }
+      }
+      square_at(best);
+      if (HeldOutRms(&problem_, axis_, terms, {}) < kFewerLags * before) continue;
+      choice_.left_out.push_back(
+          Format("knot: the best, at %.1f degC, does not lower the held-out error",
+                 scale.centre_degc + best * scale.half_range_degc));
+      problem_.SetKnots(known);
+      break;
+    }
+    allowed_.knots_degc = problem_.knots_degc();
+    allowed_.find_knots = 0;
   }
 
   std::vector<LagShape> Shapes() {
@@ -360,6 +409,7 @@ std::string TermsText(const ThermalOptions& terms) {
   for (std::size_t rate = 0; rate < 3; ++rate) {
     if (terms.*kRates[rate]) add(kRateNames[rate]);
   }
+  for (const double degc : terms.knots_degc) add(Format("knot at %.1f degC", degc));
   return text.empty() ? "none" : text;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -137,8 +138,23 @@ Eigen::MatrixXd SweepProblem::Columns(const Eigen::MatrixX2d& states) const {
     columns(i, rate_column(0)) = factors.rate_linear;
     columns(i, rate_column(1)) = factors.rate_quadratic;
     columns(i, rate_column(2)) = factors.rate_cross;
+    for (std::size_t k = 0; k < knots_degc_.size(); ++k) {
+      const auto above = [&](double degc) {
+        return std::max(0.0, degc - knots_degc_[k]) / scale_.half_range_degc;
+      };
+      const double here = above(states(i, 0)), at_reference = above(scale_.reference_degc);
+      const int knot = static_cast<int>(k);
+      columns(i, knot_column(knot, false)) = here - at_reference;
+      columns(i, knot_column(knot, true)) = here * here - at_reference * at_reference;
+    }
   }
   return columns;
+}
+
+void SweepProblem::SetKnots(std::vector<double> knots_degc) {
+  if (knots_degc == knots_degc_) return;
+  knots_degc_ = std::move(knots_degc);
+  blocks_.clear();
 }
 
 const std::vector<SweepBlock>& SweepProblem::Blocks(const SweepLags& lags) {
@@ -201,6 +217,11 @@ std::vector<int> ColumnsOf(const SweepProblem& problem, const ThermalOptions& te
   const std::array wanted = {terms.rate_linear, terms.rate_quadratic, terms.rate_cross};
   for (int rate = 0; rate < 3; ++rate) {
     if (wanted[static_cast<std::size_t>(rate)]) columns.push_back(problem.rate_column(rate));
+  }
+  if (terms.knots_degc.empty()) return columns;
+  for (int knot = 0; knot < static_cast<int>(problem.knots_degc().size()); ++knot) {
+    if (!terms.smooth_knots) columns.push_back(problem.knot_column(knot, false));
+    columns.push_back(problem.knot_column(knot, true));
   }
   return columns;
 }

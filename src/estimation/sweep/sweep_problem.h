@@ -37,7 +37,7 @@ struct SweepBlock {
 // that each temperature counts alike however long it was dwelt at.
 //
 // Columns: the attitudes' constants (one of all for a gyroscope, whose bias is absolute), powers 1
-// to kMaxBiasOrder, rate linear, quadratic, cross.
+// to kMaxBiasOrder, rate linear, quadratic, cross, then two of each knot.
 class SweepProblem {
  public:
   // `poses` must outlive the problem; windows without the triad are passed over. `folds`: blocks
@@ -47,9 +47,18 @@ class SweepProblem {
 
   int size() const { return static_cast<int>(window_.size()); }
   int attitude_count() const { return attitude_count_; }
-  int column_count() const { return attitude_count_ + kMaxThermalVectors; }
+  int column_count() const {
+    return attitude_count_ + kMaxThermalVectors + 2 * static_cast<int>(knots_degc_.size());
+  }
   int power_column(int power) const { return attitude_count_ + power - 1; }
   int rate_column(int rate) const { return attitude_count_ + ThermalOptions::kMaxBiasOrder + rate; }
+  // Of knot k its kink and its curve: (v - v_k)+ and its square, less what they are at v_ref.
+  int knot_column(int knot, bool curve) const {
+    return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
+  }
+  // Columns change with them.
+  const std::vector<double>& knots_degc() const { return knots_degc_; }
+  void SetKnots(std::vector<double> knots_degc);
   int fold_count() const { return static_cast<int>(fold_begin_.size()) - 1; }
   // An axis a row, less `origin`, so that large offsets do not cancel in sums of squares.
   const Eigen::Matrix3Xd& readings() const { return readings_; }
@@ -90,6 +99,7 @@ class SweepProblem {
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   Eigen::VectorXd weights_;
   ThermalScale scale_;
+  std::vector<double> knots_degc_;
   std::map<SweepLags, std::vector<SweepBlock>> blocks_;
 };
 
