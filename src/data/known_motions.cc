@@ -137,12 +137,10 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
     turn.stated = stated;
     if (!stated.at.rows.empty()) {
       if (stated.at.rows.last > recorder.last_row()) {
-        return BadInputError(set->source + ": turns name rows " +
-                             std::to_string(stated.at.rows.first) + " to " +
-                             std::to_string(stated.at.rows.last) +
-                             ", but the last row with readings is " +
-                             std::to_string(recorder.last_row()) +
-                             "; rows count from 0 and without the header");
+        return BadInputError(
+            set->source + ": turns name rows " + std::to_string(stated.at.rows.first) + " to " +
+            std::to_string(stated.at.rows.last) + ", but the last row with readings is " +
+            std::to_string(recorder.last_row()) + "; rows count from 0 and without the header");
       }
       if (span < spans.size()) turn.move = std::move(spans[span++]);
       continue;

@@ -113,7 +113,8 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
       " s, and more so than in between: hold each pose longer, or say where the poses are "
       "(`poses:`)" +
       (set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr
-           ? "; a unit that is tumbled on purpose is followed by `poses: { motion: { spacing_s: 0.1 "
+           ? "; a unit that is tumbled on purpose is followed by `poses: { motion: { spacing_s: "
+             "0.1 "
              "} }`"
            : ""));
 }

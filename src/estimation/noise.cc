@@ -220,8 +220,7 @@ void ScoreOf(const ComponentRows& rows,
     ZB_cov.emplace_back(rows.ZB(at) * covariance);
     double sum = MC.back().trace();
     for (const ReducedSystem::VarianceChange& change : rows.changes(at)) {
-      const Eigen::Vector3d q =
-          system.projected().segment<3>(ComponentRows::RowOf(change, system));
+      const Eigen::Vector3d q = system.projected().segment<3>(ComponentRows::RowOf(change, system));
       const auto D = system.factors()[change.factor].D.block<3, 3>(change.row, change.row);
       sum += q.dot(change.change * q) - D.cwiseProduct(change.change).sum();
     }
@@ -440,7 +439,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     // In units of the observation's own standard deviation, so that eigenvalues compare.
     const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
     const Eigen::Matrix3d A = root.transpose() * P.block<3, 3>(part.row, part.row) * root;
-    const Eigen::Vector3d q = root.transpose() * system.projected().segment<3>(factor.row + part.row);
+    const Eigen::Vector3d q =
+        root.transpose() * system.projected().segment<3>(factor.row + part.row);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {

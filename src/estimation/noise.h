@@ -68,7 +68,8 @@ struct ExcessEstimate {
   // Inverse Fisher information of the components, rows and columns in the order of `components`.
   std::vector<NoiseComponent> components;
   Eigen::MatrixXd covariance;
-  // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s M^-1.
+  // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s
+  // M^-1.
   std::vector<Eigen::MatrixXd> sensitivities;
   // J^T D Z_s P Z_t D J for every pair (s, t), row by row.
   std::vector<Eigen::MatrixXd> curvatures;
@@ -81,9 +82,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               ReducedSystem* system);
 
 // Completes an estimate at its variances; `system`: the graph as EstimateExcess left it.
-void StateCurvatures(const PoseGraph& graph,
-                     const ReducedSystem& system,
-                     ExcessEstimate* estimate);
+void StateCurvatures(const PoseGraph& graph, const ReducedSystem& system, ExcessEstimate* estimate);
 
 // Mean over what is accepted of a component's variance without excess, true unit squared.
 double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component);

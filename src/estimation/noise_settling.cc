@@ -203,7 +203,8 @@ bool UpdateWeights(const RobustOptions& robust,
 }
 
 // Takes the Gauss-Newton step of a system that was made at the graph's state, if it is so short
-// against σ that nothing is left of it afterwards. The last solution is the optimiser's in any case.
+// against σ that nothing is left of it afterwards. The last solution is the optimiser's in any
+// case.
 bool TakeSmallStep(const ReducedSystem& system, PoseGraph* graph) {
   const double chi2 = system.step().dot(system.information() * system.step());
   if (!(chi2 < kSmallStepChi2) || system.rank() < system.size()) return false;

@@ -121,10 +121,8 @@ StackedRows ReducedSystem::Project(const StackedRows& y) const {
   for (const Factor& factor : factors_) {
     const auto rows = y.middleRows(factor.row, factor.rows());
     AddProduct(1.0, factor.information, rows, projected.middleRows(factor.row, factor.rows()));
-    AddProduct(1.0,
-               factor.weighted.transpose(),
-               rows,
-               right.middleRows(PoseRow(factor), factor.A.cols()));
+    AddProduct(
+        1.0, factor.weighted.transpose(), rows, right.middleRows(PoseRow(factor), factor.A.cols()));
   }
   chain_.SolveInPlace(&right);
   for (const Factor& factor : factors_) {
@@ -220,8 +218,8 @@ std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(
     if (E.cols() > 0) {
       const ThreeRows changed = E.lazyProduct(PoseBlock(factor, own, with_next));
       block.noalias() -= changed.lazyProduct(E.transpose());
-      by_poses.noalias() = E.lazyProduct(
-          PoseBlock(factor, chain_.covariances(), chain_.covariances_with_next()));
+      by_poses.noalias() =
+          E.lazyProduct(PoseBlock(factor, chain_.covariances(), chain_.covariances_with_next()));
     }
     for (const VarianceChange* const cause : of_factor[at.factor]) {
       const Eigen::Matrix3d W = factor.information.block<3, 3>(at.row, cause->row);

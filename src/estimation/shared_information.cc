@@ -33,8 +33,8 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
   if (own.allFinite() && factor.info() == Eigen::Success &&
       factor.matrixLLT().diagonal().minCoeff() > kSafePivot) {
     rank_ = static_cast<int>(n);
-    covariance_ = own.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) *
-                  own.asDiagonal();
+    covariance_ =
+        own.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * own.asDiagonal();
     covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   } else {
     const auto [values, vectors] = FindSpectrum();

@@ -36,15 +36,15 @@ ceres::Solver::Options SolverOptions(double tolerance) {
 
 namespace {
 
-// At the optimum rounding decides whether a step lowers the cost. Ceres would try shorter and shorter
-// ones.
+// At the optimum rounding decides whether a step lowers the cost. Ceres would try shorter and
+// shorter ones.
 class StopAtRounding : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     constexpr double kRounding = 1e-12;
-    const bool has_not_moved =
-        summary.iteration > 0 && !summary.step_is_successful && summary.step_is_valid &&
-        std::abs(summary.cost_change) <= kRounding * summary.cost;
+    const bool has_not_moved = summary.iteration > 0 && !summary.step_is_successful &&
+                               summary.step_is_valid &&
+                               std::abs(summary.cost_change) <= kRounding * summary.cost;
     return has_not_moved ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 };

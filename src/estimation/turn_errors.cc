@@ -66,7 +66,8 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
       return std::nullopt;
     }
   }
-  const Eigen::VectorXd shift = system.covariance() * (system.B().middleRows<3>(factor.row).transpose() * (root * deletion));
+  const Eigen::VectorXd shift =
+      system.covariance() * (system.B().middleRows<3>(factor.row).transpose() * (root * deletion));
   return graph.shared + graph.layout.basis * shift;
 }
 

@@ -109,7 +109,7 @@ void TakeStruct(matvar_t* variable, MatlabVariables* variables) {
 }
 
 Result<std::string> Write(const MatlabVariables& variables,
-                                 const std::vector<std::string>& comment) {
+                          const std::vector<std::string>& comment) {
   const Error failed =
       BadInputError("the .mat file could not be made in the folder for temporary files");
   const TemporaryFile temporary;

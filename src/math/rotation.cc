@@ -28,7 +28,8 @@ Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad) {
         (0.5 - 0.5 * h * (1.0 / 6.0 - h * (1.0 / 120.0 - h * (1.0 / 5040.0 - h / 362880.0)))) *
         vector_rad;
     rotation.w() =
-        1.0 - h * (0.5 - h * (1.0 / 24.0 - h * (1.0 / 720.0 - h * (1.0 / 40320.0 - h / 3628800.0))));
+        1.0 -
+        h * (0.5 - h * (1.0 / 24.0 - h * (1.0 / 720.0 - h * (1.0 / 40320.0 - h / 3628800.0))));
   } else {
     const double angle = std::sqrt(square);
     rotation.vec() = std::sin(0.5 * angle) / angle * vector_rad;

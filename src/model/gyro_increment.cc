@@ -15,8 +15,8 @@ namespace {
 // A 3x3, column by column, with one more number so that it fills whole registers.
 using Padded = Eigen::Matrix<double, 10, 1>;
 
-// Sums over the readings of weight * turned * (what each parameter's change is multiplied with), with
-// `turned` the attitude against the begin.
+// Sums over the readings of weight * turned * (what each parameter's change is multiplied with),
+// with `turned` the attitude against the begin.
 struct Sums {
   // Times 1, the rates x y z, the forces x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();

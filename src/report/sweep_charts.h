@@ -9,7 +9,8 @@
 
 namespace truetriad {
 
-// The figures of a temperature sweep, as inline SVG; the empty string when there is nothing to draw.
+// The figures of a temperature sweep, as inline SVG; the empty string when there is nothing to
+// draw.
 
 /// Rules that the figures need beside those of the page.
 extern const std::string_view kSweepStyle;

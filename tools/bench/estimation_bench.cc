@@ -50,8 +50,7 @@ void CalibrateJoint(benchmark::State& state) {
   CalibrateOptions options = trials::JointOptions(unit);
   for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
   const auto attitudes = RandomAttitudes(static_cast<int>(state.range(0)), &random);
-  RunCalibrate(
-      SimulatePoses(unit, attitudes, trials::ModelNoise(), &random), options, &state);
+  RunCalibrate(SimulatePoses(unit, attitudes, trials::ModelNoise(), &random), options, &state);
 }
 BENCHMARK(CalibrateJoint)
     ->Unit(benchmark::kMillisecond)
@@ -96,7 +95,13 @@ void CalibrateTumbling(benchmark::State& state) {
                trials::SixTurnsOptions(unit, false, spacing_s),
                &state);
 }
-BENCHMARK(CalibrateTumbling)->Unit(benchmark::kMillisecond)->Arg(1)->Arg(2)->Arg(4)->Arg(8)->Arg(40);
+BENCHMARK(CalibrateTumbling)
+    ->Unit(benchmark::kMillisecond)
+    ->Arg(1)
+    ->Arg(2)
+    ->Arg(4)
+    ->Arg(8)
+    ->Arg(40);
 
 }  // namespace
 }  // namespace truetriad
