@@ -58,11 +58,14 @@ std::string IntervalSentence(double dof) {
 }
 
 /// A caution where the σ themselves are hardly known, or empty.
-std::string FewDofSentence(double dof) {
+std::string FewDofSentence(double dof, bool is_sweep) {
   if (!(dof > 0.0) || dof >= kFewDof) return "";
   return "CAUTION: only " + Significant(dof, 2) +
          " degrees of freedom stand behind the σ, which are themselves known to about " +
-         Percent(1.0 / std::sqrt(2.0 * dof)) + "; take more poses.";
+         Percent(1.0 / std::sqrt(2.0 * dof)) +
+         (is_sweep ? "; what the sweep leaves unexplained goes on for long: repeat it, or make it "
+                     "longer."
+                   : "; take more poses.");
 }
 
 /// The most correlated pairs in words, or empty.
@@ -158,7 +161,8 @@ Section ParametersSection(const Calibration& calibration) {
   const double dof = calibration.quality.effective_dof;
   const bool from_motion = IsFromMotion(calibration);
   section.blocks.emplace_back(IntervalSentence(dof));
-  if (std::string caution = FewDofSentence(dof); !caution.empty()) {
+  if (std::string caution = FewDofSentence(dof, !calibration.quality.sweep.empty());
+      !caution.empty()) {
     section.blocks.emplace_back(Bullet{std::move(caution)});
   }
   for (const Triad triad : kTriads) {

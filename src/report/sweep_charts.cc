@@ -74,7 +74,7 @@ class Frame {
 std::string Colour(double share) {
   const double size = std::min(std::abs(share), 1.0);
   const std::array<int, 3> full =
-      share > 0.0 ? std::array{0x1f, 0x5f, 0xbf} : std::array{0xc6, 0x28, 0x28};
+      share < 0.0 ? std::array{0x1f, 0x5f, 0xbf} : std::array{0xc6, 0x28, 0x28};
   char text[8];
   std::array<int, 3> mixed;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -92,14 +92,9 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
   const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
   Range degc, bias, time, residual;
-  double mean = 0.0;
-  for (const SweepWindow& window : windows) {
-    mean += window.bias_raw[axis] / static_cast<double>(windows.size());
-  }
   for (const SweepWindow& window : windows) {
     degc.Add(window.degc), time.Add(window.time_s / 60.0);
     bias.Add(window.bias_raw[axis]), bias.Add(window.fit_raw[axis]);
-    residual.Add(window.bias_raw[axis] - mean);
     residual.Add(window.bias_raw[axis] - window.fit_raw[axis]);
   }
   Svg svg(760.0, 260.0, name + ": bias and fit");
@@ -121,10 +116,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   }
   svg.Polyline(line, "fit");
   Frame right(svg, 446.0, 290.0, time, residual);
-  right.Draw("without terms (grey), left by the fit (blue)", "min");
-  for (const SweepWindow& window : windows) {
-    svg.Circle(right.X(window.time_s / 60.0), right.Y(window.bias_raw[axis] - mean), 1.4, "before");
-  }
+  right.Draw("left by the fit", "min");
   for (const SweepWindow& window : windows) {
     svg.Circle(right.X(window.time_s / 60.0),
                right.Y(window.bias_raw[axis] - window.fit_raw[axis]),
@@ -134,12 +126,26 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   return svg.Finish();
 }
 
+bool FollowsThePast(const Calibration& calibration, Triad triad, int axis) {
+  constexpr double kLongLag = 0.02;  // of the sweep
+  const std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
+  const auto& sensor = calibration.sensors[triad];
+  if (windows.empty() || !sensor || !sensor->thermal) return false;
+  const double limit_s = kLongLag * (windows.back().time_s - windows.front().time_s);
+  const ThermalTerms& thermal = *sensor->thermal;
+  const auto is_long = [&](const std::optional<Eigen::Vector3d>& lag_s) {
+    return lag_s && (*lag_s)[axis] > limit_s;
+  };
+  return is_long(thermal.element_lag_s) || is_long(thermal.rate_lag_s);
+}
+
 std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int axis) {
   const std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return "";
   const ThermalTerms& thermal = *sensor->thermal;
   if (!thermal.rate_linear && !thermal.rate_quadratic && !thermal.rate_cross) return "";
+  if (FollowsThePast(calibration, triad, axis)) return "";
   Range rates;
   for (const SweepWindow& window : windows) rates.Add(window.rate_degcps);
   constexpr int kColumns = 44, kRows = 11;
@@ -182,12 +188,15 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   svg.Text(kLeft,
            kTop - 8.0,
            name + ", bias over temperature and rate: red " + Significant(values.low, 3) +
-               ", white " + Significant(middle, 3) + ", blue " + Significant(values.high, 3) + " " +
+               ", white " + Significant(middle, 3) + ", red " + Significant(values.high, 3) + " " +
                unit,
            "start title");
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
-      if (!is_reached(column, row)) continue;
+      if (!is_reached(column, row)) {
+        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not passed");
+        continue;
+      }
       const auto [degc, rate, value] = value_at(column, row);
       svg.Cell(kLeft + column * kSize,
                kTop + row * kSize,

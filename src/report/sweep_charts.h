@@ -15,11 +15,16 @@ namespace truetriad {
 /// Rules that the figures need beside those of the page.
 extern const std::string_view kSweepStyle;
 
-/// One axis: windows against temperature with the fit and ±2σ about it, and over time what is there
-/// without terms and what the fit leaves.
+/// One axis: windows against temperature with the fit and ±2σ about it, and over time what the fit
+/// leaves.
 std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis);
 
-/// One axis: the bias over temperature and its rate, as coloured cells.
+/// Whether a lag of the axis is so long that its bias at a temperature and a rate depends on what
+/// was before.
+bool FollowsThePast(const Calibration& calibration, Triad triad, int axis);
+
+/// One axis: the bias over temperature and its rate, as coloured cells. Nothing where it follows
+/// the past.
 std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int axis);
 
 }  // namespace truetriad

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "report/format.h"
+#include "report/sweep_charts.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
@@ -27,7 +28,7 @@ std::string LagText(double lag_s, double sigma_s) {
 }
 
 Table ErrorTable(const Calibration& calibration) {
-  Table table{{"RMS",
+  Table table{{"error",
                "noise",
                "no terms",
                "after",
@@ -166,7 +167,8 @@ Table SurfaceTable(const Calibration& calibration, Triad triad) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const double shown : rates) {
         const double bias = ModelAtTemperature(sensor.model, thermal, degc, shown).bias[axis];
-        const bool was_reached = WasReached(calibration, triad, degc, shown);
+        const bool was_reached = WasReached(calibration, triad, degc, shown) &&
+                                 !FollowsThePast(calibration, triad, axis);
         cells.push_back(was_reached ? Significant(bias, 4) : "–");
       }
     }
@@ -203,6 +205,13 @@ Section SweepSection(const Calibration& calibration) {
     section.blocks.emplace_back(
         Subtitle{TriadTitle(triad) + ": bias by temperature and its rate" + unit});
     section.blocks.emplace_back(SurfaceTable(calibration, triad));
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!FollowsThePast(calibration, triad, axis)) continue;
+      section.blocks.emplace_back(
+          TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)] +
+          ": its lag is long: the bias depends on the temperatures before, and no table or map of "
+          "the present ones shows it.");
+    }
   }
   for (const SweepAxis& axis : quality.sweep) {
     if (axis.steps.empty()) continue;

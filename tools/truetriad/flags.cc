@@ -3,14 +3,17 @@
 
 #include <utility>
 
-DEFINE_string(input, "", "the log: a self-describing CSV (also .gz) or a manifest recording.yaml");
+DEFINE_string(input,
+              "",
+              "the log: a self-describing CSV (also .gz), a manifest recording.yaml, or for "
+              "`convert` a log of another system");
 DEFINE_string(output, "", "what to write");
 DEFINE_string(config, "", "what to do, as a YAML file: configs has examples, docs all keys");
 DEFINE_string(calibration, "", "calibration.yaml as `calibrate` writes it");
 DEFINE_string(poses,
               "",
-              "where the poses are: detect, every_row, every:N, column:NAME or file:PATH (default: "
-              "what the recording states, else detect)");
+              "where the poses are: detect, every_row, every:N, column:NAME, file:PATH, sweep or "
+              "sweep:SECONDS (default: what the recording states, else detect)");
 DEFINE_string(set,
               "",
               "comma-separated values that take the place of those in the file of --config, as in "

@@ -94,6 +94,9 @@ std::string ManPage() {
        {std::pair("TRUETRIAD_SHARE",
                   "Folder with the data files that come with truetriad; default: "
                   "share/truetriad beside the program."),
+        std::pair("TRUETRIAD_LIBEXEC",
+                  "Folder that is searched for converters and modules before libexec/truetriad "
+                  "beside the program."),
         std::pair("SOURCE_DATE_EPOCH",
                   "Seconds since 1970 that stand in a result as the time it was made, so that the "
                   "same input gives the same bytes.")}) {

@@ -92,6 +92,7 @@ Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOpt
   Result<PoseSet> set = CollectPoses(**source, everything);
   TRUETRIAD_RETURN_IF_ERROR(set);
   set->poses.clear();
+  set->how = "static detection";
   set->static_share = 0.0;
   for (StreamSummary& stream : set->streams) {
     // Spread over motion, which is not noise.

@@ -28,6 +28,8 @@ constexpr double kLeastRangeDegc = 2.0;
 // More windows than this show nothing more.
 constexpr int kMostShown = 400;
 constexpr double kHeldGravitySigmas = 5.0;
+// Share of gravity that no ageing explains.
+constexpr double kOtherUnitShare = 0.01;
 constexpr std::string_view kAxes = "xyz";
 
 // One triad of a sweep.
@@ -447,9 +449,12 @@ void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance)
 }
 
 // Gravity as the static calibration sees it in the sweep, at its own temperature.
-void CheckGravity(const Calibration& calibration,
-                  const TriadSweep& swept,
-                  std::vector<std::string>* messages) {
+// How far the static calibration's gravity is off in the sweep, where that is beyond chance.
+struct GravityMiss {
+  double share = 0.0;  // of gravity
+  std::string words;
+};
+std::optional<GravityMiss> MissedGravity(const Calibration& calibration, const TriadSweep& swept) {
   const TriadCalibration& sensor = *calibration.sensors[Triad::kAccelerometer];
   Eigen::Vector3d reading;
   for (int axis = 0; axis < 3; ++axis) {
@@ -459,10 +464,11 @@ void CheckGravity(const Calibration& calibration,
   const double seen = sensor.model.TruthFromRaw(reading).norm();
   const double off = seen - calibration.reference.gravity_mps2;
   const double sigma = sensor.bias_sigma.norm() + sensor.noise.excess_sigma;
-  if (std::abs(off) < kHeldGravitySigmas * sigma) return;
-  messages->push_back(
+  if (std::abs(off) < kHeldGravitySigmas * sigma) return std::nullopt;
+  return GravityMiss{
+      std::abs(off) / calibration.reference.gravity_mps2,
       Format("the static calibration sees %.4f m/s^2 in the sweep at its own temperature, ", seen) +
-      Format("%+.4f from gravity: the unit or its thermometer has changed in between", off));
+          Format("%+.4f ", off) + Format("± %.2g from gravity: ", sigma)};
 }
 
 void SayLeftOut(const Quality& quality, std::vector<std::string>* messages) {
@@ -551,7 +557,14 @@ Status CalibrateSweep(const PoseSet& poses,
           "temperature as `static: FILE.yaml`");
     }
     if (triad == Triad::kAccelerometer && options.sweep->static_calibration) {
-      CheckGravity(calibration, swept, &calibration.messages);
+      if (const auto miss = MissedGravity(calibration, swept)) {
+        if (miss->share > kOtherUnitShare) {
+          return refuse(miss->words + options.sweep->static_file +
+                        " is not of this unit; calibrate it at one temperature");
+        }
+        calibration.messages.push_back(miss->words +
+                                       "the unit or its thermometer has changed in between");
+      }
     }
     for (int axis = 0; axis < 3; ++axis) {
       const SweepFit& fit = swept.choices()[static_cast<std::size_t>(axis)].fit;
