@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/config/experiment.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -208,6 +210,10 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
       if (ReadNumber(item, {-273.15, 1000.0, "a temperature in degC"}, &degc)) {
         thermal->knots_degc.push_back(degc);
       }
+    }
+    if (!std::is_sorted(
+            thermal->knots_degc.begin(), thermal->knots_degc.end(), std::less_equal<>())) {
+      knots.Fail("temperatures from the lowest to the highest are expected, each once");
     }
   } else if (int count = 0; knots.Read(&count)) {
     thermal->knots_degc.clear();

@@ -462,6 +462,19 @@ Status SweepCutter::Finish(PoseSet* set) {
                          std::to_string(range.first) + " to " + std::to_string(range.last) +
                          ") has no reading in " + info_.Find(leading_)->file);
   }
+  std::size_t seen = 0, without = 0;
+  for (const Cell& cell : cells_) {
+    if (cell.triads[leading_].count == 0) continue;
+    ++seen;
+    if (cell.degc_count == 0) ++without;
+  }
+  constexpr double kNotable = 0.01;
+  if (static_cast<double>(without) > kNotable * static_cast<double>(seen)) {
+    set->warnings.push_back("left out: " +
+                            std::to_string(std::lround(100.0 * static_cast<double>(without) /
+                                                       static_cast<double>(seen))) +
+                            " % of the time, when no temperature was read for more than a minute");
+  }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
   if (cells_.size() < kFewestCells) {
     return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +

@@ -387,6 +387,31 @@ void ReadAxis(YamlReader reader, int* axis) {
   }
 }
 
+/// Numbers that no calibration writes.
+void CheckThermal(YamlReader& reader, const ThermalTerms& thermal) {
+  constexpr double kAbsoluteZeroDegc = -273.15;
+  bool finite = std::isfinite(thermal.reference_degc) && thermal.range_degc.allFinite();
+  for (const Eigen::Vector3d& term : thermal.bias) finite = finite && term.allFinite();
+  for (const Eigen::Matrix3d& term : thermal.sensitivity) finite = finite && term.allFinite();
+  for (const auto* rate : {&thermal.rate_linear, &thermal.rate_quadratic, &thermal.rate_cross}) {
+    finite = finite && (!*rate || (*rate)->allFinite());
+  }
+  for (const ThermalKnot& knot : thermal.knots) {
+    finite = finite && std::isfinite(knot.degc) && std::isfinite(knot.slope) &&
+             std::isfinite(knot.curve);
+  }
+  if (!finite) {
+    reader.Fail("holds a number that is not finite");
+  } else if (thermal.range_degc[0] > thermal.range_degc[1] ||
+             std::min(thermal.range_degc[0], thermal.reference_degc) < kAbsoluteZeroDegc) {
+    reader.Fail(
+        "`range_degc` goes from the lowest to the highest temperature, and nothing is below "
+        "-273.15 degC");
+  } else if (!(thermal.smoothing_s >= 0.0)) {
+    reader.Fail("`smoothing_s` is a time of at least zero");
+  }
+}
+
 void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   ReadNumber(reader.RequireChild("reference_degc"), &thermal->reference_degc);
   ReadVector(reader.RequireChild("range_degc"), &thermal->range_degc);
@@ -424,6 +449,7 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
     ReadNumber(item.RequireChild("curve"), &knot.curve);
     item.RejectUnknown();
   }
+  CheckThermal(reader, *thermal);
   reader.RejectUnknown();
 }
 
@@ -515,7 +541,10 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
 
 void ReadReference(YamlReader reader, ReferenceValues* reference) {
   if (!reader) return;
-  ReadNumber(reader.RequireChild("gravity_mps2"), &reference->gravity_mps2);
+  if (YamlReader gravity = reader.RequireChild("gravity_mps2");
+      ReadNumber(gravity, &reference->gravity_mps2) && !(reference->gravity_mps2 > 0.0)) {
+    gravity.Fail("a positive number is expected");
+  }
   for (const auto& [key, value] : {std::pair("gravity_sigma_mps2", &reference->gravity_sigma_mps2),
                                    std::pair("field_ut", &reference->field_ut),
                                    std::pair("dip_rad", &reference->dip_rad)}) {

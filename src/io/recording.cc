@@ -46,7 +46,7 @@ class Stream {
     block.row = Selected(csv.Rows(), &rows_);
     block.time_ns = Times(csv, block.row);
     TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
-    if (layout_.temperature) block.temperature_degc = Temperatures(csv, row_count);
+    if (layout_.temperature) block.temperature_degc = Temperatures(csv, block.time_ns, row_count);
     if (layout_.applied) TRUETRIAD_RETURN_IF_ERROR(UndoApplied(csv, &block));
     if (layout_.pose) {
       TRUETRIAD_RETURN_IF_ERROR(ReadPoses(csv));
@@ -126,16 +126,26 @@ class Stream {
     return {};
   }
 
-  /// A temperature that is logged more rarely holds until the next one.
-  std::span<const double> Temperatures(const CsvReader& csv, std::size_t row_count) {
+  /// A temperature that is logged more rarely holds until the next one, but not for ever.
+  std::span<const double> Temperatures(const CsvReader& csv,
+                                       std::span<const std::int64_t> times_ns,
+                                       std::size_t row_count) {
+    constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
     const double* const stated = csv.Numbers(*layout_.temperature);
     const TemperatureUnit& unit = layout_.temperature_unit;
     temperatures_.resize(selected_count_);
     std::size_t sample = 0;
     for (std::size_t row = 0; row < row_count; ++row) {
-      if (!std::isnan(stated[row])) last_temperature_degc_ = unit.scale * stated[row] + unit.offset;
+      if (!std::isnan(stated[row])) {
+        last_temperature_degc_ = unit.scale * stated[row] + unit.offset;
+        is_new_temperature_ = true;
+      }
       if (sample < selected_count_ && SelectedRow(sample) == row) {
-        temperatures_[sample++] = last_temperature_degc_;
+        if (is_new_temperature_) last_temperature_ns_ = times_ns[sample];
+        is_new_temperature_ = false;
+        const bool is_known = times_ns[sample] - last_temperature_ns_ <= kLongestHoldNs;
+        temperatures_[sample++] =
+            is_known ? last_temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
       }
     }
     return temperatures_;
@@ -188,6 +198,8 @@ class Stream {
   StreamCounts counts_;
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
   double last_temperature_degc_ = std::numeric_limits<double>::quiet_NaN();
+  std::int64_t last_temperature_ns_ = 0;
+  bool is_new_temperature_ = false;
 
   bool all_ = true;  ///< Every row of the block is selected; then selection_ is not used.
   std::vector<std::size_t> selection_;

@@ -26,21 +26,22 @@ constexpr std::size_t kMaxLineBytes = 4U << 20;
 struct Magic {
   std::string_view bytes;
   std::string_view format;
+  std::string_view convert_from = {};  // of `truetriad convert`; empty: it has none
 };
 
 using std::string_view_literals::operator""sv;
 
 /// First bytes of formats that people have at hand and may give by mistake.
 constexpr std::array<Magic, 17> kForeignFormats = {{
-    {"ULog\x01\x12\x35"sv, "a PX4 ULog file"},
-    {"\xA3\x95"sv, "an ArduPilot DataFlash log"},
-    {"#ROSBAG V"sv, "a ROS 1 bag"},
-    {"SQLite format 3\0"sv, "an SQLite file (a ROS 2 bag?)"},
-    {"\x89MCAP"sv, "an MCAP file"},
-    {"\x89HDF"sv, "an HDF5 file (or MATLAB v7.3)"},
-    {"MATLAB 5.0 MAT-file"sv, "a MATLAB .mat file"},
-    {"H Product:Blackbox"sv, "a Betaflight blackbox log"},
-    {"PAR1"sv, "a Parquet file"},
+    {"ULog\x01\x12\x35"sv, "a PX4 ULog file", "ulog"},
+    {"\xA3\x95"sv, "an ArduPilot DataFlash log", "dataflash"},
+    {"#ROSBAG V"sv, "a ROS 1 bag", "ros1"},
+    {"SQLite format 3\0"sv, "an SQLite file (a ROS 2 bag?)", "ros2-db3"},
+    {"\x89MCAP"sv, "an MCAP file", "mcap"},
+    {"\x89HDF"sv, "an HDF5 file (or MATLAB v7.3)", "mat"},
+    {"MATLAB 5.0 MAT-file"sv, "a MATLAB .mat file", "mat"},
+    {"H Product:Blackbox"sv, "a Betaflight blackbox log", "bbl"},
+    {"PAR1"sv, "a Parquet file", "parquet"},
     {"PK\x03\x04"sv, "a zip archive (or a spreadsheet)"},
     {"BZh"sv, "a bzip2 file"},
     {"\xFD\x37zXZ"sv, "an xz file"},
@@ -199,7 +200,10 @@ Status TextFile::RecogniseContent() {
   for (const Magic& magic : kForeignFormats) {
     if (start.starts_with(magic.bytes)) {
       return BadInputError(path_ + ": is " + std::string(magic.format) +
-                           ", not CSV; convert it to CSV first");
+                           ", not CSV; convert it first" +
+                           (magic.convert_from.empty()
+                                ? ""
+                                : ": truetriad convert --from=" + std::string(magic.convert_from)));
     }
   }
   constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.

@@ -296,6 +296,12 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   }
   Result<Calibration> known = ReadCalibration(experiment->static_file);
   TRUETRIAD_RETURN_IF_ERROR(known);
+  const std::string& serial = experiment->serial.empty() ? loaded.poses.serial : experiment->serial;
+  if (!known->serial.empty() && !serial.empty() && known->serial != serial) {
+    return BadInputError(experiment->static_file + ": is of device " + known->serial +
+                         ", but this is a sweep of " + serial + "; give the calibration of " +
+                         serial + " at one temperature");
+  }
   const double wanted = options.reference.temperature_degc;
   const double stated = known->reference.temperature_degc;
   if (experiment->reference_given && wanted != stated) {

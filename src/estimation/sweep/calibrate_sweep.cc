@@ -471,6 +471,44 @@ std::optional<GravityMiss> MissedGravity(const Calibration& calibration, const T
           Format("%+.4f ", off) + Format("± %.2g from gravity: ", sigma)};
 }
 
+// RMS of what the terms leave of a triad, all axes, true unit.
+double ResidualRms(const Calibration& calibration, Triad triad) {
+  Eigen::Vector3d raw = Eigen::Vector3d::Zero();
+  for (const SweepAxis& axis : calibration.quality.sweep) {
+    if (axis.triad == triad) raw[axis.axis] = axis.rms_after;
+  }
+  return (calibration.sensors[triad]->model.Correction() * raw.asDiagonal()).norm();
+}
+
+// What is held cannot be judged.
+Status CheckLimits(const CalibrateOptions& options, Triad triad) {
+  const std::string sensor(TriadName(triad));
+  for (const auto& [name, limit] : options.limits.limits) {
+    if (!name.starts_with(sensor + ".") || name.ends_with(".residual_rms")) continue;
+    if (triad == Triad::kGyroscope && name.ends_with(".bias")) continue;
+    return UsageError("limits: " + name +
+                      " is held in a sweep, not measured; give a calibration at one temperature as "
+                      "`static: FILE.yaml`, or remove the limit");
+  }
+  return {};
+}
+
+// Axes of which much more than noise is left.
+void SayUnexplained(const Quality& quality, std::vector<std::string>* messages) {
+  constexpr double kMuch = 5.0;
+  for (const SweepAxis& axis : quality.sweep) {
+    const double times = axis.rms_after / axis.noise_sigma;
+    if (!(times > kMuch)) continue;
+    const std::string gap =
+        std::abs(axis.branch_gap_after) > axis.rms_after
+            ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
+            : "drift, a unit that was moved, or a thermometer that does not follow";
+    messages->push_back(std::string(TriadName(axis.triad)) + " " +
+                        kAxes[static_cast<std::size_t>(axis.axis)] +
+                        Format(": the terms leave %.0f times its noise: ", times) + gap);
+  }
+}
+
 void SayLeftOut(const Quality& quality, std::vector<std::string>* messages) {
   // Axes that say the same are named together.
   std::vector<std::pair<std::string, std::string>> said;
@@ -544,7 +582,15 @@ Status CalibrateSweep(const PoseSet& poses,
       return BadInputError(options.sweep->static_file + ": its reference temperature of " + where +
                            ", so that the terms would be extrapolated to it; sweep over it");
     }
+    for (const double knot : options.triads[triad].thermal.knots_degc) {
+      if (knot > range[0] && knot < range[1]) continue;
+      return UsageError("sensors." + name +
+                        Format(".thermal.knots: %g degC lies outside of the ", knot) +
+                        Format("sweep's %.1f to ", range[0]) + Format("%.1f degC", range[1]));
+    }
     TRUETRIAD_RETURN_IF_ERROR(swept.Run(&calibration));
+    quality.residual_rms[triad] = ResidualRms(calibration, triad);
+    if (!options.sweep->static_calibration) TRUETRIAD_RETURN_IF_ERROR(CheckLimits(options, triad));
     if (is_outside) {
       calibration.messages.push_back(name + ": the reference temperature of " + where +
                                      "; what is stated there is extrapolated");
@@ -587,6 +633,7 @@ Status CalibrateSweep(const PoseSet& poses,
       chi2_dof > 0.0 ? chi2 / chi2_dof : std::numeric_limits<double>::quiet_NaN();
   quality.reduced_chi2_before = quality.reduced_chi2;
   SayLeftOut(quality, &calibration.messages);
+  SayUnexplained(quality, &calibration.messages);
   if (!covariance.matrix.allFinite() || covariance.matrix.diagonal().minCoeff() < 0.0) {
     calibration.outcome = Outcome::kNotConverged;
     calibration.messages.emplace_back(
