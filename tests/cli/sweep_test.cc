@@ -2,6 +2,9 @@
 //
 // A temperature sweep as a user would calibrate it: simulate, calibrate, apply, evaluate.
 
+#include <sstream>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -92,6 +95,63 @@ TEST_F(TemperatureSweep, TakesBiasAndSensitivityFromAStaticCalibration) {
   const Finished elsewhere = Calibrate(stated + ",reference.temperature_degc=20", "elsewhere");
   EXPECT_EQ(elsewhere.exit_code, 2);
   EXPECT_THAT(elsewhere.err, HasSubstr("was made at 25"));
+}
+
+TEST_F(TemperatureSweep, RefusesTheStaticCalibrationOfAnotherUnit) {
+  Result<Calibration> other = ReadCalibration(folder_.Path("sweep/truth.yaml"));
+  ASSERT_TRUE(other) << other.error().message;
+  for (const Triad triad : kTriads) {
+    if (other->sensors[triad]) other->sensors[triad]->thermal.reset();
+  }
+  // Under its own name, and then under this unit's: gravity comes out 3 % off.
+  const std::string serial = other->serial;
+  other->serial = "another";
+  other->sensors[Triad::kAccelerometer]->model.sensitivity *= 1.03;
+  ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*other)));
+  const Finished named = Calibrate("static=" + folder_.Path("static.yaml"));
+  EXPECT_EQ(named.exit_code, 2);
+  EXPECT_THAT(named.err, HasSubstr("is of device another"));
+  other->serial = serial;
+  ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*other)));
+  const Finished unnamed = Calibrate("static=" + folder_.Path("static.yaml"));
+  EXPECT_EQ(unnamed.exit_code, 3);
+  EXPECT_THAT(unnamed.out, HasSubstr("is not of this unit"));
+}
+
+TEST_F(TemperatureSweep, IsJudgedByItsLimits) {
+  const Finished tight = Calibrate("limits={accelerometer.residual_rms: 1e-9}");
+  EXPECT_EQ(tight.exit_code, 4) << tight.err;
+  EXPECT_THAT(tight.out, HasSubstr("FAIL"));
+  // At the reference temperature it is held.
+  const Finished held = Calibrate("limits={accelerometer.bias: 0.5}");
+  EXPECT_EQ(held.exit_code, 1);
+  EXPECT_THAT(held.err, HasSubstr("held in a sweep, not measured"));
+}
+
+TEST_F(TemperatureSweep, RefusesKnotsThatItDidNotPass) {
+  const Finished outside = Calibrate("sensors.accelerometer.thermal.knots=[200]");
+  EXPECT_EQ(outside.exit_code, 1);
+  EXPECT_THAT(outside.err, HasSubstr("lies outside of the sweep's"));
+  const Finished twice = Calibrate("sensors.accelerometer.thermal.knots=[30, 30]");
+  EXPECT_NE(twice.exit_code, 0);
+  EXPECT_THAT(twice.err, HasSubstr("each once"));
+}
+
+TEST_F(TemperatureSweep, SaysThatTheTemperatureEnded) {
+  // The last column of the second half is empty: a thermometer that fell off.
+  std::istringstream log(TemporaryFolder::Read(folder_.Path("sweep/recording.csv")));
+  std::ostringstream cut;
+  int row = 0;
+  for (std::string line; std::getline(log, line); ++row) {
+    if (row > 14'000) line.resize(line.rfind(',') + 1);
+    cut << line << '\n';
+  }
+  const std::string path = folder_.Write("cut.csv", cut.str());
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--config=" + kConfigs + "experiments/thermal-sweep.yaml",
+                                     "--input=" + path,
+                                     "--output=" + folder_.Path("found")});
+  EXPECT_THAT(run.out, HasSubstr("when no temperature was read for more than a minute"));
 }
 
 TEST_F(TemperatureSweep, RefusesWhatOnlyASoakTells) {

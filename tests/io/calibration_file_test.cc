@@ -243,6 +243,27 @@ TEST(CalibrationFile, RefusesAnotherVersionOfTheFormat) {
                     HasSubstr("reads truetriad/calibration/1")));
 }
 
+TEST(CalibrationFile, RefusesTemperatureTermsThatNoCalibrationWrites) {
+  const auto error_with = [](auto change) {
+    Calibration calibration = Awkward();
+    for (const Triad triad : kTriads) {
+      auto& sensor = calibration.sensors[triad];
+      if (sensor && sensor->thermal) change(&*sensor->thermal);
+    }
+    return ErrorOf(CalibrationToYaml(calibration));
+  };
+  EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->bias[0][1] = kNan; }),
+              AllOf(HasSubstr("thermal"), HasSubstr("not finite")));
+  EXPECT_THAT(error_with([](ThermalTerms* terms) {
+                terms->range_degc = {60.0, -10.0};
+              }),
+              HasSubstr("from the lowest to the highest"));
+  EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->reference_degc = -300.0; }),
+              HasSubstr("-273.15"));
+  EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->smoothing_s = -1.0; }),
+              HasSubstr("smoothing_s"));
+}
+
 TEST(CalibrationFile, NamesAMissingKey) {
   EXPECT_THAT(ErrorOf(Edited("gauge: symmetric\n", "")), HasSubstr("gauge: is missing"));
   EXPECT_THAT(ErrorOf(Edited(", excess_dof: .inf", "")),
