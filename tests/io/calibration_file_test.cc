@@ -260,8 +260,6 @@ TEST(CalibrationFile, RefusesTemperatureTermsThatNoCalibrationWrites) {
               HasSubstr("from the lowest to the highest"));
   EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->reference_degc = -300.0; }),
               HasSubstr("-273.15"));
-  EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->smoothing_s = -1.0; }),
-              HasSubstr("smoothing_s"));
 }
 
 TEST(CalibrationFile, NamesAMissingKey) {
