@@ -592,6 +592,15 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
       options.attitudes.kind != AttitudeKind::kNone) {
     fail("turns:, rates: and attitudes: belong to recordings of poses, not to `poses: { sweep }`");
   }
+  if (options.initialise.only) fail("initialise.only: a sweep has no start values; remove it");
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    const std::string name = "sensors." + std::string(TriadName(triad));
+    if (sensor.prior) fail(name + ".prior: has no effect on a sweep; remove it");
+    if (sensor.noise_sigma_raw || sensor.allan || sensor.excess == ExcessNoise::kGiven) {
+      fail(name + ".noise: the noise of a sweep comes from its windows; remove it");
+    }
+  }
 }
 
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.

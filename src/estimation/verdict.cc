@@ -305,6 +305,19 @@ void SayThermalRemarks(const SettledRun& run, Messages* messages) {
   }
 }
 
+// The parameters whose variance came out negative, the first few; empty when none did.
+std::string WithoutVariance(const NamedCovariance& covariance) {
+  constexpr int kNamed = 3;
+  std::string names;
+  int count = 0;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    if (!(covariance.matrix(at, at) < 0.0) || ++count > kNamed) continue;
+    names += (names.empty() ? "" : ", ") + covariance.parameters[i];
+  }
+  return names + (count > kNamed ? ", …" : "");
+}
+
 // What the reader of a usable result should know besides its numbers.
 void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages* messages) {
   const CalibrateOptions& options = run.options;
@@ -459,10 +472,21 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
       calibration->messages.emplace_back(kNotDetermined);
       return {};
     }
+    const std::string lost = WithoutVariance(solution.covariance);
+    if (graph.shared.allFinite() && !lost.empty()) {
+      calibration->outcome = Outcome::kNotObservable;
+      calibration->messages.push_back("the poses hardly determine " + lost +
+                                      ": no σ can be computed for it; leave the term out, or add "
+                                      "poses and turns that show it");
+      return {};
+    }
     calibration->outcome = Outcome::kNotConverged;
-    calibration->messages.emplace_back(
-        "the numbers left the range that can be computed with; look for absurd readings, σ or held "
-        "values");
+    const bool has_asymmetry = options.triads[Triad::kGyroscope].asymmetry == Wanted::kYes;
+    calibration->messages.push_back(
+        std::string("the numbers left the range that can be computed with; ") +
+        (has_asymmetry ? "an asymmetry that the turns hardly show does so: leave it out, or say "
+                         "`asymmetry: auto`"
+                       : "look for absurd readings, σ or held values"));
     return {};
   }
   // First: what a change in the middle of the run does to the fit may look like anything else.
