@@ -34,6 +34,9 @@ constexpr double kMostMissedShare = 0.1;
 // A change of the magnetometer during the run, as a share of the field, that no use of it forgives,
 // and how many σ half of it must be: smaller ones are said and not refused.
 constexpr double kLeastHarmfulChange = 0.01;
+// A change is named when chance makes one in hundreds of runs; a run is refused for it when chance
+// makes it in one of ten thousand.
+constexpr double kRefusedChange = 1e-4;
 constexpr double kBeyondSigma = 3.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;
@@ -258,7 +261,8 @@ bool IsBeyondSigma(const SettledRun& run, const MagnetometerChange& change) {
   const double size = change.kind == ChangeKind::kField  ? field
                       : change.kind == ChangeKind::kBias ? bias
                                                          : std::min(field, bias);
-  return size > kLeastHarmfulChange * strength && 0.5 * size > kBeyondSigma * change.bias_sigma_ut;
+  return change.p_value < kRefusedChange && size > kLeastHarmfulChange * strength &&
+         0.5 * size > kBeyondSigma * change.bias_sigma_ut;
 }
 
 // What makes temperature terms less than they seem.

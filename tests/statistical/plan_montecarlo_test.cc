@@ -44,7 +44,9 @@ void ExpectPredictionComesTrue(const char* row,
     for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
     const auto summary =
         Calibrate(SimulatePoses(unit, attitudes, trials::ModelNoise(), &random), options);
-    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    ASSERT_TRUE(summary) << "run " << run << ": " << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable())
+        << "run " << run << ": " << summary->calibration.messages.back();
     ASSERT_EQ(summary->calibration.covariance.parameters, names);
     Eigen::VectorXd error = trials::Errors(summary->calibration, unit);
     for (Eigen::Index i = 0; i < error.size(); ++i) {
