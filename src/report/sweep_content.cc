@@ -148,7 +148,10 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-Table SurfaceTable(const Calibration& calibration, Triad triad) {
+// `follows_past`: of each axis.
+Table SurfaceTable(const Calibration& calibration,
+                   Triad triad,
+                   const std::array<bool, 3>& follows_past) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   const ThermalTerms& thermal = *sensor.thermal;
   const double rate = ShownRate(calibration.quality, triad);
@@ -167,8 +170,8 @@ Table SurfaceTable(const Calibration& calibration, Triad triad) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const double shown : rates) {
         const double bias = ModelAtTemperature(sensor.model, thermal, degc, shown).bias[axis];
-        const bool was_reached = WasReached(calibration, triad, degc, shown) &&
-                                 !FollowsThePast(calibration, triad, axis);
+        const bool was_reached = !follows_past[static_cast<std::size_t>(axis)] &&
+                                 WasReached(calibration, triad, degc, shown);
         cells.push_back(was_reached ? Significant(bias, 4) : "–");
       }
     }
@@ -204,9 +207,13 @@ Section SweepSection(const Calibration& calibration) {
     section.blocks.emplace_back(DataTable(calibration, triad));
     section.blocks.emplace_back(
         Subtitle{TriadTitle(triad) + ": bias by temperature and its rate" + unit});
-    section.blocks.emplace_back(SurfaceTable(calibration, triad));
+    std::array<bool, 3> follows_past;
     for (int axis = 0; axis < 3; ++axis) {
-      if (!FollowsThePast(calibration, triad, axis)) continue;
+      follows_past[static_cast<std::size_t>(axis)] = FollowsThePast(calibration, triad, axis);
+    }
+    section.blocks.emplace_back(SurfaceTable(calibration, triad, follows_past));
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!follows_past[static_cast<std::size_t>(axis)]) continue;
       section.blocks.emplace_back(
           TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)] +
           ": its lag is long: the bias depends on the temperatures before, and no table or map of "
