@@ -102,7 +102,7 @@ OwnResiduals OwnResidualsOf(const PoseGraph& graph,
     const Eigen::Matrix3d variance = seen.variance / seen.weight;
     const Eigen::Index row = system.factors()[place.node].row + place.row;
     const Eigen::Vector3d projected = system.projected().segment<3>(row);
-    const Eigen::Matrix3d P = system.ProjectorBlock(place.node).block<3, 3>(place.row, place.row);
+    const Eigen::Matrix3d P = system.ProjectorBlock(place.node, place.row);
     own.chi2 += projected.dot(variance * projected);
     own.dof += (P * variance).trace();
   }

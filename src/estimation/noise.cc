@@ -16,6 +16,9 @@ namespace {
 constexpr int kMaxScoringSteps = 60;
 // Of a variance's own σ.
 constexpr double kSettledScoring = 1e-4;
+// Of a variance: a step as short as this is taken by Newton's method.
+constexpr double kNearOptimum = 0.3;
+constexpr double kMostShrinking = 0.95;
 
 // Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
 struct VariancePart {
@@ -195,6 +198,7 @@ class ComponentRows {
     return system.factors()[change.factor].row + change.row;
   }
 
+  std::size_t size() const { return changes_.size(); }
   const std::vector<Change>& changes(std::size_t s) const { return changes_[s]; }
   const std::vector<Change>& all_changes() const { return all_; }
   const StackedRows& ZB(std::size_t s) const { return ZB_[s]; }
@@ -205,28 +209,39 @@ class ComponentRows {
   std::vector<StackedRows> rows_, ZB_;
 };
 
-// Score and Fisher information of the components; `rows` are those of `system`.
+// Score of the components and their average information, the mean of the observed and the expected
+// one but for a term that vanishes: 1/2 r^T P Z_s P Z_t P r. Gilmour, Thompson and Cullis 1995.
 void ScoreOf(const ComponentRows& rows,
              const ReducedSystem& system,
              Eigen::VectorXd* score,
-             Eigen::MatrixXd* fisher) {
+             Eigen::MatrixXd* average) {
   const Eigen::Index count = score->size();
-  const Eigen::MatrixXd& covariance = system.covariance();
-  std::vector<Eigen::MatrixXd> MC;      // M^-1 C_s
-  std::vector<Eigen::MatrixXd> ZB_cov;  // Z_s D J M^-1
+  StackedRows Zq = StackedRows::Zero(system.residual().size(), count);  // Z_s P r
   for (Eigen::Index s = 0; s < count; ++s) {
-    const auto at = static_cast<std::size_t>(s);
-    MC.emplace_back(covariance * rows.Sensitivity(at));
-    ZB_cov.emplace_back(rows.ZB(at) * covariance);
-    double sum = MC.back().trace();
-    for (const ReducedSystem::VarianceChange& change : rows.changes(at)) {
-      const Eigen::Vector3d q = system.projected().segment<3>(ComponentRows::RowOf(change, system));
-      const auto D = system.factors()[change.factor].D.block<3, 3>(change.row, change.row);
-      sum += q.dot(change.change * q) - D.cwiseProduct(change.change).sum();
+    double sum = 0.0;
+    for (const ReducedSystem::VarianceChange& change : rows.changes(static_cast<std::size_t>(s))) {
+      const Eigen::Index row = ComponentRows::RowOf(change, system);
+      const Eigen::Vector3d q = system.projected().segment<3>(row);
+      const Eigen::Vector3d changed = change.change * q;
+      Zq.block<3, 1>(row, s) = changed;
+      sum += q.dot(changed) -
+             system.ProjectorBlock(change.factor, change.row).cwiseProduct(change.change).sum();
     }
     (*score)[s] = 0.5 * sum;
   }
-  fisher->setZero(count, count);
+  const Eigen::MatrixXd shared = system.B().transpose() * Zq;
+  *average = 0.5 * (Zq.transpose() * system.Project(Zq) -
+                    shared.transpose() * (system.covariance() * shared));
+}
+
+// Fisher information of the components; `rows` are those of `system`.
+Eigen::MatrixXd FisherOf(const ComponentRows& rows, const ReducedSystem& system) {
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  std::vector<Eigen::MatrixXd> MC;  // M^-1 C_s
+  for (std::size_t s = 0; s < rows.size(); ++s) {
+    MC.emplace_back(system.covariance() * rows.Sensitivity(s));
+  }
+  Eigen::MatrixXd fisher(count, count);
   for (Eigen::Index t = 0; t < count; ++t) {
     const auto second = static_cast<std::size_t>(t);
     // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
@@ -237,25 +252,62 @@ void ScoreOf(const ComponentRows& rows,
     for (Eigen::Index s = 0; s < count; ++s) {
       const auto first = static_cast<std::size_t>(s);
       double sum = 0.0;
-      Eigen::Index at = 0;
       for (const ReducedSystem::VarianceChange& change : rows.changes(first)) {
         sum -= derivative[listed++].cwiseProduct(change.change).sum();
-        if (s >= t) {
-          const auto DZB = projected.middleRows<3>(ComponentRows::RowOf(change, system));
-          sum -= 2.0 * ZB_cov[first].middleRows<3>(at).cwiseProduct(DZB).sum();
-        }
-        at += 3;
+        if (s < t) continue;
+        const Eigen::Index row = ComponentRows::RowOf(change, system);
+        const Eigen::Matrix3d inner =
+            system.BM().middleRows<3>(row).lazyProduct(projected.middleRows<3>(row).transpose());
+        sum -= 2.0 * inner.cwiseProduct(change.change).sum();
       }
       if (s < t) continue;
       sum += MC[first].cwiseProduct(MC[second].transpose()).sum();
-      (*fisher)(s, t) = (*fisher)(t, s) = 0.5 * sum;
+      fisher(s, t) = fisher(t, s) = 0.5 * sum;
     }
+  }
+  return fisher;
+}
+
+// The information of a variance goes with its inverse square, to first order.
+Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
+                         const Eigen::VectorXd& from,
+                         const Eigen::VectorXd& to) {
+  const Eigen::VectorXd ratio = from.cwiseQuotient(to);
+  return ratio.asDiagonal() * information * ratio.asDiagonal();
+}
+
+// The step to the maximum of a likelihood with this score and information that takes no component
+// below its limit (≤ 0): those that it would take there stand on it, the others follow.
+Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
+                          const Eigen::MatrixXd& information,
+                          const Eigen::VectorXd& score) {
+  const Eigen::Index count = score.size();
+  std::vector<bool> stands(static_cast<std::size_t>(count), false);
+  for (;;) {
+    Eigen::MatrixXd matrix = information;
+    Eigen::VectorXd right = score;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      if (!stands[static_cast<std::size_t>(s)]) continue;
+      matrix.row(s).setZero();
+      matrix(s, s) = 1.0;
+      right[s] = limit[s];
+    }
+    Eigen::VectorXd step = matrix.fullPivLu().solve(right);
+    bool is_done = true;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      if (stands[at] || !(step[s] < limit[s])) continue;
+      stands[at] = true;
+      is_done = false;
+    }
+    if (is_done) return step;
   }
 }
 
 }  // namespace
 
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
+                              const ExcessEstimate& before,
                               const ExcessVariance& start,
                               const ExcessVariance& floor,
                               PoseGraph* graph,
@@ -265,41 +317,70 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   estimate.components = components;
   const auto count = static_cast<Eigen::Index>(components.size());
   ComponentRows rows(components, *graph);
+  Eigen::VectorXd known(count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    known[s] = MeanKnownVariance(*graph, components[static_cast<std::size_t>(s)]);
+  }
+  const auto totals = [&](const ExcessVariance& variance) {
+    Eigen::VectorXd all = known;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      all[s] += variance[components[static_cast<std::size_t>(s)]];
+    }
+    return all;
+  };
+  Eigen::MatrixXd fisher;  // at the variances `fisher_at`
+  Eigen::VectorXd fisher_at;
+  if (before.components == components) {
+    fisher = before.fisher;
+    fisher_at = totals(before.variance);
+  }
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
-  Eigen::MatrixXd fisher;
+  Eigen::MatrixXd average;
+  double last_change = 0.0;
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     ApplyExcess(estimate.variance, graph);
     system->Eliminate(*graph);
-    rows.Take(*system);
-    ScoreOf(rows, *system, &score, &fisher);
-    // Components at their floor that would go below it are left out of the step.
-    Eigen::MatrixXd active = fisher;
-    Eigen::VectorXd active_score = score;
+    ScoreOf(rows, *system, &score, &average);
+    const Eigen::VectorXd total = totals(estimate.variance);
+    // Steps overshoot far from the optimum: at most to a twentieth of the whole.
+    Eigen::VectorXd limit(count);
     for (Eigen::Index s = 0; s < count; ++s) {
       const NoiseComponent component = components[static_cast<std::size_t>(s)];
-      if (estimate.variance[component] <= floor[component] && score[s] < 0.0) {
-        active.row(s).setZero();
-        active.col(s).setZero();
-        active(s, s) = 1.0;
-        active_score[s] = 0.0;
-      }
+      limit[s] = std::max(floor[component] - estimate.variance[component], -kMostShrinking * total[s]);
     }
-    const Eigen::VectorXd step = active.fullPivLu().solve(active_score);
+    // Newton's step near the optimum, where the expected information is known already: the observed
+    // one is twice the average less the expected. Fisher's step from further away.
+    Eigen::VectorXd step;
+    if (fisher.size() > 0) {
+      const Eigen::MatrixXd observed = 2.0 * average - Rescaled(fisher, fisher_at, total);
+      const bool is_convex = observed.llt().info() == Eigen::Success;
+      step = StepAbove(limit, is_convex ? observed : average, score);
+    }
+    if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
+      rows.Take(*system);
+      fisher = FisherOf(rows, *system);
+      fisher_at = total;
+      step = StepAbove(limit, fisher, score);
+    }
+    const Eigen::MatrixXd expected = Rescaled(fisher, fisher_at, total);
     double largest_change = 0.0;
     for (Eigen::Index s = 0; s < count; ++s) {
       const NoiseComponent component = components[static_cast<std::size_t>(s)];
       double& variance = estimate.variance[component];
-      const double sigma = std::sqrt(std::max(1.0 / fisher(s, s), 0.0));
-      // Scoring overshoots far from the optimum: at most to a twentieth, never past zero.
-      double next = std::max(variance + step[s], 0.05 * variance);
+      const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
+      double next = variance + step[s];
       if (next < 1e-9 * sigma) next = 0.0;
       next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
       largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
       variance = next;
     }
-    if (largest_change < kSettledScoring) break;
+    // What is still to come, if the steps go on shrinking as they did.
+    const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
+    if (!(largest_change * contraction > kSettledScoring)) break;
+    last_change = largest_change;
   }
-  estimate.covariance = fisher.fullPivLu().inverse();
+  estimate.fisher = Rescaled(fisher, fisher_at, totals(estimate.variance));
+  estimate.covariance = estimate.fisher.fullPivLu().inverse();
   ApplyExcess(estimate.variance, graph);
   system->Eliminate(*graph);
   return estimate;
@@ -309,8 +390,11 @@ void StateCurvatures(const PoseGraph& graph,
                      const ReducedSystem& system,
                      ExcessEstimate* estimate) {
   const std::size_t count = estimate->components.size();
+  if (count == 0) return;
   ComponentRows rows(estimate->components, graph);
   rows.Take(system);
+  estimate->fisher = FisherOf(rows, system);
+  estimate->covariance = estimate->fisher.fullPivLu().inverse();
   estimate->sensitivities.clear();
   for (std::size_t s = 0; s < count; ++s) {
     estimate->sensitivities.push_back(rows.Sensitivity(s));
@@ -430,15 +514,11 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate,
 // value, whatever the robust step did.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
   std::vector<DeletionTest> tests;
-  Eigen::MatrixXd P;
-  std::size_t projected = system.factors().size();
   for (const VariancePart& part : PartsOf(graph)) {
     const ReducedSystem::Factor& factor = system.factors()[part.factor];
-    if (part.factor != projected) P = system.ProjectorBlock(part.factor);
-    projected = part.factor;
     // In units of the observation's own standard deviation, so that eigenvalues compare.
     const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
-    const Eigen::Matrix3d A = root.transpose() * P.block<3, 3>(part.row, part.row) * root;
+    const Eigen::Matrix3d A = root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
     const Eigen::Vector3d q =
         root.transpose() * system.projected().segment<3>(factor.row + part.row);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);

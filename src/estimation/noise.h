@@ -56,7 +56,7 @@ std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observatio
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
 // Variance components by restricted maximum likelihood (Patterson and Thompson 1971) on the
-// linearised graph: Fisher scoring with
+// linearised graph: Fisher scoring, and near the optimum Newton's method, with
 //
 //   score_s  = -1/2 tr(P Z_s) + 1/2 r^T P Z_s P r       Z_s = dV/d excess_s
 //   F_st     =  1/2 tr(P Z_s P Z_t)
@@ -65,17 +65,20 @@ void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 // Rejected observations and turns do not count.
 struct ExcessEstimate {
   ExcessVariance variance{};
-  // Inverse Fisher information of the components, rows and columns in the order of `components`.
+  // Fisher information of the components and its inverse, rows and columns in the order of
+  // `components`; good to first order in the last steps until StateCurvatures was called.
   std::vector<NoiseComponent> components;
-  Eigen::MatrixXd covariance;
+  Eigen::MatrixXd fisher, covariance;
   // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s
   // M^-1.
   std::vector<Eigen::MatrixXd> sensitivities;
   // J^T D Z_s P Z_t D J for every pair (s, t), row by row.
   std::vector<Eigen::MatrixXd> curvatures;
 };
-// `floor`: no component goes below it (zero where rest noise keeps the weights finite).
+// `before`: an estimate of a system like this one, or empty. `floor`: no component goes below it
+// (zero where rest noise keeps the weights finite).
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
+                              const ExcessEstimate& before,
                               const ExcessVariance& start,
                               const ExcessVariance& floor,
                               PoseGraph* graph,

@@ -25,7 +25,7 @@ constexpr double kWildAtStart = 10.0;
 constexpr double kSmallStepChi2 = 0.01;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
-// Relative change of an excess variance below which it has settled.
+// Change of an excess variance below which it has settled, as a share of the whole variance.
 constexpr double kSettledExcess = 1e-3;
 // Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
 constexpr double kRejectionLevel = 0.01;
@@ -58,8 +58,12 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
 
 // `system`: the graph at its present state; in the end with the variances found.
 void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
-  noise->estimate =
-      EstimateExcess(noise->estimated, noise->excess, ExcessFloor(*noise, *graph), graph, system);
+  noise->estimate = EstimateExcess(noise->estimated,
+                                   noise->estimate,
+                                   noise->excess,
+                                   ExcessFloor(*noise, *graph),
+                                   graph,
+                                   system);
   noise->excess = noise->estimate.variance;
 }
 
@@ -386,8 +390,9 @@ int SettleNoise(const RobustOptions& robust,
     }
     bool excess_changed = false;
     for (const NoiseComponent component : noise->estimated) {
+      const double total = noise->excess[component] + MeanKnownVariance(*graph, component);
       excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
-                                             kSettledExcess * noise->excess[component];
+                                             kSettledExcess * total;
     }
     if (!weights_changed && !excess_changed) break;
   }

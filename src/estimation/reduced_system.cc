@@ -162,6 +162,7 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
                               prior_gradient_ + whole.topRightCorner(n, 1));
   projected_ = projected_columns_.col(n);
   if (size() > 0) projected_ += B() * step();
+  BM_.noalias() = B() * covariance();
 }
 
 // -(A^T W A)^-1 A^T W (r + J step).
@@ -177,10 +178,13 @@ Eigen::VectorXd ReducedSystem::PoseSteps() const {
   return steps.col(0);
 }
 
-Eigen::MatrixXd ReducedSystem::ProjectorBlock(std::size_t factor) const {
+Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index row) const {
   const Factor& seen = factors_[factor];
-  const auto rows = B().middleRows(seen.row, seen.rows());
-  return seen.D - rows * covariance() * rows.transpose();
+  Eigen::Matrix3d block = seen.D.block<3, 3>(row, row);
+  const Eigen::Index first = seen.row + row;
+  block.noalias() -=
+      BM_.middleRows<3>(first).lazyProduct(B().middleRows<3>(first).transpose());
+  return block;
 }
 
 // With W = V^-1, N = A^T W A, E = W A: dW = -W dV W, dN = A^T dW A, and of D = W - E N^-1 E^T the

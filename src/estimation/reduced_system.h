@@ -61,10 +61,11 @@ class ReducedSystem {
 
   const std::vector<Factor>& factors() const { return factors_; }
 
-  // Rows of all factors: residuals r, J, B = D J and the projected residuals P r.
+  // Rows of all factors: residuals r, J, B = D J, B M^-1 and the projected residuals P r.
   const Eigen::VectorXd& residual() const { return residual_; }
   auto J() const { return columns_.leftCols(size()); }
   auto B() const { return projected_columns_.leftCols(size()); }
+  const StackedRows& BM() const { return BM_; }
   const Eigen::VectorXd& projected() const { return projected_; }
 
   // M and what follows from it.
@@ -79,8 +80,8 @@ class ReducedSystem {
   // The Gauss-Newton step of all poses that goes with it, tangent space after tangent space.
   Eigen::VectorXd PoseSteps() const;
 
-  // The factor's own block of P.
-  Eigen::MatrixXd ProjectorBlock(std::size_t factor) const;
+  // The block of P that belongs to three rows of a factor.
+  Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
   // D y, for any number of columns.
   StackedRows Project(const StackedRows& y) const;
@@ -97,6 +98,7 @@ class ReducedSystem {
   std::vector<Factor> factors_;
   StackedRows columns_;            // J, r
   StackedRows projected_columns_;  // D J, D r
+  StackedRows BM_;
   Eigen::VectorXd residual_, projected_;
   std::vector<int> tangent_sizes_;
   TridiagonalChain chain_;
