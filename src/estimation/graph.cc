@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/graph.h"
 
+#include <array>
 #include <cmath>
-#include <memory>
+#include <optional>
+#include <vector>
 
-#include <ceres/normal_prior.h>
-#include <ceres/problem.h>
-#include <ceres/solver.h>
-#include <ceres/sphere_manifold.h>
-
-#include "estimation/pose_cost.h"
+#include "estimation/linearised_graph.h"
 #include "estimation/shared_problem.h"
 
 namespace truetriad {
@@ -20,75 +17,69 @@ constexpr int kMaxIntegrations = 10;
 // Of the tolerance: an increment that is linear to this needs no integration.
 constexpr double kStillLinear = 1e-2;
 
-// sum over entries of ((x_i - mean_i) / sigma_i)^2 for the priors that fall into one block.
-std::unique_ptr<ceres::CostFunction> BlockPrior(const std::vector<ScalarPrior>& priors,
-                                                const SharedBlock& block) {
-  std::vector<const ScalarPrior*> inside;
-  for (const ScalarPrior& prior : priors) {
-    if (prior.index >= block.offset && prior.index < block.offset + block.size) {
-      inside.push_back(&prior);
+// The poses eliminated; `graph` stands where it was linearised last.
+class PoseElimination final : public EliminatedProblem {
+ public:
+  explicit PoseElimination(PoseGraph* graph) : graph_(*graph) {}
+
+  void Linearise(const Eigen::VectorXd& shared) override {
+    if (system_) system_->TakeStep(StepTo(shared), &graph_);
+    graph_.shared = shared;
+    system_.emplace(graph_);
+  }
+
+  double CostAt(const Eigen::VectorXd& shared) const override {
+    Eigen::VectorXd pose_steps;
+    if (system_) pose_steps = system_->PoseSteps(StepTo(shared));
+    double sum = 0.0;
+    PoseResidual12 residual;
+    std::vector<std::array<double, 4>> states;
+    Eigen::Index at = 0;
+    for (const PoseNode& node : graph_.nodes) {
+      const int size = node.tangent_size();
+      states.push_back(system_ ? node.StateAfter(pose_steps.segment(at, size)) : node.state);
+      at += size;
+      if (node.row_count() == 0) continue;
+      node.Evaluate(
+          graph_.layout, shared.data(), states.back().data(), &residual, nullptr, nullptr);
+      sum += residual.dot(node.Information() * residual);
     }
-  }
-  if (inside.empty()) return nullptr;
-  ceres::Matrix weights = ceres::Matrix::Zero(static_cast<Eigen::Index>(inside.size()), block.size);
-  ceres::Vector means = ceres::Vector::Zero(block.size);
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    const int at = inside[i]->index - block.offset;
-    weights(static_cast<Eigen::Index>(i), at) = 1.0 / inside[i]->sigma;
-    means[at] = inside[i]->mean;
-  }
-  return std::make_unique<ceres::NormalPrior>(weights, means);
-}
-
-SolveOutcome SolveLinearised(PoseGraph* graph, double tolerance) {
-  ceres::Problem problem;
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-
-  std::vector<double*> gyroscope_blocks;
-  for (const SharedBlock& block : GyroscopeBlocks(graph->layout)) {
-    gyroscope_blocks.push_back(graph->shared.data() + block.offset);
-  }
-  const std::vector<double*> shared_blocks = AddSharedBlocks(graph, &problem);
-  for (const SharedBlock& block : SharedBlocks(graph->layout)) {
-    double* values = graph->shared.data() + block.offset;
-    if (auto prior = BlockPrior(graph->priors, block)) {
-      problem.AddResidualBlock(prior.release(), nullptr, values);
+    for (const IncrementEdge& edge : graph_.increments) {
+      Eigen::Vector3d turn;
+      edge.Evaluate(graph_.layout,
+                    shared.data(),
+                    states[edge.from].data(),
+                    states[edge.from + 1].data(),
+                    &turn,
+                    nullptr,
+                    nullptr,
+                    nullptr);
+      sum += turn.dot(edge.Information() * turn);
     }
-    ordering->AddElementToGroup(values, 1);
-  }
-  for (PoseNode& node : graph->nodes) {
-    problem.AddParameterBlock(node.state.data(), node.state_size());
-    if (node.kind == PoseKind::kHeld) {
-      problem.SetParameterBlockConstant(node.state.data());
-    } else if (node.kind == PoseKind::kDirection) {
-      problem.SetManifold(node.state.data(), new ceres::SphereManifold<3>);
-    } else {
-      problem.SetManifold(node.state.data(), new ceres::EigenQuaternionManifold);
+    for (const ScalarPrior& prior : graph_.priors) {
+      const double off = (shared[prior.index] - prior.mean) / prior.sigma;
+      sum += off * off;
     }
-    ordering->AddElementToGroup(node.state.data(), 0);
-    if (node.row_count() == 0) continue;
-    std::vector<double*> blocks = shared_blocks;
-    blocks.push_back(node.state.data());
-    problem.AddResidualBlock(new PoseCost(graph->layout, node), nullptr, blocks);
+    return 0.5 * sum;
   }
 
-  for (const IncrementEdge& edge : graph->increments) {
-    std::vector<double*> blocks = gyroscope_blocks;
-    blocks.push_back(graph->nodes[edge.from].state.data());
-    blocks.push_back(graph->nodes[edge.from + 1].state.data());
-    problem.AddResidualBlock(new IncrementCost(graph->layout, edge), nullptr, blocks);
+  double cost() const override { return system_->cost(); }
+  const Eigen::VectorXd& gradient() const override { return system_->gradient(); }
+  const Eigen::MatrixXd& information() const override { return system_->matrix(); }
+
+ private:
+  Eigen::VectorXd StepTo(const Eigen::VectorXd& shared) const {
+    return graph_.layout.basis.transpose() * (shared - graph_.shared);
   }
 
-  ceres::Solver::Options options = SolverOptions(tolerance);
-  if (graph->increments.empty()) {
-    options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.linear_solver_ordering = ordering;
-  } else {
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  }
-  options.max_num_iterations = kMaxIterations;
-  options.max_num_consecutive_invalid_steps = 20;
-  return SolveProblem(options, &problem);
+  PoseGraph& graph_;
+  std::optional<LinearisedGraph> system_;
+};
+
+SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance) {
+  PoseElimination problem(graph);
+  Eigen::VectorXd shared = graph->shared;
+  return SolveEliminated(graph->layout, tolerance, kMaxIterations, &problem, &shared);
 }
 
 }  // namespace
@@ -105,7 +96,7 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   SolveOutcome whole;
   for (int round = 0; round < kMaxIntegrations; ++round) {
     if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;
-    const SolveOutcome outcome = SolveLinearised(graph, tolerance);
+    const SolveOutcome outcome = SolveAsIntegrated(graph, tolerance);
     if (round == 0) whole.initial_cost = outcome.initial_cost;
     whole.converged = outcome.converged;
     whole.iterations += outcome.iterations;

@@ -51,9 +51,9 @@ struct SolveOutcome {
   double final_cost = 0.0;
 };
 
-// Minimises the whitened sum of squares with Ceres: poses are eliminated by the Schur complement,
-// so the cost of a step is linear in the number of poses. Poses that turns hang together in chains
-// take sparse Cholesky, linear too, and the turns are integrated again until the optimum stays.
+// Minimises the whitened sum of squares with Ceres, the poses eliminated: the cost of a step is
+// linear in their number, those that turns hang together in chains included. Turns are integrated
+// again until the optimum stays.
 // It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then
 // stands within sqrt(tolerance * χ²) σ of the optimum.
 inline constexpr double kFinalTolerance = 1e-13;

@@ -119,6 +119,10 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
   }
 }
 
+Eigen::Matrix3d IncrementEdge::Information() const {
+  return weight * Eigen::LLT<Eigen::Matrix3d>(variance).solve(Eigen::Matrix3d::Identity());
+}
+
 Eigen::Matrix3d IncrementEdge::SquareRootInformation() const {
   const Eigen::LLT<Eigen::Matrix3d> factor(variance / weight);
   return factor.matrixL().solve(Eigen::Matrix3d::Identity());

@@ -75,6 +75,7 @@ struct IncrementEdge {
 
   // W with W^T W the inverse covariance of the rows, robust weight included.
   Eigen::Matrix3d SquareRootInformation() const;
+  Eigen::Matrix3d Information() const;
 
  private:
   GyroModel ModelOf(const SharedLayout& layout, const double* shared) const;

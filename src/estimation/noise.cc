@@ -346,7 +346,8 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     Eigen::VectorXd limit(count);
     for (Eigen::Index s = 0; s < count; ++s) {
       const NoiseComponent component = components[static_cast<std::size_t>(s)];
-      limit[s] = std::max(floor[component] - estimate.variance[component], -kMostShrinking * total[s]);
+      limit[s] =
+          std::max(floor[component] - estimate.variance[component], -kMostShrinking * total[s]);
     }
     // Newton's step near the optimum, where the expected information is known already: the observed
     // one is twice the average less the expected. Fisher's step from further away.
@@ -518,7 +519,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     const ReducedSystem::Factor& factor = system.factors()[part.factor];
     // In units of the observation's own standard deviation, so that eigenvalues compare.
     const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
-    const Eigen::Matrix3d A = root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
+    const Eigen::Matrix3d A =
+        root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
     const Eigen::Vector3d q =
         root.transpose() * system.projected().segment<3>(factor.row + part.row);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);

@@ -58,12 +58,8 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
 
 // `system`: the graph at its present state; in the end with the variances found.
 void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
-  noise->estimate = EstimateExcess(noise->estimated,
-                                   noise->estimate,
-                                   noise->excess,
-                                   ExcessFloor(*noise, *graph),
-                                   graph,
-                                   system);
+  noise->estimate = EstimateExcess(
+      noise->estimated, noise->estimate, noise->excess, ExcessFloor(*noise, *graph), graph, system);
   noise->excess = noise->estimate.variance;
 }
 
@@ -212,13 +208,7 @@ bool UpdateWeights(const RobustOptions& robust,
 bool TakeSmallStep(const ReducedSystem& system, PoseGraph* graph) {
   const double chi2 = system.step().dot(system.information() * system.step());
   if (!(chi2 < kSmallStepChi2) || system.rank() < system.size()) return false;
-  const Eigen::VectorXd pose_steps = system.PoseSteps();
-  graph->shared += graph->layout.basis * system.step();
-  Eigen::Index at = 0;
-  for (PoseNode& node : graph->nodes) {
-    node.Step(pose_steps.segment(at, node.tangent_size()));
-    at += node.tangent_size();
-  }
+  system.TakeStep(system.step(), graph);
   return true;
 }
 

@@ -273,7 +273,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const ReducedSystem::Factor& pose = added.factors()[c];
       const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
-      gains[c] = moved.dot(pose.D * moved);
+      gains[c] = moved.dot(added.D(c) * moved);
       if (gains[c] > best_gain) {
         best_gain = gains[c];
         best = c;

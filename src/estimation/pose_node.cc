@@ -208,17 +208,44 @@ void PoseNode::AddPullOfGravity(const SharedLayout& layout,
   }
 }
 
-void PoseNode::Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
+std::array<double, 4> PoseNode::StateAfter(const Eigen::Ref<const Eigen::VectorXd>& tangent) const {
   if (kind == PoseKind::kDirection) {
     const Eigen::Map<const Eigen::Vector3d> direction(state.data());
     const Eigen::Vector3d moved =
         (direction + TangentBasis(direction) * tangent.head<2>()).normalized();
-    state = {moved.x(), moved.y(), moved.z(), 0.0};
-  } else if (kind == PoseKind::kRotation) {
+    return {moved.x(), moved.y(), moved.z(), 0.0};
+  }
+  if (kind == PoseKind::kRotation) {
     const Eigen::Quaterniond moved =
         (rotation() * RotationExp(Eigen::Vector3d(tangent.head<3>()))).normalized();
-    state = {moved.x(), moved.y(), moved.z(), moved.w()};
+    return {moved.x(), moved.y(), moved.z(), moved.w()};
   }
+  return state;
+}
+
+PoseRowMatrix PoseNode::Information() const {
+  PoseRowMatrix information;
+  information.setZero(row_count(), row_count());
+  int row = 0;
+  for (const Observation& observation : observations) {
+    const Eigen::LLT<Eigen::Matrix3d> factor(observation.variance);
+    information.block<3, 3>(row, row) =
+        observation.weight * factor.solve(Eigen::Matrix3d::Identity());
+    row += 3;
+  }
+  if (has_attitude_prior) {
+    information.block<3, 3>(row, row).diagonal() = prior_sigma_rad.cwiseAbs2().cwiseInverse();
+    row += 3;
+  }
+  if (holds_heading) {
+    information(row, row) = 1.0;  // any other would do
+    ++row;
+  }
+  if (face >= 0) {
+    information.block<2, 2>(row, row).diagonal().setConstant(1.0 /
+                                                             (seat_sigma_rad * seat_sigma_rad));
+  }
+  return information;
 }
 
 PoseRowMatrix PoseNode::SquareRootInformation() const {

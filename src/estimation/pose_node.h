@@ -134,9 +134,12 @@ struct PoseNode {
   // W with W^T W the inverse covariance of all rows, robust weights included: block lower
   // triangular.
   PoseRowMatrix SquareRootInformation() const;
+  // W^T W, with one block for every three rows on its diagonal.
+  PoseRowMatrix Information() const;
 
-  // Moves the state along its tangent space, as long as tangent_size().
-  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent);
+  // The state moved along its tangent space, as long as tangent_size().
+  std::array<double, 4> StateAfter(const Eigen::Ref<const Eigen::VectorXd>& tangent) const;
+  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) { state = StateAfter(tangent); }
 
  private:
   // G f in the static gyroscope's rows.

@@ -50,11 +50,11 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
   // Shares of the observation's own information, below which nothing is left of it, and above
   // which what is missing went to the parameters and not to the attitudes.
   constexpr double kNothing = 1e-6;
-  const ReducedSystem::Factor& factor = system.factors()[at];
+  const Eigen::Index row = system.factors()[at].row;
   const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(variance).matrixL();
   const Eigen::Matrix3d projector = root.transpose() * system.ProjectorBlock(at) * root;
-  const Eigen::Matrix3d beside_attitudes = root.transpose() * factor.D * root;
-  const Eigen::Vector3d projected = root.transpose() * system.projected().segment<3>(factor.row);
+  const Eigen::Matrix3d beside_attitudes = root.transpose() * system.D(at) * root;
+  const Eigen::Vector3d projected = root.transpose() * system.projected().segment<3>(row);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(projector);
   Eigen::Vector3d deletion = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
     }
   }
   const Eigen::VectorXd shift =
-      system.covariance() * (system.B().middleRows<3>(factor.row).transpose() * (root * deletion));
+      system.covariance() * (system.B().middleRows<3>(row).transpose() * (root * deletion));
   return graph.shared + graph.layout.basis * shift;
 }
 

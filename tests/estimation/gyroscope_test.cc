@@ -11,8 +11,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estimation/pose_cost.h"
+#include "estimation/shared_blocks.h"
 #include "sim/scenario_samples.h"
+#include "support/pose_cost.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/math/distributions.h"

@@ -8,7 +8,8 @@
 #include <ceres/sphere_manifold.h>
 #include <gtest/gtest.h>
 
-#include "estimation/pose_cost.h"
+#include "estimation/shared_blocks.h"
+#include "support/pose_cost.h"
 #include "truetriad/math/random.h"
 
 namespace truetriad {

@@ -15,8 +15,9 @@
 #include <gtest/gtest.h>
 
 #include "estimation/parameter_name.h"
-#include "estimation/pose_cost.h"
+#include "estimation/shared_blocks.h"
 #include "estimation/thermal_block.h"
+#include "support/pose_cost.h"
 #include "support/soak_trials.h"
 #include "truetriad/estimation/calibrate.h"
 

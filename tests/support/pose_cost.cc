@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estimation/pose_cost.h"
+#include "support/pose_cost.h"
 
 #include <algorithm>
 #include <array>
@@ -10,20 +10,6 @@ namespace truetriad {
 namespace {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedBlock>* blocks) {
-  if (!layout.Has(triad)) return;
-  blocks->push_back({layout.bias[triad], 3});
-  blocks->push_back({layout.sensitivity[triad], 9});
-  const ThermalBlock& thermal = layout.thermal[triad];
-  if (thermal.size() > 0) blocks->push_back({thermal.at, thermal.size()});
-  for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
-    if (at >= 0) blocks->push_back({at, 3});
-  }
-  if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
-    blocks->push_back({layout.g_sensitivity, 9});
-  }
-}
 
 using SharedVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxSharedSize, 1>;
 
@@ -47,24 +33,6 @@ Eigen::Matrix<double, 3, 4> TangentFromQuaternion(const double* state) {
 }
 
 }  // namespace
-
-std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout) {
-  std::vector<SharedBlock> blocks;
-  AddTriadBlocks(layout, Triad::kGyroscope, &blocks);
-  // The heading of the earth's rate.
-  if (layout.CountsEarthRate()) blocks.push_back({layout.reference, kReferenceSize});
-  return blocks;
-}
-
-std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout) {
-  std::vector<SharedBlock> blocks;
-  for (const Triad triad : kTriads) AddTriadBlocks(layout, triad, &blocks);
-  blocks.push_back({layout.reference, kReferenceSize});
-  for (const int tilt : layout.face_tilt) {
-    if (tilt >= 0) blocks.push_back({tilt, 2});
-  }
-  return blocks;
-}
 
 PoseCost::PoseCost(const SharedLayout& layout, const PoseNode& node)
     : layout_(layout), node_(node), blocks_(SharedBlocks(layout)) {
@@ -155,30 +123,6 @@ bool IncrementCost::Evaluate(double const* const* parameters,
     Eigen::Map<RowMajorMatrix>(jacobians[first + i], 3, 4) =
         root * by_state[i] * TangentFromQuaternion(parameters[first + i]);
   }
-  return true;
-}
-
-bool LinearManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  Eigen::Map<Eigen::VectorXd>(x_plus_delta, basis_.rows()) =
-      Eigen::Map<const Eigen::VectorXd>(x, basis_.rows()) +
-      basis_ * Eigen::Map<const Eigen::VectorXd>(delta, basis_.cols());
-  return true;
-}
-
-bool LinearManifold::PlusJacobian(const double* /*x*/, double* jacobian) const {
-  Eigen::Map<RowMajorMatrix>(jacobian, basis_.rows(), basis_.cols()) = basis_;
-  return true;
-}
-
-bool LinearManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Eigen::Map<Eigen::VectorXd>(y_minus_x, basis_.cols()) =
-      basis_.transpose() * (Eigen::Map<const Eigen::VectorXd>(y, basis_.rows()) -
-                            Eigen::Map<const Eigen::VectorXd>(x, basis_.rows()));
-  return true;
-}
-
-bool LinearManifold::MinusJacobian(const double* /*x*/, double* jacobian) const {
-  Eigen::Map<RowMajorMatrix>(jacobian, basis_.cols(), basis_.rows()) = basis_.transpose();
   return true;
 }
 

@@ -4,24 +4,13 @@
 #include <vector>
 
 #include <ceres/cost_function.h>
-#include <ceres/manifold.h>
 
 #include "estimation/increment_edge.h"
 #include "estimation/parameters.h"
 #include "estimation/pose_node.h"
+#include "estimation/shared_blocks.h"
 
 namespace truetriad {
-
-// A block of the shared vector as Ceres sees it.
-struct SharedBlock {
-  int offset = 0;
-  int size = 0;
-};
-
-// The blocks of a layout that are parameters of the graph, in the model's order.
-std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout);
-// Those that turns depend on: the gyroscope's.
-std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout);
 
 // One residual block a pose: all its triads and its attitude prior, whitened.
 //
@@ -55,23 +44,6 @@ class IncrementCost final : public ceres::CostFunction {
   const SharedLayout& layout_;
   const IncrementEdge& edge_;
   std::vector<SharedBlock> blocks_;
-};
-
-// Parameters that move in a linear subspace: x + basis * delta. Held entries are rows of zeros,
-// tied entries share a column.
-class LinearManifold final : public ceres::Manifold {
- public:
-  // Columns of `basis` are orthonormal.
-  explicit LinearManifold(Eigen::MatrixXd basis) : basis_(std::move(basis)) {}
-  int AmbientSize() const override { return static_cast<int>(basis_.rows()); }
-  int TangentSize() const override { return static_cast<int>(basis_.cols()); }
-  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
-  bool PlusJacobian(const double* x, double* jacobian) const override;
-  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
-  bool MinusJacobian(const double* x, double* jacobian) const override;
-
- private:
-  Eigen::MatrixXd basis_;
 };
 
 }  // namespace truetriad
