@@ -54,35 +54,49 @@ struct StepTest {
   Eigen::Vector3d step = Eigen::Vector3d::Zero();
 };
 
-// `columns`: of each place the derivative of its three rows by the step, from `first` on.
-StepTest TestStep(const ReducedSystem& system,
-                  const std::vector<Place>& places,
-                  const std::vector<Eigen::Matrix3d>& columns,
-                  std::size_t first) {
-  const auto& factors = system.factors();
-  StackedRows Z = StackedRows::Zero(system.residual().size(), 3);
+// The tests of a step at every place, in their order. `columns`: of each place the derivative of
+// its three rows by a step there or before.
+std::vector<StepTest> TestSteps(const ReducedSystem& system,
+                                const std::vector<Place>& places,
+                                const std::vector<Eigen::Matrix3d>& columns) {
+  // All places side by side; a step is the sum of those from its own on.
+  const auto count = static_cast<Eigen::Index>(places.size());
+  StackedRows Z = StackedRows::Zero(system.residual().size(), 3 * count);
+  const auto row_of = [&](std::size_t i) {
+    return system.factors()[places[i].node].row + places[i].row;
+  };
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Z.block<3, 3>(row_of(i), 3 * static_cast<Eigen::Index>(i)) = columns[i];
+  }
+  const StackedRows DZ = system.Project(Z);
+  StackedRows projected = StackedRows::Zero(Z.rows(), 3);
+  Eigen::Matrix3d whole = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> shared =
+      Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(system.size(), 3);
   Eigen::Vector3d u = Eigen::Vector3d::Zero();
-  for (std::size_t i = first; i < places.size(); ++i) {
-    const Place& place = places[i];
-    const Eigen::Index row = factors[place.node].row + place.row;
-    Z.middleRows<3>(row) = columns[i];
+  std::vector<StepTest> tests(places.size());
+  for (std::size_t i = places.size(); i-- > 0;) {
+    const Eigen::Index row = row_of(i);
+    const auto own = DZ.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+    const Eigen::Matrix3d across = columns[i].transpose() * projected.middleRows<3>(row);
+    whole += across + across.transpose() + columns[i].transpose() * own.middleRows<3>(row);
+    projected += own;
+    shared += system.B().middleRows<3>(row).transpose() * columns[i];
     u += columns[i].transpose() * system.projected().segment<3>(row);
+    const Eigen::Matrix3d information = whole - shared.transpose() * (system.covariance() * shared);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+    StepTest& test = tests[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double eigenvalue = solver.eigenvalues()[axis];
+      if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
+      const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
+      const double share = direction.dot(u) / eigenvalue;
+      test.statistic += share * share * eigenvalue;
+      test.step -= share * direction;
+      ++test.rank;
+    }
   }
-  const Eigen::MatrixXd shared = system.B().transpose() * Z;
-  Eigen::Matrix3d information = Z.transpose() * system.Project(Z);
-  information -= shared.transpose() * system.covariance() * shared;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
-  StepTest test;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double eigenvalue = solver.eigenvalues()[axis];
-    if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
-    const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
-    const double share = direction.dot(u) / eigenvalue;
-    test.statistic += share * share * eigenvalue;
-    test.step -= share * direction;
-    ++test.rank;
-  }
-  return test;
+  return tests;
 }
 
 // What the magnetometer's own residuals amount to, and how many they are after all that was fitted.
@@ -139,6 +153,7 @@ bool LooksLeftOut(const std::vector<Place>& places, std::size_t first) {
 }  // namespace
 
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
+                                                         const ReducedSystem& settled_system,
                                                          const NoiseState& noise) {
   if (!settled.layout.Has(kMagnetometer) || noise.source[kMagnetometer] == NoiseSource::kResidual) {
     return std::nullopt;
@@ -148,8 +163,14 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   const auto rejected = std::count_if(
       places.begin(), places.end(), [](const Place& place) { return place.rejected; });
   const bool readmits = rejected >= kManyRejected;
-  const PoseGraph graph = readmits ? WithoutWeights(settled, places) : settled;
-  const ReducedSystem system(graph);
+  std::optional<PoseGraph> whole;
+  std::optional<ReducedSystem> whole_system;
+  if (readmits) {
+    whole = WithoutWeights(settled, places);
+    whole_system.emplace(*whole);
+  }
+  const PoseGraph& graph = readmits ? *whole : settled;
+  const ReducedSystem& system = readmits ? *whole_system : settled_system;
   if (system.rank() < system.size()) return std::nullopt;
 
   std::vector<Eigen::Matrix3d> by_bias, by_field;
@@ -185,12 +206,14 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
        graph.sensitivity(kMagnetometer).rowwise().norm().array())
           .maxCoeff();
   const double tests = 2.0 * static_cast<double>(places.size() - 2 * kFewestPoses + 1);
+  const std::vector<StepTest> bias_tests = TestSteps(system, places, by_bias);
+  const std::vector<StepTest> field_tests = TestSteps(system, places, by_field);
   double clearest = 0.0;
   std::optional<MagnetometerChange> found;
   for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
     if (readmits && !LooksLeftOut(places, first)) continue;
-    const StepTest bias = TestStep(system, places, by_bias, first);
-    const StepTest field = TestStep(system, places, by_field, first);
+    const StepTest& bias = bias_tests[first];
+    const StepTest& field = field_tests[first];
     const double clear = std::max(clearness(bias), clearness(field));
     const double p = std::min(1.0, tests * std::min(p_value(bias), p_value(field)));
     if (p > kChangeLevel || clear <= clearest) continue;

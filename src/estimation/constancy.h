@@ -8,6 +8,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/noise_settling.h"
+#include "estimation/reduced_system.h"
 
 namespace truetriad {
 
@@ -49,7 +50,9 @@ inline constexpr double kChangeLevel = 0.01;
 // step looks to a robust fit. Unset without a change, with fewer than four poses on a side, or with
 // more poses than people set down: neighbouring rows of a motion share what disturbs them, which
 // this test would take for a step.
+// `settled_system`: of `settled`.
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
+                                                         const ReducedSystem& settled_system,
                                                          const NoiseState& noise);
 
 }  // namespace truetriad

@@ -9,6 +9,23 @@ namespace {
 
 using Block = TridiagonalChain::Block;
 
+// What is not zero of the basis of the free coordinates: hardly more than one entry a column.
+struct BasisEntry {
+  Eigen::Index row = 0;
+  Eigen::Index column = 0;
+  double value = 0.0;
+};
+
+std::vector<BasisEntry> EntriesOf(const Eigen::MatrixXd& basis) {
+  std::vector<BasisEntry> entries;
+  for (Eigen::Index column = 0; column < basis.cols(); ++column) {
+    for (Eigen::Index row = 0; row < basis.rows(); ++row) {
+      if (basis(row, column) != 0.0) entries.push_back({row, column, basis(row, column)});
+    }
+  }
+  return entries;
+}
+
 }  // namespace
 
 PairBlock PoseBlock(const LinearisedGraph::Factor& factor,
@@ -40,7 +57,7 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
   Eigen::Index rows = 3 * static_cast<Eigen::Index>(graph.increments.size());
   for (const PoseNode& node : graph.nodes) rows += node.row_count();
   columns_.resize(rows, n + 1);
-  const StackedRows basis = layout.basis;
+  const std::vector<BasisEntry> basis = EntriesOf(layout.basis);
   factors_.reserve(graph.nodes.size() + graph.increments.size());
   PoseSharedJacobian shared_jacobian;
   Eigen::Index row = 0;
@@ -48,7 +65,9 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
     factor.row = row;
     auto own = columns_.middleRows(row, factor.rows());
     own.setZero();
-    AddProduct(1.0, shared_jacobian, basis, own.leftCols(n));
+    for (const BasisEntry& entry : basis) {
+      own.col(entry.column) += entry.value * shared_jacobian.col(entry.row);
+    }
     own.col(n) = residual;
     row += factor.rows();
     factors_.push_back(std::move(factor));
@@ -116,7 +135,8 @@ StackedRows LinearisedGraph::Project(const StackedRows& y) const {
   StackedRows right = StackedRows::Zero(chain_.size(), y.cols());
   for (const Factor& factor : factors_) {
     const auto rows = y.middleRows(factor.row, factor.rows());
-    AddProduct(1.0, factor.information, rows, projected.middleRows(factor.row, factor.rows()));
+    AddBlockDiagonalProduct(
+        factor.information, rows, projected.middleRows(factor.row, factor.rows()));
     AddProduct(
         1.0, factor.weighted.transpose(), rows, right.middleRows(PoseRow(factor), factor.A.cols()));
   }
@@ -150,8 +170,7 @@ void LinearisedGraph::Eliminate(const PoseGraph& graph) {
   }
   FormChain();
   projected_columns_ = Project(columns_);
-  Eigen::MatrixXd whole(n + 1, n + 1);
-  whole.noalias() = columns_.transpose() * projected_columns_;
+  const Eigen::MatrixXd whole = TransposedProduct(columns_, projected_columns_);
   matrix_ = prior_information_ + whole.topLeftCorner(n, n);
   gradient_ = prior_gradient_ + whole.topRightCorner(n, 1);
   cost_ = prior_cost_;

@@ -170,7 +170,7 @@ class ComponentRows {
   }
 
   // C_s, see ExcessEstimate.
-  Eigen::MatrixXd Sensitivity(std::size_t s) const { return rows_[s].transpose() * ZB_[s]; }
+  Eigen::MatrixXd Sensitivity(std::size_t s) const { return TransposedProduct(rows_[s], ZB_[s]); }
 
   // D Z_t D J, all rows.
   StackedRows Projected(std::size_t t, const ReducedSystem& system) const {
@@ -234,8 +234,17 @@ void ScoreOf(const ComponentRows& rows,
                     shared.transpose() * (system.covariance() * shared));
 }
 
+// D Z_s D J of every component.
+std::vector<StackedRows> AllProjected(const ComponentRows& rows, const ReducedSystem& system) {
+  std::vector<StackedRows> all;
+  for (std::size_t s = 0; s < rows.size(); ++s) all.push_back(rows.Projected(s, system));
+  return all;
+}
+
 // Fisher information of the components; `rows` are those of `system`.
-Eigen::MatrixXd FisherOf(const ComponentRows& rows, const ReducedSystem& system) {
+Eigen::MatrixXd FisherOf(const ComponentRows& rows,
+                         const std::vector<StackedRows>& all_projected,
+                         const ReducedSystem& system) {
   const auto count = static_cast<Eigen::Index>(rows.size());
   std::vector<Eigen::MatrixXd> MC;  // M^-1 C_s
   for (std::size_t s = 0; s < rows.size(); ++s) {
@@ -247,7 +256,7 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows, const ReducedSystem& system)
     // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
     const std::vector<Eigen::Matrix3d> derivative =
         system.ProjectorDerivative(rows.changes(second), rows.all_changes());
-    const StackedRows projected = rows.Projected(second, system);
+    const StackedRows& projected = all_projected[second];
     std::size_t listed = 0;
     for (Eigen::Index s = 0; s < count; ++s) {
       const auto first = static_cast<std::size_t>(s);
@@ -359,7 +368,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     }
     if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
       rows.Take(*system);
-      fisher = FisherOf(rows, *system);
+      fisher = FisherOf(rows, AllProjected(rows, *system), *system);
       fisher_at = total;
       step = StepAbove(limit, fisher, score);
     }
@@ -394,7 +403,8 @@ void StateCurvatures(const PoseGraph& graph,
   if (count == 0) return;
   ComponentRows rows(estimate->components, graph);
   rows.Take(system);
-  estimate->fisher = FisherOf(rows, system);
+  const std::vector<StackedRows> projected = AllProjected(rows, system);
+  estimate->fisher = FisherOf(rows, projected, system);
   estimate->covariance = estimate->fisher.fullPivLu().inverse();
   estimate->sensitivities.clear();
   for (std::size_t s = 0; s < count; ++s) {
@@ -402,11 +412,11 @@ void StateCurvatures(const PoseGraph& graph,
   }
   estimate->curvatures.resize(count * count);
   for (std::size_t t = 0; t < count; ++t) {
-    const StackedRows projected = rows.Projected(t, system);
+    const Eigen::MatrixXd through = system.covariance() * estimate->sensitivities[t];
     for (std::size_t s = t; s < count; ++s) {
       Eigen::MatrixXd& pair = estimate->curvatures[s * count + t];
-      pair = rows.ZB(s).transpose() * rows.RowsOf(s, projected, system);
-      pair -= estimate->sensitivities[s] * system.covariance() * estimate->sensitivities[t];
+      pair = TransposedProduct(rows.ZB(s), rows.RowsOf(s, projected[t], system));
+      pair -= estimate->sensitivities[s] * through;
       if (s != t) estimate->curvatures[t * count + s] = pair.transpose();
     }
   }

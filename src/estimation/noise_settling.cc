@@ -21,8 +21,12 @@ constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
 // Of the median, see WeighTurnsAtStart.
 constexpr double kWildAtStart = 10.0;
-// χ² that a step may change the parameters by to be taken without a search, see TakeSmallStep.
+// Of Gauss-Newton steps between rounds: χ² that one changes the parameters by, when nothing is left
+// of it afterwards; the share of the promised decrease that each must bring.
 constexpr double kSmallStepChi2 = 0.01;
+constexpr double kKeptPromise = 0.5;
+constexpr double kCostRounding = 1e-10;
+constexpr int kMostSteps = 4;
 // Mean change of the weights below which they have settled.
 constexpr double kSettledWeight = 1e-3;
 // Change of an excess variance below which it has settled, as a share of the whole variance.
@@ -202,14 +206,23 @@ bool UpdateWeights(const RobustOptions& robust,
   return changed || moved > kSettledWeight * static_cast<double>(tests.size());
 }
 
-// Takes the Gauss-Newton step of a system that was made at the graph's state, if it is so short
-// against σ that nothing is left of it afterwards. The last solution is the optimiser's in any
-// case.
-bool TakeSmallStep(const ReducedSystem& system, PoseGraph* graph) {
-  const double chi2 = system.step().dot(system.information() * system.step());
-  if (!(chi2 < kSmallStepChi2) || system.rank() < system.size()) return false;
-  system.TakeStep(system.step(), graph);
-  return true;
+// Takes Gauss-Newton steps from a system that was made at the graph's state until nothing is left
+// to go, as long as each does what it promises; false, and nothing changed, where one does not. In
+// the end `system` is the graph's. The last solution is the optimiser's in any case.
+bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
+  const PoseGraph before = *graph;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double chi2 = system->step().dot(system->information() * system->step());
+    if (!std::isfinite(chi2) || system->rank() < system->size()) break;
+    const double cost = system->cost();
+    system->TakeStep(system->step(), graph);
+    *system = ReducedSystem(*graph);
+    const double rounding = kCostRounding * cost;
+    if (!(cost - system->cost() > kKeptPromise * 0.5 * chi2 - rounding)) break;
+    if (chi2 < kSmallStepChi2) return true;
+  }
+  *graph = before;
+  return false;
 }
 
 }  // namespace
@@ -364,15 +377,15 @@ int SettleNoise(const RobustOptions& robust,
     const bool weights_changed =
         weighs && UpdateWeights(robust, *noise, system, round < kReadmittingRounds, graph);
     if (weighs) system.Eliminate(*graph);
-    if (round == 0 || !TakeSmallStep(system, graph)) {
+    if (!TakeSteps(graph, &system)) {
       log->Solve(kRoundTolerance, graph);
       // A direction that nothing determines: more rounds would only creep along it.
       if (!log->converged) {
         StateCurvatures(*graph, system, &noise->estimate);
         return rounds;
       }
+      system = ReducedSystem(*graph);
     }
-    system = ReducedSystem(*graph);
     const ExcessVariance before = noise->excess;
     if (!noise->estimated.empty()) {
       Estimate(noise, graph, &system);

@@ -29,7 +29,7 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
   projected_ = projected_columns().col(size());
   if (size() > 0) projected_ += B() * step();
-  BM_.noalias() = B() * covariance();
+  BM_ = ProductOfRows(projected_columns(), covariance());
 }
 
 Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index row) const {

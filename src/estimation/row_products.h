@@ -10,12 +10,13 @@ namespace truetriad {
 // Rows of several factors or poses, one after another.
 using StackedRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A corner of up to three rows and columns of a small matrix, and the long rows that it takes from
-// and adds to.
+// out += factors * in for long rows `in` and `out`, which do not overlap. `factors`, column by
+// column, has as many rows as `out` and as many columns as `in` has rows: at most three each.
 struct RowTile {
+  const double* factors = nullptr;
+  Eigen::Index factors_stride = 0;
   int rows = 0;
   int cols = 0;
-  Eigen::Matrix3d factors;
   const double* in = nullptr;
   Eigen::Index in_stride = 0;
   double* out = nullptr;
@@ -25,32 +26,42 @@ struct RowTile {
 void AddTile(const RowTile& tile);
 
 // out += sign * a * b for a small `a` and long rows of `b` and `out`, which do not overlap: in
-// tiles, where a general product would spend most of its time on packing. Tiles of zeros cost
-// nothing.
+// tiles, where a general product would spend most of its time on packing.
 template <typename Small, typename In, typename Out>
 void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   constexpr Eigen::Index kTile = 3;
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 12, 12> factors = sign * a;
   RowTile tile;
+  tile.factors_stride = factors.rows();
   tile.in_stride = b.outerStride();
   tile.out_stride = out.outerStride();
   tile.length = b.cols();
-  for (Eigen::Index i = 0; i < a.rows(); i += kTile) {
-    for (Eigen::Index j = 0; j < a.cols(); j += kTile) {
-      tile.rows = static_cast<int>(std::min(kTile, a.rows() - i));
-      tile.cols = static_cast<int>(std::min(kTile, a.cols() - j));
-      bool is_zero = true;
-      for (int c = 0; c < tile.cols; ++c) {
-        for (int r = 0; r < tile.rows; ++r) {
-          tile.factors(r, c) = sign * a(i + r, j + c);
-          is_zero = is_zero && tile.factors(r, c) == 0.0;
-        }
-      }
-      if (is_zero) continue;
+  for (Eigen::Index i = 0; i < factors.rows(); i += kTile) {
+    for (Eigen::Index j = 0; j < factors.cols(); j += kTile) {
+      tile.factors = &factors.coeffRef(i, j);
+      tile.rows = static_cast<int>(std::min(kTile, factors.rows() - i));
+      tile.cols = static_cast<int>(std::min(kTile, factors.cols() - j));
       tile.in = b.data() + j * tile.in_stride;
       tile.out = out.data() + i * tile.out_stride;
       AddTile(tile);
     }
   }
 }
+
+// out += a * b where `a` has blocks of three rows on its diagonal and zeros elsewhere.
+template <typename Small, typename In, typename Out>
+void AddBlockDiagonalProduct(const Small& a, const In& b, Out&& out) {
+  constexpr Eigen::Index kBlock = 3;
+  for (Eigen::Index i = 0; i < a.rows(); i += kBlock) {
+    const Eigen::Index rows = std::min(kBlock, a.rows() - i);
+    AddProduct(1.0, a.block(i, i, rows, rows), b.middleRows(i, rows), out.middleRows(i, rows));
+  }
+}
+
+// a^T * b for as many rows of each.
+Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
+
+// The first columns of `a`, as many as `b` has rows, times `b`.
+StackedRows ProductOfRows(const StackedRows& a, const StackedRows& b);
 
 }  // namespace truetriad

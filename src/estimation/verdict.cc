@@ -494,7 +494,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     return {};
   }
   // First: what a change in the middle of the run does to the fit may look like anything else.
-  if (const auto change = FindMagnetometerChange(graph, run.noise)) {
+  if (const auto change = FindMagnetometerChange(graph, system, run.noise)) {
     calibration->messages.push_back(WordsOf(run, *change));
     if (IsBeyondSigma(run, *change)) {
       calibration->outcome = Outcome::kNotConverged;
