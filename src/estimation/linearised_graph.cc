@@ -170,7 +170,7 @@ void LinearisedGraph::Eliminate(const PoseGraph& graph) {
   }
   FormChain();
   projected_columns_ = Project(columns_);
-  const Eigen::MatrixXd whole = TransposedProduct(columns_, projected_columns_);
+  const Eigen::MatrixXd whole = SymmetricProduct(columns_, projected_columns_);
   matrix_ = prior_information_ + whole.topLeftCorner(n, n);
   gradient_ = prior_gradient_ + whole.topRightCorner(n, 1);
   cost_ = prior_cost_;

@@ -170,7 +170,7 @@ class ComponentRows {
   }
 
   // C_s, see ExcessEstimate.
-  Eigen::MatrixXd Sensitivity(std::size_t s) const { return TransposedProduct(rows_[s], ZB_[s]); }
+  Eigen::MatrixXd Sensitivity(std::size_t s) const { return SymmetricProduct(rows_[s], ZB_[s]); }
 
   // D Z_t D J, all rows.
   StackedRows Projected(std::size_t t, const ReducedSystem& system) const {
@@ -347,8 +347,10 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   Eigen::MatrixXd average;
   double last_change = 0.0;
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
-    ApplyExcess(estimate.variance, graph);
-    system->Eliminate(*graph);
+    if (iteration > 0) {
+      ApplyExcess(estimate.variance, graph);
+      system->Eliminate(*graph);
+    }
     ScoreOf(rows, *system, &score, &average);
     const Eigen::VectorXd total = totals(estimate.variance);
     // Steps overshoot far from the optimum: at most to a twentieth of the whole.

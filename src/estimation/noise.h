@@ -75,6 +75,7 @@ struct ExcessEstimate {
   // J^T D Z_s P Z_t D J for every pair (s, t), row by row.
   std::vector<Eigen::MatrixXd> curvatures;
 };
+// `system`: of the graph as it is, with the variances `start`; in the end with those found.
 // `before`: an estimate of a system like this one, or empty. `floor`: no component goes below it
 // (zero where rest noise keeps the weights finite).
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,

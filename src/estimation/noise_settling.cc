@@ -133,14 +133,18 @@ RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
   return {observation.weight, observation.rejected};
 }
 
+struct WeightChange {
+  bool any = false;
+  bool notable = false;  // of the rejected set or of the weights
+};
+
 // Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
-// Returns whether the rejected set or a weight changed notably. `may_readmit`: a rejected
-// observation whose test has become good again returns.
-bool UpdateWeights(const RobustOptions& robust,
-                   const NoiseState& noise,
-                   const ReducedSystem& system,
-                   bool may_readmit,
-                   PoseGraph* graph) {
+// `may_readmit`: a rejected observation whose test has become good again returns.
+WeightChange UpdateWeights(const RobustOptions& robust,
+                           const NoiseState& noise,
+                           const ReducedSystem& system,
+                           bool may_readmit,
+                           PoseGraph* graph) {
   const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
   const double level =
       kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
@@ -203,7 +207,8 @@ bool UpdateWeights(const RobustOptions& robust,
     }
     first = end;
   }
-  return changed || moved > kSettledWeight * static_cast<double>(tests.size());
+  return {changed || moved > 0.0,
+          changed || moved > kSettledWeight * static_cast<double>(tests.size())};
 }
 
 // Takes Gauss-Newton steps from a system that was made at the graph's state until nothing is left
@@ -342,6 +347,7 @@ int SettleNoise(const RobustOptions& robust,
                 PoseGraph* graph,
                 SolveLog* log,
                 Messages* messages) {
+  ApplyExcess(noise->excess, graph);
   ReducedSystem system(*graph);
   const double dof = ResidualDof(*graph, system);
   const bool weighs = robust.enabled && dof >= kMinRobustDof;
@@ -374,9 +380,11 @@ int SettleNoise(const RobustOptions& robust,
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++rounds;
     // Late in the day borderline observations could come and go for ever.
-    const bool weights_changed =
-        weighs && UpdateWeights(robust, *noise, system, round < kReadmittingRounds, graph);
-    if (weighs) system.Eliminate(*graph);
+    WeightChange weights;
+    if (weighs) {
+      weights = UpdateWeights(robust, *noise, system, round < kReadmittingRounds, graph);
+    }
+    if (weights.any) system.Eliminate(*graph);
     if (!TakeSteps(graph, &system)) {
       log->Solve(kRoundTolerance, graph);
       // A direction that nothing determines: more rounds would only creep along it.
@@ -384,6 +392,7 @@ int SettleNoise(const RobustOptions& robust,
         StateCurvatures(*graph, system, &noise->estimate);
         return rounds;
       }
+      ApplyExcess(noise->excess, graph);
       system = ReducedSystem(*graph);
     }
     const ExcessVariance before = noise->excess;
@@ -397,7 +406,7 @@ int SettleNoise(const RobustOptions& robust,
       excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
                                              kSettledExcess * total;
     }
-    if (!weights_changed && !excess_changed) break;
+    if (!weights.notable && !excess_changed) break;
   }
   StateCurvatures(*graph, system, &noise->estimate);
   log->Solve(kFinalTolerance, graph);

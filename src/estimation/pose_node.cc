@@ -8,6 +8,13 @@
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
+namespace {
+
+// σ of a heading that only has to be some heading: any would do, but the further it is from that of
+// the turns, the fewer digits the elimination keeps.
+constexpr double kHeldHeadingRad = 1e-3;
+
+}  // namespace
 
 TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
                                           const double* shared,
@@ -238,7 +245,7 @@ PoseRowMatrix PoseNode::Information() const {
     row += 3;
   }
   if (holds_heading) {
-    information(row, row) = 1.0;  // any other would do
+    information(row, row) = 1.0 / (kHeldHeadingRad * kHeldHeadingRad);
     ++row;
   }
   if (face >= 0) {
@@ -263,7 +270,7 @@ PoseRowMatrix PoseNode::SquareRootInformation() const {
     row += 3;
   }
   if (holds_heading) {
-    root(row, row) = 1.0;  // any other would do
+    root(row, row) = 1.0 / kHeldHeadingRad;
     ++row;
   }
   if (face >= 0) root.block<2, 2>(row, row).diagonal().setConstant(1.0 / seat_sigma_rad);

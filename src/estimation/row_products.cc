@@ -49,6 +49,7 @@ struct RowProduct {
   double* out = nullptr;  // element (i, j) at i * out_row + j
   Index out_row = 0;
   Index rows = 0, inner = 0, columns = 0;
+  bool upper_only = false;  // blocks wholly below the diagonal are not worked out
 };
 
 constexpr Index kBlockRows = 4;
@@ -58,7 +59,8 @@ constexpr Index kBlockColumns = 8;
 TRUETRIAD_WIDE void MultiplyInBlocks(const RowProduct& p) {
   using Four [[gnu::vector_size(32)]] = double;
   for (Index i = 0;; i = std::min(i + kBlockRows, p.rows - kBlockRows)) {
-    for (Index j = 0;; j = std::min(j + kBlockColumns, p.columns - kBlockColumns)) {
+    const Index first = p.upper_only ? std::min(i, p.columns - kBlockColumns) : 0;
+    for (Index j = first;; j = std::min(j + kBlockColumns, p.columns - kBlockColumns)) {
       Four s00{}, s01{}, s10{}, s11{}, s20{}, s21{}, s30{}, s31{};
       const double* a = p.a + i * p.a_row;
       const double* b = p.b + j;
@@ -110,6 +112,24 @@ void AddTile(const RowTile& tile) {
       for (Index k = 0; k < tile.length; ++k) out[k] += factor * in[k];
     }
   }
+}
+
+Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b) {
+  StackedRows out(a.cols(), b.cols());
+  const RowProduct product{a.data(),
+                           1,
+                           a.cols(),
+                           b.data(),
+                           b.cols(),
+                           out.data(),
+                           b.cols(),
+                           a.cols(),
+                           a.rows(),
+                           b.cols(),
+                           true};
+  if (!FillsABlock(product)) return a.transpose() * b;
+  MultiplyInBlocks(product);
+  return out.selfadjointView<Eigen::Upper>();
 }
 
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b) {

@@ -61,6 +61,9 @@ void AddBlockDiagonalProduct(const Small& a, const In& b, Out&& out) {
 // a^T * b for as many rows of each.
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 
+// The same where it is known to be symmetric: only one triangle is worked out.
+Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b);
+
 // The first columns of `a`, as many as `b` has rows, times `b`.
 StackedRows ProductOfRows(const StackedRows& a, const StackedRows& b);
 
