@@ -115,7 +115,7 @@ TEST_F(GyroscopeRecordings, FerrarisRestsAlonePredictTheTurns) {
   ExpectPredicted(run, 2, 1.5, 3.0);
 }
 
-// Without its own turn y rests on two moves that go about it on the way, as its σ says.
+// Without its own turn y rests on one move that goes about it on the way, as its σ says.
 TEST_F(GyroscopeRecordings, FerrarisTurnsPredictEachOther) {
   const std::array<std::string, 3> names = {"x_rot", "y_rot", "z_rot"};
   for (std::size_t i = 0; i < names.size(); ++i) {
