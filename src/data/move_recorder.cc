@@ -21,15 +21,22 @@ std::string Seconds(double value) {
   return text.str();
 }
 
-// The longest run of readings with the same value of `axis`; `only_at` restricts it to that value.
-int LongestRun(const std::vector<Eigen::Vector3d>& readings,
-               Eigen::Index axis,
-               const double* only_at) {
+// The longest run of readings whose `axis` is at `limit`.
+int LongestRunAt(double limit, Eigen::Index axis, const std::vector<Eigen::Vector3d>& readings) {
+  int longest = 0, run = 0;
+  for (const Eigen::Vector3d& reading : readings) {
+    run = reading[axis] == limit ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return longest;
+}
+
+// The longest run of one reading, all three axes at once: one axis alone repeats by chance where
+// its steps are as coarse as its noise.
+int LongestRepeat(const std::vector<Eigen::Vector3d>& readings) {
   int longest = 0, run = 0;
   for (std::size_t i = 0; i < readings.size(); ++i) {
-    const double value = readings[i][axis];
-    const bool goes_on = i > 0 && value == readings[i - 1][axis];
-    run = only_at != nullptr && value != *only_at ? 0 : goes_on ? run + 1 : 1;
+    run = i > 0 && readings[i] == readings[i - 1] ? run + 1 : 1;
     longest = std::max(longest, run);
   }
   return longest;
@@ -49,18 +56,16 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const std::string name = std::string("gyroscope ") + "xyz"[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      if (LongestRun(move.gyroscope_raw, axis, &limit) < kSaturatedReadings) continue;
+      if (LongestRunAt(limit, axis, move.gyroscope_raw) < kSaturatedReadings) continue;
       std::ostringstream text;
       text << name << " reads its extreme of " << limit << ' ' << gyroscope.unit.name
            << " several times in a row: it is saturated";
       return text.str();
     }
   }
-  int stuck = static_cast<int>(move.gyroscope_raw.size());
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    stuck = std::min(stuck, LongestRun(move.gyroscope_raw, axis, nullptr));
+  if (LongestRepeat(move.gyroscope_raw) >= kStuckReadings) {
+    return "the gyroscope repeats one reading: it is stuck";
   }
-  if (stuck >= kStuckReadings) return "the gyroscope repeats one reading: it is stuck";
   return {};
 }
 

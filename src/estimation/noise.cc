@@ -16,7 +16,8 @@ namespace {
 constexpr int kMaxScoringSteps = 60;
 // Of a variance's own σ.
 constexpr double kSettledScoring = 1e-4;
-// Of a variance: a step as short as this is taken by Newton's method.
+// Of a variance: a step as short as this is taken by Newton's method, and the expected information
+// is worked out anew when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
 constexpr double kMostShrinking = 0.95;
 
@@ -277,6 +278,12 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows,
   return fisher;
 }
 
+// Whether information about variances that were like `from` says something where they are `to`.
+bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  const Eigen::ArrayXd ratio = (from.array() / to.array()).log();
+  return ratio.abs().maxCoeff() < kNearOptimum;
+}
+
 // The information of a variance goes with its inverse square, to first order.
 Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& from,
@@ -363,7 +370,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     // Newton's step near the optimum, where the expected information is known already: the observed
     // one is twice the average less the expected. Fisher's step from further away.
     Eigen::VectorXd step;
-    if (fisher.size() > 0) {
+    if (fisher.size() > 0 && IsNear(fisher_at, total)) {
       const Eigen::MatrixXd observed = 2.0 * average - Rescaled(fisher, fisher_at, total);
       const bool is_convex = observed.llt().info() == Eigen::Success;
       step = StepAbove(limit, is_convex ? observed : average, score);
@@ -391,10 +398,16 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     if (!(largest_change * contraction > kSettledScoring)) break;
     last_change = largest_change;
   }
-  estimate.fisher = Rescaled(fisher, fisher_at, totals(estimate.variance));
-  estimate.covariance = estimate.fisher.fullPivLu().inverse();
   ApplyExcess(estimate.variance, graph);
   system->Eliminate(*graph);
+  const Eigen::VectorXd total = totals(estimate.variance);
+  if (IsNear(fisher_at, total)) {
+    estimate.fisher = Rescaled(fisher, fisher_at, total);
+  } else {
+    rows.Take(*system);
+    estimate.fisher = FisherOf(rows, AllProjected(rows, *system), *system);
+  }
+  estimate.covariance = estimate.fisher.fullPivLu().inverse();
   return estimate;
 }
 

@@ -67,6 +67,12 @@ void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   noise->excess = noise->estimate.variance;
 }
 
+// Whether the residuals hold information on a component's excess.
+bool IsSeen(const NoiseState& noise, const PoseGraph& graph, NoiseComponent component) {
+  return noise.IsFromResiduals(component) ||
+         ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
+}
+
 // Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
 // information on the excess: its estimate would be noise, and so would every σ made from it.
 void DropExcessThatIsNotSeen(NoiseState* noise,
@@ -75,8 +81,7 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                              Messages* messages) {
   std::vector<NoiseComponent> seen;
   for (const NoiseComponent component : noise->estimated) {
-    const double dof = ExcessDegreesOfFreedom(noise->estimate, *graph, component);
-    if (dof >= kLeastExcessDof || noise->IsFromResiduals(component)) {
+    if (IsSeen(*noise, *graph, component)) {
       seen.push_back(component);
       continue;
     }
@@ -94,6 +99,12 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
   if (!noise->estimated.empty()) Estimate(noise, graph, system);
 }
 
+// A turn of a known angle: what was stated of it, not the excess, is most of its noise.
+bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
+  return test.component == NoiseComponent::kTurn &&
+         graph.increments[test.observation].stated_turn >= 0;
+}
+
 // First guess of each excess: what makes the median deletion test match its χ². Half of the poses
 // may be disturbed without moving it much.
 void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
@@ -102,7 +113,7 @@ void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* 
   for (const NoiseComponent component : noise->estimated) {
     std::vector<double> ratios;
     for (const DeletionTest& test : tests) {
-      if (test.component != component || test.rank == 0) continue;
+      if (test.component != component || test.rank == 0 || IsStated(test, *graph)) continue;
       ratios.push_back(test.chi2 / ChiSquareQuantile(0.5, test.rank));
     }
     if (ratios.empty()) continue;
@@ -133,6 +144,71 @@ RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
   return {observation.weight, observation.rejected};
 }
 
+// What the robust step makes of one test.
+struct Judgement {
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// Which components of the noise were to be estimated, and those of them where that leaves nothing
+// to tell a disturbed observation by.
+struct UnknownNoise {
+  std::vector<NoiseComponent> components;
+  std::vector<NoiseComponent> unjudged;
+};
+
+bool Contains(const std::vector<NoiseComponent>& components, NoiseComponent component) {
+  return std::find(components.begin(), components.end(), component) != components.end();
+}
+
+// Poses and turns that disagree for the most part are not disturbed: what is off is the excess that
+// they were judged with, which was guessed too small. All of them count until they have shown it.
+void AdmitMajorities(const UnknownNoise& unknown,
+                     const std::vector<DeletionTest>& tests,
+                     const PoseGraph& graph,
+                     std::vector<Judgement>* judgements) {
+  for (const NoiseComponent component : unknown.components) {
+    std::vector<Judgement*> judged;
+    std::ptrdiff_t rejected = 0;
+    for (std::size_t i = 0; i < tests.size(); ++i) {
+      if (tests[i].component != component || IsStated(tests[i], graph)) continue;
+      judged.push_back(&(*judgements)[i]);
+      if (judged.back()->rejected) ++rejected;
+    }
+    if (2 * rejected <= std::ssize(judged) && !Contains(unknown.unjudged, component)) continue;
+    for (Judgement* judgement : judged) *judgement = {};
+  }
+}
+
+bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
+  if (component == NoiseComponent::kTurn) {
+    return std::any_of(graph.increments.begin(),
+                       graph.increments.end(),
+                       [](const IncrementEdge& edge) { return edge.rejected; });
+  }
+  return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const PoseNode& node) {
+    return std::any_of(
+        node.observations.begin(), node.observations.end(), [&](const Observation& seen) {
+          return seen.rejected && ComponentOf(node, seen) == component;
+        });
+  });
+}
+
+// An excess that is not seen once some of its observations are rejected was not known when they
+// were. They return, and that component is judged no more. Returns whether there was any.
+bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
+                               const PoseGraph& graph,
+                               UnknownNoise* unknown) {
+  bool readmits = false;
+  for (const NoiseComponent component : noise.estimated) {
+    if (IsSeen(noise, graph, component) || !HasRejected(component, graph)) continue;
+    if (Contains(unknown->unjudged, component)) continue;
+    unknown->unjudged.push_back(component);
+    readmits = true;
+  }
+  return readmits;
+}
+
 struct WeightChange {
   bool any = false;
   bool notable = false;  // of the rejected set or of the weights
@@ -142,6 +218,7 @@ struct WeightChange {
 // `may_readmit`: a rejected observation whose test has become good again returns.
 WeightChange UpdateWeights(const RobustOptions& robust,
                            const NoiseState& noise,
+                           const UnknownNoise& unknown,
                            const ReducedSystem& system,
                            bool may_readmit,
                            PoseGraph* graph) {
@@ -163,8 +240,7 @@ WeightChange UpdateWeights(const RobustOptions& robust,
     dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
   }
 
-  bool changed = false;
-  double moved = 0.0;
+  std::vector<Judgement> judgements(tests.size());
   for (std::size_t first = 0; first < tests.size();) {
     // At one pose the triads share the blame for their disagreement: only the worst goes, and the
     // others are judged again without it. A turn stands by itself.
@@ -184,28 +260,34 @@ WeightChange UpdateWeights(const RobustOptions& robust,
     }
     for (std::size_t i = first; i < end; ++i) {
       const RobustWeight now = WeightOf(tests[i], graph);
-      double weight = 1.0;
-      bool rejected = false;
+      Judgement& judgement = judgements[i];
       if (tests[i].rank > 0) {
         const double z = std::sqrt(tests[i].chi2);
         const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
-        if (z > limit) weight = limit / z;
+        if (z > limit) judgement.weight = limit / z;
         const double nu = dof[static_cast<std::size_t>(tests[i].component)];
         const double p = std::isfinite(nu)
                              ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
                              : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
-        rejected = p < level && (now.rejected || (!has_rejected && i == worst));
+        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst));
       } else {
-        rejected = now.rejected;
+        judgement.rejected = now.rejected;
       }
-      rejected = rejected || (now.rejected && !may_readmit);
-      if (rejected) weight = kRejectedWeight;
-      changed = changed || rejected != now.rejected;
-      moved += std::abs(weight - now.weight);
-      now.rejected = rejected;
-      now.weight = weight;
+      judgement.rejected = judgement.rejected || (now.rejected && !may_readmit);
+      if (judgement.rejected) judgement.weight = kRejectedWeight;
     }
     first = end;
+  }
+  AdmitMajorities(unknown, tests, *graph, &judgements);
+
+  bool changed = false;
+  double moved = 0.0;
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const RobustWeight now = WeightOf(tests[i], graph);
+    changed = changed || judgements[i].rejected != now.rejected;
+    moved += std::abs(judgements[i].weight - now.weight);
+    now.rejected = judgements[i].rejected;
+    now.weight = judgements[i].weight;
   }
   return {changed || moved > 0.0,
           changed || moved > kSettledWeight * static_cast<double>(tests.size())};
@@ -349,6 +431,7 @@ int SettleNoise(const RobustOptions& robust,
                 Messages* messages) {
   ApplyExcess(noise->excess, graph);
   ReducedSystem system(*graph);
+  UnknownNoise unknown{noise->estimated, {}};
   const double dof = ResidualDof(*graph, system);
   const bool weighs = robust.enabled && dof >= kMinRobustDof;
   if (robust.enabled && !weighs) {
@@ -382,7 +465,7 @@ int SettleNoise(const RobustOptions& robust,
     // Late in the day borderline observations could come and go for ever.
     WeightChange weights;
     if (weighs) {
-      weights = UpdateWeights(robust, *noise, system, round < kReadmittingRounds, graph);
+      weights = UpdateWeights(robust, *noise, unknown, system, round < kReadmittingRounds, graph);
     }
     if (weights.any) system.Eliminate(*graph);
     if (!TakeSteps(graph, &system)) {
@@ -398,6 +481,7 @@ int SettleNoise(const RobustOptions& robust,
     const ExcessVariance before = noise->excess;
     if (!noise->estimated.empty()) {
       Estimate(noise, graph, &system);
+      if (weighs && ReadmitWhatCannotBeJudged(*noise, *graph, &unknown)) continue;
       DropExcessThatIsNotSeen(noise, graph, &system, messages);
     }
     bool excess_changed = false;

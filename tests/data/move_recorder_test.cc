@@ -128,6 +128,22 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
   EXPECT_THAT(stuck->moves[1].fault, HasSubstr("stuck"));
 }
 
+// A pause in a move, and steps as coarse as the noise: each axis stays on one for ten readings, but
+// not all of them at a time.
+TEST_F(RecordedMoves, AreNotStuckWhereEachAxisRepeatsByItself) {
+  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
+    Eigen::Vector3d reading = Rate(row);
+    if (row % 300 >= 220 && row % 300 < 280) {
+      for (int axis = 0; axis < 3; ++axis) {
+        reading[axis] = 0.005 * static_cast<double>((row + 3 * axis) / 10 % 2);
+      }
+    }
+    stream->Add(row * kStepNs, reading);
+  });
+  ASSERT_TRUE(set) << set.error().message;
+  for (const RecordedMove& move : set->moves) EXPECT_THAT(move.fault, IsEmpty());
+}
+
 TEST_F(RecordedMoves, AreNoneWhereTheGyroscopeSaysNothing) {
   const auto set = Collect([](std::int64_t, MemoryStream*) {});
   ASSERT_TRUE(set) << set.error().message;
