@@ -52,7 +52,8 @@ class LinearisedGraph {
   auto J() const { return columns_.leftCols(size()); }
   auto B() const { return projected_columns_.leftCols(size()); }
 
-  // Half the sum of squares, priors included, its gradient with the poses at their best, and M.
+  // Half the sum of squares where it stands, priors included; its gradient with the poses at their
+  // best, and M.
   double cost() const { return cost_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
   const Eigen::MatrixXd& matrix() const { return matrix_; }

@@ -4,13 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-// Compiled for processors with wide registers, too; which one runs is found out at the start.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define TRUETRIAD_WIDE __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define TRUETRIAD_WIDE
-#endif
+#include "base/wide_registers.h"
 
 namespace truetriad {
 namespace {
@@ -18,7 +12,7 @@ namespace {
 using Index = Eigen::Index;
 
 // The common tile.
-TRUETRIAD_WIDE void AddThreeByThree(const RowTile& tile) {
+TRUETRIAD_WIDE_REGISTERS void AddThreeByThree(const RowTile& tile) {
   const double* const f = tile.factors;
   const Index s = tile.factors_stride;
   const double f00 = f[0], f10 = f[1], f20 = f[2];
@@ -56,7 +50,7 @@ constexpr Index kBlockRows = 4;
 constexpr Index kBlockColumns = 8;
 
 // At least as large as a block; the last blocks overlap those before.
-TRUETRIAD_WIDE void MultiplyInBlocks(const RowProduct& p) {
+TRUETRIAD_WIDE_REGISTERS void MultiplyInBlocks(const RowProduct& p) {
   using Four [[gnu::vector_size(32)]] = double;
   for (Index i = 0;; i = std::min(i + kBlockRows, p.rows - kBlockRows)) {
     const Index first = p.upper_only ? std::min(i, p.columns - kBlockColumns) : 0;

@@ -20,6 +20,10 @@ std::string GflagsName(std::string_view flag) {
   return name;
 }
 
+std::string DetailsOf(const Command& command) {
+  return (command.list != nullptr ? command.list() : "") + std::string(command.details);
+}
+
 const std::vector<Command>& Commands() {
   static const auto& commands = *new std::vector<Command>{InspectCommand(),
                                                           CalibrateCommand(),

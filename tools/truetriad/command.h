@@ -30,6 +30,8 @@ struct Command {
   std::string_view summary;       ///< The question it answers, half a line.
   std::string_view examples;      ///< Lines that work from the root of the repository.
   std::string_view details = {};  ///< What else a user must know.
+  /// What comes before that and takes a while to put together.
+  std::string (*list)() = nullptr;
   std::vector<CommandFlag> flags = {};
   bool takes_words = false;  ///< Words without a flag may follow.
   /// Does the work; flags have been checked and set. The exit code, or what went wrong.
@@ -38,6 +40,9 @@ struct Command {
 
 /// The verbs of this version, in the order of the overview.
 const std::vector<Command>& Commands();
+
+/// Both, as shown.
+std::string DetailsOf(const Command& command);
 
 /// The command called `name`. Error (usage): there is none; says which is nearest, or that this
 /// version does not have it.

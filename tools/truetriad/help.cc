@@ -74,7 +74,8 @@ std::string OverviewText() {
 std::string HelpText(const Command& command) {
   std::string text = std::string(kExampleHeading) + Indented(command.examples) + "\ntruetriad " +
                      std::string(command.name) + ": " + std::string(command.summary) + "\n";
-  if (!command.details.empty()) text += '\n' + std::string(command.details);
+  const std::string details = DetailsOf(command);
+  if (!details.empty()) text += '\n' + details;
   std::vector<std::pair<std::string, std::string>> flags;
   for (const CommandFlag& flag : command.flags) {
     const std::string name(flag.name);

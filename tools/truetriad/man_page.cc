@@ -55,7 +55,8 @@ std::string FlagEntry(const CommandFlag& flag) {
 
 std::string Verb(const Command& command) {
   std::string text = ".SS " + std::string(command.name) + '\n' + Plain(command.summary) + '\n';
-  if (!command.details.empty()) text += Verbatim(command.details);
+  const std::string details = DetailsOf(command);
+  if (!details.empty()) text += Verbatim(details);
   for (const CommandFlag& flag : command.flags) text += FlagEntry(flag);
   return text + ".PP\nExample:\n" + Verbatim(InstalledExamples(command.examples));
 }

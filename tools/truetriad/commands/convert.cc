@@ -241,28 +241,30 @@ std::string FormatList() {
 }  // namespace
 
 Command ConvertCommand() {
-  static const std::string& details = *new std::string(
-      FormatList() +
-      "\nWrites DIR/recording.yaml and its CSV files, which --input of every verb takes. What is\n"
-      "whole in a damaged log is converted, and what is not is counted. A mapping writes the\n"
-      "manifest alone, which names the log where it lies; several files stand with commas.\n"
-      "docs/converting.md says more about each.\n");
-  return {.name = "convert",
-          .summary = "How does a log of another system become a recording?",
-          .examples =
-              "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
-              "--output=out/foreign\n"
-              "build/truetriad inspect --input=out/foreign/recording.yaml",
-          .details = details,
-          .flags = {{"from", "FORMAT", true, FormatChoices()},
-                    {"input", "FILE", true},
-                    {"output", "DIR"},
-                    {"list", "true"},
-                    {"topic", "NAME[,NAME]"},
-                    {"instance", "N"},
-                    {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                    {"units", "UNIT[,UNIT]"}},
-          .run = Run};
+  return {
+      .name = "convert",
+      .summary = "How does a log of another system become a recording?",
+      .examples =
+          "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
+          "--output=out/foreign\n"
+          "build/truetriad inspect --input=out/foreign/recording.yaml",
+      .details =
+          "\nWrites DIR/recording.yaml and its CSV files, which --input of every verb takes. "
+          "What is\n"
+          "whole in a damaged log is converted, and what is not is counted. A mapping writes "
+          "the\n"
+          "manifest alone, which names the log where it lies; several files stand with commas.\n"
+          "docs/converting.md says more about each.\n",
+      .list = FormatList,
+      .flags = {{"from", "FORMAT", true, FormatChoices()},
+                {"input", "FILE", true},
+                {"output", "DIR"},
+                {"list", "true"},
+                {"topic", "NAME[,NAME]"},
+                {"instance", "N"},
+                {"columns", "WHAT=NAME[,WHAT=NAME]"},
+                {"units", "UNIT[,UNIT]"}},
+      .run = Run};
 }
 
 }  // namespace truetriad
