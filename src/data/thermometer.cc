@@ -23,6 +23,7 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
   // Below this it is rounding of a unit's conversion.
   constexpr double kLeastStep = 1e-6;
   for (std::size_t i = 0; i < degc.size(); ++i) {
+    ++rows_;
     const double change = std::abs(degc[i] - last_degc_);
     if (!std::isnan(degc[i])) last_degc_ = degc[i];
     if (!(change > kLeastStep)) continue;
@@ -37,10 +38,12 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
       const auto bin = static_cast<std::size_t>(std::min(place, kBins - 1.0));
       ++gaps_[bin];
       gap_sum_s_[bin] += gap_s;
+      gap_rows_[bin] += rows_;
       ++changes_;
       change_sum_degc_ += change;
     }
     has_changed_ = true;
+    rows_ = 0;
     last_change_ns_ = time_ns[i];
   }
 }
@@ -49,6 +52,8 @@ double ThermometerWatch::hold_s() const {
   constexpr std::int64_t kFewest = 20;
   // Changes that come sooner than the others, and those that come at that time.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
+  // One that changes from row to row, or every other one, is not repeated.
+  constexpr double kRows = 3.0;
   if (changes_ < kFewest) return 0.0;
   const auto all = static_cast<double>(changes_);
   if (change_sum_degc_ / all < kSteps * step_degc_) return 0.0;
@@ -56,12 +61,14 @@ double ThermometerWatch::hold_s() const {
       static_cast<std::size_t>(std::max_element(gaps_.begin(), gaps_.end()) - gaps_.begin());
   const std::size_t begin = most - std::min<std::size_t>(most, 1);
   const std::size_t end = std::min<std::size_t>(most + 2, kBins);
-  double sooner = 0.0, regular = 0.0, sum_s = 0.0;
+  double sooner = 0.0, regular = 0.0, sum_s = 0.0, rows = 0.0;
   for (std::size_t bin = 0; bin < begin; ++bin) sooner += static_cast<double>(gaps_[bin]);
   for (std::size_t bin = begin; bin < end; ++bin) {
     regular += static_cast<double>(gaps_[bin]);
     sum_s += gap_sum_s_[bin];
+    rows += static_cast<double>(gap_rows_[bin]);
   }
+  if (rows < kRows * regular) return 0.0;
   return sooner > kSooner * all || regular < kRegular * all ? 0.0 : sum_s / regular;
 }
 

@@ -32,6 +32,8 @@ class ThermometerWatch {
   bool has_changed_ = false;
   std::array<std::int64_t, kBins> gaps_{};
   std::array<double, kBins> gap_sum_s_{};
+  std::array<std::int64_t, kBins> gap_rows_{};
+  std::int64_t rows_ = 0;  ///< Since the last change.
   std::int64_t changes_ = 0;
   double change_sum_degc_ = 0.0;
 };

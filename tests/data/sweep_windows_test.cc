@@ -11,6 +11,7 @@
 
 #include "data/memory_source.h"
 #include "data/temperature_smoothing.h"
+#include "data/thermometer.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/math/random.h"
 
@@ -203,6 +204,18 @@ TEST(SmoothTemperature, TakesARepeatedReadingAtTheTimeItWasTaken) {
   // Readings of 0.01, eighty of them on each side, and the first one of a cell: 0.05 s of 0.05.
   EXPECT_NEAR(heating / (0.5 * count), 0.0, 0.01);
   EXPECT_NEAR(cooling / (0.5 * count), 0.0, 0.01);
+}
+
+TEST(ThermometerWatch, TellsARepeatedReadingFromOneThatChangesWithEveryRow) {
+  Random random(8);
+  const MemoryStream stream = Sweep(4000, 0.25, &random);
+  ThermometerWatch each_row, every_ten_seconds;
+  each_row.Note(stream.time_ns, stream.temperature_degc);
+  EXPECT_EQ(each_row.hold_s(), 0.0);
+  std::vector<double> repeated = stream.temperature_degc;
+  for (std::size_t i = 0; i < repeated.size(); ++i) repeated[i] = repeated[i - i % 40];
+  every_ten_seconds.Note(stream.time_ns, repeated);
+  EXPECT_NEAR(every_ten_seconds.hold_s(), 10.0, 1e-9);
 }
 
 TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {
