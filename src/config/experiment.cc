@@ -168,6 +168,26 @@ void ReadOrder(YamlReader reader, int most, int* order) {
   }
 }
 
+/// Factors, all of them (`full`), or none.
+void ReadRegression(YamlReader reader, ThermalOptions* thermal) {
+  if (!reader) return;
+  thermal->regression.fill(IsWord(reader, "full"));
+  if (reader.IsScalar()) {
+    if (!IsWord(reader, "full") && !IsWord(reader, "none")) {
+      reader.Fail(
+          "`full`, `none` or a list of factors is expected: reading, temperature, rate, ambient, "
+          "ambient_rate");
+    }
+    return;
+  }
+  for (const YamlReader& item : reader.Items()) {
+    RegressionFactor factor = RegressionFactor::kTemperature;
+    if (ReadChoice(item, RegressionFactors(), &factor)) {
+      thermal->regression[static_cast<std::size_t>(factor)] = true;
+    }
+  }
+}
+
 void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
   if (!reader) return;
   if (IsWord(reader, "none")) {
@@ -223,6 +243,7 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
     }
   }
   reader.Optional("smooth_knots", &thermal->smooth_knots);
+  ReadRegression(reader.Child("regression"), thermal);
   reader.RejectUnknown();
 }
 
@@ -595,6 +616,10 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
   if (options.initialise.only) fail("initialise.only: a sweep has no start values; remove it");
   for (const Triad triad : kTriads) {
     const TriadOptions& sensor = options.triads[triad];
+    experiment->poses.sweep.ambient =
+        experiment->poses.sweep.ambient ||
+        (sensor.enabled && (sensor.thermal.has_factor(RegressionFactor::kAmbient) ||
+                            sensor.thermal.has_factor(RegressionFactor::kAmbientRate)));
     const std::string name = "sensors." + std::string(TriadName(triad));
     if (sensor.prior) fail(name + ".prior: has no effect on a sweep; remove it");
     if (sensor.noise_sigma_raw || sensor.allan || sensor.excess == ExcessNoise::kGiven) {

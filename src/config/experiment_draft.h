@@ -41,6 +41,14 @@ inline auto ThermalMatrices() {
   return Named(ThermalMatrixName,
                std::array{ThermalMatrix::kFull, ThermalMatrix::kDiagonal, ThermalMatrix::kScale});
 }
+inline auto RegressionFactors() {
+  return Named(RegressionFactorName,
+               std::array{RegressionFactor::kReading,
+                          RegressionFactor::kTemperature,
+                          RegressionFactor::kRate,
+                          RegressionFactor::kAmbient,
+                          RegressionFactor::kAmbientRate});
+}
 constexpr NamedValues<bool ThermalOptions::*, 3> kRateTerms = {{
     {&ThermalOptions::rate_linear, "linear"},
     {&ThermalOptions::rate_quadratic, "quadratic"},

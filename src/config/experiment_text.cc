@@ -72,6 +72,15 @@ void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
     out.Line("knots", thermal.find_knots);
   }
   if (thermal.smooth_knots) out.Line("smooth_knots", "true");
+  if (thermal.has_regression()) {
+    std::string factors;
+    for (std::size_t f = 0; f < kRegressionFactors; ++f) {
+      if (!thermal.regression[f]) continue;
+      factors.append(factors.empty() ? "" : ", ")
+          .append(RegressionFactorName(static_cast<RegressionFactor>(f)));
+    }
+    out.Line("regression", "[", factors, "]");
+  }
   out.Close();
 }
 

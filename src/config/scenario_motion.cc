@@ -316,10 +316,15 @@ void ReadTemperature(YamlReader reader, SimulatedTemperature* temperature) {
         std::pair("thermometer_lag_s", &temperature->thermometer_lag_s),
         std::pair("thermometer_noise_degc", &temperature->thermometer_noise_degc),
         std::pair("thermometer_resolution_degc", &temperature->thermometer_resolution_degc),
-        std::pair("hysteresis_degc", &temperature->hysteresis_degc)}) {
+        std::pair("hysteresis_degc", &temperature->hysteresis_degc),
+        std::pair("ambient_lag_s", &temperature->ambient_lag_s),
+        std::pair("ambient_noise_degc", &temperature->ambient_noise_degc),
+        std::pair("ambient_resolution_degc", &temperature->ambient_resolution_degc),
+        std::pair("element_ambient_share", &temperature->element_ambient_share)}) {
     ReadNumber(reader.Child(key), kNotNegative, value);
   }
   reader.Optional("logged", &temperature->logged);
+  reader.Optional("ambient_logged", &temperature->ambient_logged);
   reader.RejectUnknown();
 }
 

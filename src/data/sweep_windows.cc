@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
 #include "data/temperature_smoothing.h"
+#include "data/thermometer.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
@@ -119,6 +121,8 @@ void SweepCutter::Cell::Merge(const Cell& later) {
   degc_count += later.degc_count;
   degc_sum += later.degc_sum;
   time_sum_s += later.time_sum_s;
+  ambient_count += later.ambient_count;
+  ambient_sum += later.ambient_sum;
   const auto samples = [](const Cell& cell) {
     std::int64_t count = 0;
     for (const TriadWindow& window : cell.triads.items) count += window.count;
@@ -165,6 +169,16 @@ Status SweepCutter::Validate() const {
     return BadInputError(info_.path +
                          ": has no temperature, which a sweep is about; expected a column "
                          "`temperature[degC]`, or `temperature:` of a stream in a manifest");
+  }
+  const bool has_ambient = std::any_of(info_.streams.begin(),
+                                       info_.streams.end(),
+                                       [](const StreamInfo& stream) { return stream.has_ambient; });
+  if (selection_.sweep.ambient && !has_ambient) {
+    return BadInputError(info_.path +
+                         ": has no ambient temperature, which is a factor of `thermal: { "
+                         "regression }`; expected a column `ambient_temperature[degC]`, or "
+                         "`ambient_temperature:` of a stream in a manifest; or name the factors "
+                         "without it");
   }
   std::int64_t previous = -1;
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
@@ -220,16 +234,6 @@ std::size_t SweepCutter::CellOf(std::int64_t time_ns, std::int64_t row) {
   return place();
 }
 
-void SweepCutter::NoteTemperatureStep(const SampleBlock& block) {
-  for (const double degc : block.temperature_degc) {
-    const double step = std::abs(degc - last_degc_);
-    // Below this it is rounding of a unit's conversion.
-    constexpr double kLeastStep = 1e-6;
-    if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
-    if (!std::isnan(degc)) last_degc_ = degc;
-  }
-}
-
 void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_t end) {
   const int attitude = AttitudeOf(block.row[begin]);
   Cell& cell = cells_[CellOf(block.time_ns[begin], block.row[begin])];
@@ -241,6 +245,13 @@ void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_
                              0.5 * static_cast<double>(window.last_ns - window.first_ns)) *
                             1e-9;
     cell.time_sum_s += middle_s * static_cast<double>(window.temperature_count);
+  }
+  if (!block.ambient_degc.empty()) {
+    for (const double degc : block.ambient_degc.subspan(begin, end - begin)) {
+      if (std::isnan(degc)) continue;
+      cell.ambient_sum += degc;
+      ++cell.ambient_count;
+    }
   }
   if (attitude < 0) return;
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
@@ -257,7 +268,12 @@ void SweepCutter::Add(const SampleBlock& block) {
     started_ = true;
     origin_ns_ = block.time_ns.front();
   }
-  NoteTemperatureStep(block);
+  // Sensors of one file share their thermometer: one of them tells how it reports.
+  if (!block.temperature_degc.empty() && watched_.value_or(block.triad) == block.triad) {
+    watched_ = block.triad;
+    thermometer_.Note(block.time_ns, block.temperature_degc);
+    if (!block.ambient_degc.empty()) ambient_thermometer_.Note(block.time_ns, block.ambient_degc);
+  }
   for (std::size_t begin = 0; begin < block.x.size();) {
     const std::size_t cell = CellOf(block.time_ns[begin], block.row[begin]);
     const int attitude = AttitudeOf(block.row[begin]);
@@ -271,7 +287,45 @@ void SweepCutter::Add(const SampleBlock& block) {
   }
 }
 
-void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
+TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const {
+  std::vector<double> time_s, degc;
+  for (std::size_t i = 0; i < cells_.size(); ++i) {
+    if (cells_[i].ambient_count == 0) continue;
+    time_s.push_back(track.time_s[i]);
+    degc.push_back(cells_[i].ambient_degc());
+  }
+  constexpr std::size_t kFewest = 4;
+  TemperatureTrack known;
+  if (time_s.size() >= kFewest) {
+    Result<TemperatureTrack> smooth = SmoothTemperature(
+        time_s,
+        Bridged(time_s, degc, TemperatureSpikes(degc, ambient_thermometer_.step_degc())),
+        ambient_thermometer_.step_degc(),
+        ambient_thermometer_.hold_s());
+    if (smooth) {
+      known = *std::move(smooth);
+    } else {
+      // It stays where it is, which tells nothing, and is no error.
+      known.degc = degc;
+      known.rate_degcps.assign(degc.size(), 0.0);
+    }
+  }
+  TemperatureTrack ambient = known;
+  ambient.time_s = track.time_s;
+  ambient.degc.assign(cells_.size(), std::numeric_limits<double>::quiet_NaN());
+  ambient.rate_degcps = ambient.degc;
+  if (known.degc.empty()) return ambient;
+  for (std::size_t i = 0, k = 0; i < cells_.size(); ++i) {
+    if (cells_[i].ambient_count == 0) continue;
+    ambient.degc[i] = known.degc[k];
+    ambient.rate_degcps[i] = known.rate_degcps[k++];
+  }
+  return ambient;
+}
+
+void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
+                                 const std::vector<bool>& spikes,
+                                 PoseSet* set) {
   std::vector<std::string> reasons(cells_.size());
   const auto leave_out = [&](std::size_t i, const std::string& what) {
     cells_[i].far_off = true;
@@ -283,9 +337,12 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set) {
     degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  const std::vector<bool> odd_degc = FarOff(degc, residuals, 1.5 * track.step_degc);
+  // Between two readings of a slow thermometer a repeated one is off by what it changes meanwhile.
+  const bool is_held = thermometer_.hold_s() > 0.0;
+  const std::vector<bool> odd_degc =
+      is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (odd_degc[i]) leave_out(i, "temperature");
+    if (odd_degc[i] || spikes[i]) leave_out(i, "temperature");
   }
   for (const StreamInfo& stream : info_.streams) {
     std::vector<std::size_t> index;
@@ -454,6 +511,66 @@ Status SweepCutter::CheckHeld(const PoseSet& set) const {
   return {};
 }
 
+// A small turn: gravity steps across itself, and stays there. What temperature does is slow, and
+// goes along gravity as well.
+void SweepCutter::NameTurns(PoseSet* set) const {
+  constexpr Triad kTriad = Triad::kAccelerometer;
+  constexpr std::size_t kReach = 5;
+  // Of the usual change over as many windows, of the noise of their means, of gravity; and how much
+  // of it may go along gravity.
+  constexpr double kUsual = 8.0, kNoise = 8.0, kShare = 1e-3, kAlong = 0.3;
+  std::vector<std::size_t> index;
+  for (std::size_t k = 0; k < set->poses.size(); ++k) {
+    if (set->poses[k].triads[kTriad]) index.push_back(k);
+  }
+  if (index.size() < 8 * kReach) return;
+  const auto reading = [&](std::size_t i) -> const TriadPose& {
+    return *set->poses[index[i]].triads[kTriad];
+  };
+  const auto middle = [&](std::size_t begin) {
+    Eigen::Vector3d medians;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (std::size_t i = begin; i < begin + kReach; ++i) {
+        values.push_back(reading(i).mean_raw[axis]);
+      }
+      medians[axis] = Median(std::move(values));
+    }
+    return medians;
+  };
+  // From the windows before each one to those after it.
+  std::vector<Eigen::Vector3d> steps(index.size(), Eigen::Vector3d::Zero());
+  std::vector<double> sizes;
+  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
+    if (set->sweep.attitude[index[i - kReach]] != set->sweep.attitude[index[i + kReach]]) continue;
+    steps[i] = middle(i + 1) - middle(i - kReach);
+    sizes.push_back(steps[i].norm());
+  }
+  if (sizes.empty()) return;
+  const double usual = Median(std::move(sizes));
+  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
+    const double size = steps[i].norm();
+    const Eigen::Vector3d down = reading(i).mean_raw.normalized();
+    const double noise = std::sqrt(reading(i).mean_covariance_raw.trace());
+    const double least =
+        std::max({kUsual * usual, kNoise * noise, kShare * reading(i).mean_raw.norm()});
+    if (size < least || std::abs(steps[i].dot(down)) > kAlong * size) continue;
+    bool is_largest = true;
+    for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
+      is_largest =
+          is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
+    }
+    if (!is_largest) continue;
+    const double degrees = std::atan2(size, reading(i).mean_raw.norm()) * 180.0 / std::numbers::pi;
+    set->warnings.push_back(
+        "about row " + std::to_string(set->poses[index[i]].first_row) +
+        " the accelerometer steps across gravity on all axes as if the unit was turned by " +
+        Fixed1(degrees) +
+        " degrees, and stays so: no temperature does that; fix the unit and repeat, or say where "
+        "each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`");
+  }
+}
+
 Status SweepCutter::Finish(PoseSet* set) {
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
     if (range_used_[i]) continue;
@@ -486,10 +603,14 @@ Status SweepCutter::Finish(PoseSet* set) {
     time_s.push_back(cell.time_s());
     degc.push_back(cell.degc());
   }
-  Result<TemperatureTrack> track = SmoothTemperature(time_s, degc, step_degc_);
+  const double step_degc = thermometer_.step_degc();
+  const std::vector<bool> spikes = TemperatureSpikes(degc, step_degc);
+  Result<TemperatureTrack> track =
+      SmoothTemperature(time_s, Bridged(time_s, degc, spikes), step_degc, thermometer_.hold_s());
   if (!track) return NotEnoughError(set->source + ": " + track.error().message);
   set->sweep.attitude_names = attitude_names_;
-  LeaveOutFarOff(*track, set);
+  LeaveOutFarOff(*track, spikes, set);
+  if (selection_.sweep.ambient) set->sweep.ambient = SmoothAmbient(*track);
   set->sweep.temperature = *std::move(track);
   for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
   MakeWindows(set);
@@ -507,6 +628,7 @@ Status SweepCutter::Finish(PoseSet* set) {
   for (const std::string& left_out : set->sweep.left_out) {
     set->warnings.push_back("left out: " + left_out);
   }
+  NameTurns(set);
   return CheckHeld(*set);
 }
 

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "data/thermometer.h"
 #include "data/window_statistics.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
@@ -41,8 +42,11 @@ class SweepCutter {
     std::int64_t degc_count = 0;
     double degc_sum = 0.0;
     double time_sum_s = 0.0;  ///< Since the first sample.
+    std::int64_t ambient_count = 0;
+    double ambient_sum = 0.0;
     bool far_off = false;
 
+    double ambient_degc() const { return ambient_sum / static_cast<double>(ambient_count); }
     double degc() const { return degc_sum / static_cast<double>(degc_count); }
     double time_s() const { return time_sum_s / static_cast<double>(degc_count); }
     void Merge(const Cell& later);
@@ -51,13 +55,15 @@ class SweepCutter {
   int AttitudeOf(std::int64_t row);
   std::size_t CellOf(std::int64_t time_ns, std::int64_t row);
   void MergePairs();
-  void NoteTemperatureStep(const SampleBlock& block);
+  /// What the other thermometer said, over the places of `track`.
+  TemperatureTrack SmoothAmbient(const TemperatureTrack& track) const;
   void AddRun(const SampleBlock& block, std::size_t begin, std::size_t end);
-  void LeaveOutFarOff(const TemperatureTrack& track, PoseSet* set);
+  void LeaveOutFarOff(const TemperatureTrack& track, const std::vector<bool>& spikes, PoseSet* set);
   void MakeWindows(PoseSet* set) const;
   void AddWindow(std::size_t first, std::size_t last, PoseSet* set) const;
   Eigen::Vector3d SampleSigma(Triad triad) const;
   Status CheckHeld(const PoseSet& set) const;
+  void NameTurns(PoseSet* set) const;
 
   PoseSelection selection_;
   RecordingInfo info_;
@@ -71,8 +77,8 @@ class SweepCutter {
   bool was_doubled_ = false;
   std::int64_t cell_ns_ = 0;       ///< Length of a cell, or
   std::int64_t cell_samples_ = 0;  ///< rows of one.
-  double step_degc_ = 0.0;         ///< Smallest step between readings of the thermometer.
-  double last_degc_ = std::numeric_limits<double>::quiet_NaN();
+  ThermometerWatch thermometer_, ambient_thermometer_;
+  std::optional<Triad> watched_;  ///< Whose temperatures they watch.
 };
 
 }  // namespace truetriad

@@ -11,6 +11,7 @@
 #include <Eigen/Sparse>
 #include <Eigen/SparseCholesky>
 
+#include "data/thermometer.h"
 #include "truetriad/math/distributions.h"
 #include "truetriad/math/random.h"
 
@@ -286,7 +287,8 @@ std::pair<double, double> FitAbout(const Readings& readings,
 
 Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
                                            const std::vector<double>& degc,
-                                           double step_degc) {
+                                           double step_degc,
+                                           double hold_s) {
   TemperatureTrack track;
   track.time_s = time_s;
   const double duration = time_s.back() - time_s.front();
@@ -297,7 +299,6 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
-  const double spacing = duration / static_cast<double>(time_s.size() - 1);
   Readings readings;
   if (step_degc > kCoarseShare * span) {
     readings = PlacesOfChange(time_s, degc, step_degc);
@@ -314,9 +315,24 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
     }
     readings = Readings();
   }
-  for (std::size_t i = 0; i < degc.size(); ++i) readings.Add(time_s[i], degc[i]);
+  // A reading that is repeated until the next one is none but the first time.
+  constexpr double kSlow = 4.0;
+  double spacing = duration / static_cast<double>(time_s.size() - 1);
+  TakenReadings taken{time_s, degc};
+  if (hold_s > kSlow * spacing) {
+    TakenReadings slow = ReadingsAsTaken(time_s, degc, hold_s);
+    if (slow.time_s.size() >= kFewestPlaces) {
+      taken = std::move(slow);
+      spacing = hold_s;
+    }
+  } else if (hold_s > 0.0) {
+    for (double& time : taken.time_s) time -= 0.5 * hold_s;
+  }
+  for (std::size_t i = 0; i < taken.degc.size(); ++i) {
+    readings.Add(taken.time_s[i], taken.degc[i]);
+  }
   // Rounding hangs together over the time that a step lasts.
-  const double noise = NoiseOf(degc);
+  const double noise = NoiseOf(taken.degc);
   const double rounding = step_degc * step_degc / 12.0 * std::max(spacing, step_degc / rate);
   const double density = noise * noise * spacing + rounding;
   // Variance of a local parabola's slope: about 2.3 density / half-width^3.

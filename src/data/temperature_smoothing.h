@@ -17,9 +17,11 @@ namespace truetriad {
 /// places, and points inside of steps that last long.
 ///
 /// `time_s` increases; all have the same length, at least 4. `step_degc`: the smallest step between
-/// readings; 0: not known. Error (not enough): the temperature does not change.
+/// readings; 0: not known. `hold_s`: how long each reading is repeated until the next one is taken
+/// (ThermometerWatch); 0: not at all. Error (not enough): the temperature does not change.
 Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
                                            const std::vector<double>& degc,
-                                           double step_degc);
+                                           double step_degc,
+                                           double hold_s = 0.0);
 
 }  // namespace truetriad

@@ -151,6 +151,25 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
   return {groups.begin(), groups.end()};
 }
 
+// Rate terms are of the temperature that they were found with: the element's, or that of a
+// thermometer that may be before or behind it.
+bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
+  const auto entry = ParameterName::Parse(name);
+  if (!entry ||
+      (entry->kind != ParameterKind::kRateLinear && entry->kind != ParameterKind::kRateQuadratic &&
+       entry->kind != ParameterKind::kRateCross)) {
+    return false;
+  }
+  const auto &one = a.sensors[entry->triad]->thermal, &other = b.sensors[entry->triad]->thermal;
+  if (!one || !other) return false;
+  const auto has_lag = [&](const std::optional<Eigen::Vector3d>& lags) {
+    return lags && (*lags)[entry->row] > 0.0;
+  };
+  return has_lag(one->element_lag_s) != has_lag(other->element_lag_s) ||
+         has_lag(one->rate_lag_s) != has_lag(other->rate_lag_s) ||
+         (one->smoothing_s > 0.0) != (other->smoothing_s > 0.0);
+}
+
 // Where the strength of the field was a convention, the other's is as good: the magnetometer of
 // `solution` restated for the field `wanted_ut`.
 void RestateField(double stated_ut, double wanted_ut, PresentedSolution* solution) {
@@ -202,6 +221,10 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
     const auto found =
         std::find(in_b.covariance.parameters.begin(), in_b.covariance.parameters.end(), name);
     if (found == in_b.covariance.parameters.end()) continue;
+    if (IsOfAnotherTemperature(a, b, name)) {
+      comparison.not_compared.push_back(name + " (of different temperatures)");
+      continue;
+    }
     const auto at_a = static_cast<Eigen::Index>(i);
     const auto at_b = static_cast<Eigen::Index>(found - in_b.covariance.parameters.begin());
     const double variance = in_a.covariance.matrix(at_a, at_a) + in_b.covariance.matrix(at_b, at_b);

@@ -25,6 +25,14 @@ constexpr NamedValues<ThermalMatrix, 3> kThermalMatrices = {{
     {ThermalMatrix::kScale, "scale"},
 }};
 
+constexpr NamedValues<RegressionFactor, kRegressionFactors> kFactors = {{
+    {RegressionFactor::kReading, "reading"},
+    {RegressionFactor::kTemperature, "temperature"},
+    {RegressionFactor::kRate, "rate"},
+    {RegressionFactor::kAmbient, "ambient"},
+    {RegressionFactor::kAmbientRate, "ambient_rate"},
+}};
+
 constexpr NamedValues<Wanted, 3> kWanted = {{
     {Wanted::kNo, "false"},
     {Wanted::kYes, "true"},
@@ -36,6 +44,20 @@ constexpr NamedValues<Wanted, 3> kWanted = {{
 std::string_view WantedName(Wanted wanted) { return kWanted.Name(wanted); }
 
 std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrices.Name(shape); }
+
+std::string_view RegressionFactorName(RegressionFactor factor) { return kFactors.Name(factor); }
+
+bool ThermalOptions::any() const {
+  return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross ||
+         needs_sweep();
+}
+bool ThermalOptions::needs_sweep() const {
+  return is_open() || lags > 0 || !knots_degc.empty() || find_knots > 0 || has_regression();
+}
+bool ThermalOptions::has_regression() const {
+  return std::find(regression.begin(), regression.end(), true) != regression.end();
+}
+bool ThermalOptions::is_open() const { return order_auto || rate_auto || matrix_auto || lags_auto; }
 
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }

@@ -168,6 +168,30 @@ void WriteHeldOutTurns(YamlText& out, const HeldOutTurns& turns) {
   out << "\n";
 }
 
+void WriteRegression(YamlText& out, const SweepRegression& regression) {
+  out << "      regression:\n        factors: [";
+  for (std::size_t i = 0; i < regression.factors.size(); ++i) {
+    out << (i == 0 ? "" : ", ") << Quoted{regression.factors[i]};
+  }
+  out << "]\n        windows: " << regression.windows << "\n        enter_p: " << regression.enter_p
+      << "\n        leave_p: " << regression.leave_p << "\n        rms: " << regression.rms
+      << (regression.steps.empty() ? "\n        steps: []\n" : "\n        steps:\n");
+  for (const RegressionStep& step : regression.steps) {
+    out << "          - { step: " << Quoted{step.what} << ", terms: " << step.terms
+        << ", f: " << step.f << ", p_value: " << step.p_value << ", r2: " << step.r2
+        << ", adjusted_r2: " << step.adjusted_r2 << ", bic: " << step.bic
+        << ", held_out: " << step.held_out << " }\n";
+  }
+  out << "        terms:\n";
+  for (const RegressionTerm& term : regression.terms) {
+    out << "          - { term: " << Quoted{term.name} << ", unit: " << Quoted{term.unit}
+        << ", chosen: " << (term.chosen ? "true" : "false") << ", value: " << term.coefficient
+        << ", sigma: " << term.sigma << ", f: " << term.f << ", p_value: " << term.p_value;
+    if (!term.why.empty()) out << ", why: " << Quoted{term.why};
+    out << " }\n";
+  }
+}
+
 void WriteSweep(YamlText& out, const Quality& quality) {
   if (quality.sweep.empty()) return;
   out << "  sweep:\n";
@@ -192,6 +216,7 @@ void WriteSweep(YamlText& out, const Quality& quality) {
           << ", r2: " << step.r2 << ", adjusted_r2: " << step.adjusted_r2 << ", bic: " << step.bic
           << ", held_out: " << step.held_out << " }\n";
     }
+    if (axis.regression) WriteRegression(out, *axis.regression);
   }
   out << "  # Rows: sensor, time s, temperature degC, rate degC/s, bias x y z, fit x y z, its "
          "sigma "
@@ -592,6 +617,41 @@ void ReadSweepStep(YamlReader reader, SweepStep* step) {
   reader.RejectUnknown();
 }
 
+void ReadRegression(YamlReader reader, SweepRegression* regression) {
+  for (YamlReader& item : reader.RequireChild("factors").Items()) {
+    item.Read(&regression->factors.emplace_back());
+  }
+  reader.Require("windows", &regression->windows);
+  ReadNumber(reader.RequireChild("enter_p"), &regression->enter_p);
+  ReadNumber(reader.RequireChild("leave_p"), &regression->leave_p);
+  ReadNumber(reader.RequireChild("rms"), &regression->rms);
+  for (YamlReader& item : reader.RequireChild("steps").Items()) {
+    RegressionStep& step = regression->steps.emplace_back();
+    item.Require("step", &step.what);
+    item.Require("terms", &step.terms);
+    ReadNumber(item.RequireChild("f"), &step.f);
+    ReadNumber(item.RequireChild("p_value"), &step.p_value);
+    ReadNumber(item.RequireChild("r2"), &step.r2);
+    ReadNumber(item.RequireChild("adjusted_r2"), &step.adjusted_r2);
+    ReadNumber(item.RequireChild("bic"), &step.bic);
+    ReadNumber(item.RequireChild("held_out"), &step.held_out);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.RequireChild("terms").Items()) {
+    RegressionTerm& term = regression->terms.emplace_back();
+    item.Require("term", &term.name);
+    item.Require("unit", &term.unit);
+    item.Require("chosen", &term.chosen);
+    ReadNumber(item.RequireChild("value"), &term.coefficient);
+    ReadNumber(item.RequireChild("sigma"), &term.sigma);
+    ReadNumber(item.RequireChild("f"), &term.f);
+    ReadNumber(item.RequireChild("p_value"), &term.p_value);
+    item.Optional("why", &term.why);
+    item.RejectUnknown();
+  }
+  reader.RejectUnknown();
+}
+
 void ReadSweepAxis(YamlReader reader, SweepAxis* axis) {
   ReadWord(reader.RequireChild("sensor"), TriadFromName, &axis->triad);
   ReadAxis(reader.RequireChild("axis"), &axis->axis);
@@ -625,6 +685,9 @@ void ReadSweepAxis(YamlReader reader, SweepAxis* axis) {
   }
   for (const YamlReader& item : reader.RequireChild("steps").Items()) {
     ReadSweepStep(item, &axis->steps.emplace_back());
+  }
+  if (YamlReader regression = reader.Child("regression")) {
+    ReadRegression(regression, &axis->regression.emplace());
   }
   reader.RejectUnknown();
 }

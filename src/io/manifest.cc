@@ -25,7 +25,7 @@ struct ManifestStream {
   std::string place;
   std::optional<ColumnReference> time;
   std::array<ColumnReference, 3> axes;
-  std::optional<ColumnReference> temperature;
+  std::optional<ColumnReference> temperature, ambient;
 };
 
 struct Manifest {
@@ -105,6 +105,22 @@ void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
   }
 }
 
+/// `{ column, unit }`. The column is found when the file is open.
+std::optional<ColumnReference> ReadTemperature(YamlReader reader,
+                                               std::optional<TemperatureColumn>* temperature) {
+  if (!reader) return std::nullopt;
+  ColumnReference reference = ReadColumn(&reader, "column");
+  temperature->emplace();
+  std::string name;
+  if (reader.Require("unit", &name)) {
+    const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(name);
+    if (!unit) reader.Child("unit").Fail("`" + name + "` is neither degC nor K");
+    (*temperature)->unit = unit.value_or(TemperatureUnit{});
+  }
+  reader.RejectUnknown();
+  return reference;
+}
+
 ManifestStream ReadStream(YamlReader yaml, Triad triad) {
   ManifestStream stream;
   StreamInfo& info = stream.layout.info;
@@ -126,17 +142,10 @@ ManifestStream ReadStream(YamlReader yaml, Triad triad) {
       yaml.Child("unit").Fail(unit.error().message);
     }
   }
-  if (YamlReader temperature = yaml.Child("temperature")) {
-    stream.temperature = ReadColumn(&temperature, "column");
-    std::string name;
-    if (temperature.Require("unit", &name)) {
-      const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(name);
-      if (!unit) temperature.Child("unit").Fail("`" + name + "` is neither degC nor K");
-      stream.layout.temperature_unit = unit.value_or(TemperatureUnit{});
-    }
-    temperature.RejectUnknown();
-    info.has_temperature = true;
-  }
+  stream.temperature = ReadTemperature(yaml.Child("temperature"), &stream.layout.temperature);
+  info.has_temperature = stream.temperature.has_value();
+  stream.ambient = ReadTemperature(yaml.Child("ambient_temperature"), &stream.layout.ambient);
+  info.has_ambient = stream.ambient.has_value();
   double si_per_count = 0.0;
   if (yaml.Optional("si_per_count", &si_per_count)) {
     if (!(si_per_count > 0.0)) yaml.Child("si_per_count").Fail("must be above zero");
@@ -288,10 +297,12 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
     TRUETRIAD_RETURN_IF_ERROR(column);
     layout.time.column = *column;
   }
-  if (stream->temperature) {
-    const Result<std::size_t> column = ResolveColumn(csv, *stream->temperature);
+  for (const auto& [reference, temperature] : {std::pair(&stream->temperature, &layout.temperature),
+                                               std::pair(&stream->ambient, &layout.ambient)}) {
+    if (!*reference) continue;
+    const Result<std::size_t> column = ResolveColumn(csv, **reference);
     TRUETRIAD_RETURN_IF_ERROR(column);
-    layout.temperature = *column;
+    (*temperature)->column = *column;
   }
   return {};
 }

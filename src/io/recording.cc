@@ -18,7 +18,8 @@ class Stream {
   static Result<Stream> Create(StreamLayout layout, CsvReader* csv) {
     using Kind = CsvReader::Kind;
     std::vector<std::size_t> numbers(layout.axes.begin(), layout.axes.end());
-    if (layout.temperature) numbers.push_back(*layout.temperature);
+    if (layout.temperature) numbers.push_back(layout.temperature->column);
+    if (layout.ambient) numbers.push_back(layout.ambient->column);
     if (layout.pose) numbers.push_back(*layout.pose);
     for (const std::size_t column : numbers) {
       TRUETRIAD_RETURN_IF_ERROR(csv->Map(column, Kind::kNumber));
@@ -46,7 +47,13 @@ class Stream {
     block.row = Selected(csv.Rows(), &rows_);
     block.time_ns = Times(csv, block.row);
     TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
-    if (layout_.temperature) block.temperature_degc = Temperatures(csv, block.time_ns, row_count);
+    if (layout_.temperature) {
+      block.temperature_degc =
+          Temperatures(csv, *layout_.temperature, block.time_ns, row_count, &temperature_);
+    }
+    if (layout_.ambient) {
+      block.ambient_degc = Temperatures(csv, *layout_.ambient, block.time_ns, row_count, &ambient_);
+    }
     if (layout_.applied) TRUETRIAD_RETURN_IF_ERROR(UndoApplied(csv, &block));
     if (layout_.pose) {
       TRUETRIAD_RETURN_IF_ERROR(ReadPoses(csv));
@@ -126,29 +133,37 @@ class Stream {
     return {};
   }
 
+  /// What was last read of a thermometer.
+  struct HeldTemperature {
+    double degc = std::numeric_limits<double>::quiet_NaN();
+    std::int64_t time_ns = 0;
+    bool is_new = false;
+    std::vector<double> values;  ///< Of the block.
+  };
+
   /// A temperature that is logged more rarely holds until the next one, but not for ever.
   std::span<const double> Temperatures(const CsvReader& csv,
+                                       const TemperatureColumn& column,
                                        std::span<const std::int64_t> times_ns,
-                                       std::size_t row_count) {
+                                       std::size_t row_count,
+                                       HeldTemperature* held) const {
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
-    const double* const stated = csv.Numbers(*layout_.temperature);
-    const TemperatureUnit& unit = layout_.temperature_unit;
-    temperatures_.resize(selected_count_);
+    const double* const stated = csv.Numbers(column.column);
+    held->values.resize(selected_count_);
     std::size_t sample = 0;
     for (std::size_t row = 0; row < row_count; ++row) {
       if (!std::isnan(stated[row])) {
-        last_temperature_degc_ = unit.scale * stated[row] + unit.offset;
-        is_new_temperature_ = true;
+        held->degc = column.unit.scale * stated[row] + column.unit.offset;
+        held->is_new = true;
       }
       if (sample < selected_count_ && SelectedRow(sample) == row) {
-        if (is_new_temperature_) last_temperature_ns_ = times_ns[sample];
-        is_new_temperature_ = false;
-        const bool is_known = times_ns[sample] - last_temperature_ns_ <= kLongestHoldNs;
-        temperatures_[sample++] =
-            is_known ? last_temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
+        if (held->is_new) held->time_ns = times_ns[sample];
+        held->is_new = false;
+        const bool is_known = times_ns[sample] - held->time_ns <= kLongestHoldNs;
+        held->values[sample++] = is_known ? held->degc : std::numeric_limits<double>::quiet_NaN();
       }
     }
-    return temperatures_;
+    return held->values;
   }
 
   /// Makes readings raw that were logged corrected.
@@ -159,7 +174,7 @@ class Stream {
       Eigen::Vector3d raw =
           layout_.applied->RawFromLogged(Eigen::Vector3d(block->x[i], block->y[i], block->z[i]));
       if (thermal) {
-        const double temperature_degc = temperatures_[i];
+        const double temperature_degc = temperature_.values[i];
         if (std::isnan(temperature_degc)) {
           return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) +
                                ": there is no temperature yet, without which the `thermal` part of "
@@ -197,9 +212,7 @@ class Stream {
   StreamLayout layout_;
   StreamCounts counts_;
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
-  double last_temperature_degc_ = std::numeric_limits<double>::quiet_NaN();
-  std::int64_t last_temperature_ns_ = 0;
-  bool is_new_temperature_ = false;
+  HeldTemperature temperature_, ambient_;
 
   bool all_ = true;  ///< Every row of the block is selected; then selection_ is not used.
   std::vector<std::size_t> selection_;
@@ -207,7 +220,6 @@ class Stream {
   std::array<std::vector<double>, 3> axes_;
   std::array<std::vector<double>, 3> raw_;  ///< Used only where a correction is undone.
   std::vector<std::int64_t> rows_, times_;
-  std::vector<double> temperatures_;
   std::vector<std::int32_t> poses_;
 };
 
@@ -314,6 +326,12 @@ Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
   Result<RecordingLayout> layout = IsManifest(path) ? OpenManifest(path, options.pose_column)
                                                     : OpenSelfDescribing(path, options.pose_column);
   TRUETRIAD_RETURN_IF_ERROR(layout);
+  if (!options.ambient) {
+    // Columns that nobody asked for are not parsed.
+    for (FileLayout& file : layout->files) {
+      for (StreamLayout& stream : file.streams) stream.ambient.reset();
+    }
+  }
   return RecordingSource::Create(std::move(*layout));
 }
 

@@ -27,13 +27,19 @@ struct TimeColumn {
   double rate_hz = 1.0;  ///< Other than 1 only for a column of sample numbers, or row numbers.
 };
 
+/// The temperature column and its unit.
+struct TemperatureColumn {
+  std::size_t column = 0;
+  TemperatureUnit unit;
+};
+
 /// Which columns of a file hold one triad.
 struct StreamLayout {
   StreamInfo info;
   TimeColumn time;
   std::array<std::size_t, 3> axes{};
-  std::optional<std::size_t> temperature;
-  TemperatureUnit temperature_unit;
+  std::optional<TemperatureColumn> temperature;
+  std::optional<TemperatureColumn> ambient;
   std::optional<std::size_t> pose;
   std::optional<AppliedCorrection> applied;  ///< What is undone, so that readings are raw.
 };
@@ -106,12 +112,9 @@ class HeaderColumns {
 /// The time column of a self-describing header; kNone without. The unit is s, ms, us or ns.
 Result<TimeColumn> TakeTime(HeaderColumns* header);
 
-/// The temperature column and its unit.
-struct TemperatureColumn {
-  std::size_t column = 0;
-  TemperatureUnit unit;
-};
-Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header);
+/// The column of a temperature and its unit; `name`: temperature or ambient_temperature.
+Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
+                                                         const std::string& name = "temperature");
 
 /// 10^power ns make one `unit`; nullopt when it is none of s, ms, us, ns.
 std::optional<int> TimePower(std::string_view unit);

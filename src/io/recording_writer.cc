@@ -18,6 +18,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kTemperatureColumn = "temperature[degC]";
+constexpr std::string_view kAmbientColumn = "ambient_temperature[degC]";
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 constexpr std::array<double, 16> kPowersOfTen = {
@@ -88,7 +89,7 @@ struct Waiting {
   StreamInfo stream;
   int decimals = RecordingFormat::kShortest;
   std::vector<std::int64_t> time_ns = {};
-  std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {};
+  std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {}, ambient_degc = {};
   std::size_t next = 0;
 
   bool empty() const { return next == time_ns.size(); }
@@ -104,6 +105,7 @@ struct Waiting {
     move(&y, block.y);
     move(&z, block.z);
     if (stream.has_temperature) move(&temperature_degc, block.temperature_degc);
+    if (stream.has_ambient) move(&ambient_degc, block.ambient_degc);
     next = 0;
   }
 };
@@ -117,6 +119,7 @@ class CsvFile {
   void AddStream(const StreamInfo& stream) {
     waiting_.push_back({.stream = stream, .decimals = format_.decimals[stream.triad]});
     has_temperature_ = has_temperature_ || stream.has_temperature;
+    has_ambient_ = has_ambient_ || stream.has_ambient;
   }
 
   void WriteHeader() {
@@ -127,6 +130,7 @@ class CsvFile {
         text_.append(",").append(Column(waiting.stream, axis));
     }
     if (has_temperature_) text_.append(",").append(kTemperatureColumn);
+    if (has_ambient_) text_.append(",").append(kAmbientColumn);
     text_ += "\n";
   }
 
@@ -139,7 +143,7 @@ class CsvFile {
   /// Writes the rows whose samples are all there; at the end, all that wait. A triad that has ended
   /// or is silent for long does not make the others wait: the memory is bounded.
   Status WriteRows(bool at_end) {
-    const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 2);
+    const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 3);
     constexpr std::size_t kChunk = 1U << 18U;
     std::size_t filled = text_.size();
     while (at_end || NothingMissing()) {
@@ -181,6 +185,10 @@ class CsvFile {
       if (stream.has_temperature) {
         *manifest << "    temperature: {column: \"" << kTemperatureColumn << "\", unit: degC}\n";
       }
+      if (stream.has_ambient) {
+        *manifest << "    ambient_temperature: {column: \"" << kAmbientColumn
+                  << "\", unit: degC}\n";
+      }
     }
   }
 
@@ -212,7 +220,7 @@ class CsvFile {
     went_back_ = went_back_ || time_ns < last_time_ns_;
     last_time_ns_ = time_ns;
     text = WriteFixed(time_ns / time_unit_ns_, format_.time_decimals, text);
-    double temperature_degc = kUnknown;
+    double temperature_degc = kUnknown, ambient_degc = kUnknown;
     for (Waiting& waiting : waiting_) {
       if (waiting.empty() || waiting.time_ns[waiting.next] != time_ns) {
         text = std::fill_n(text, 3, ',');
@@ -224,10 +232,15 @@ class CsvFile {
         text = WriteNumber((*axis)[i], waiting.decimals, text);
       }
       if (waiting.stream.has_temperature) temperature_degc = waiting.temperature_degc[i];
+      if (waiting.stream.has_ambient) ambient_degc = waiting.ambient_degc[i];
     }
     if (has_temperature_) {
       *text++ = ',';
       text = WriteNumber(temperature_degc, format_.temperature_decimals, text);
+    }
+    if (has_ambient_) {
+      *text++ = ',';
+      text = WriteNumber(ambient_degc, format_.temperature_decimals, text);
     }
     *text++ = '\n';
     return text;
@@ -237,7 +250,7 @@ class CsvFile {
   WholeFile file_;
   RecordingFormat format_;
   std::vector<Waiting> waiting_;
-  bool has_temperature_ = false;
+  bool has_temperature_ = false, has_ambient_ = false;
   std::int64_t time_unit_ns_ =
       std::llround(kPowersOfTen[static_cast<std::size_t>(9 - format_.time_decimals)]);
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();

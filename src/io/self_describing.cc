@@ -134,15 +134,16 @@ Result<TimeColumn> TakeTime(HeaderColumns* header) {
   return TimeColumn{TimeColumn::Kind::kColumn, *column, *power, 1.0};
 }
 
-Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header) {
-  const std::optional<std::size_t> column = header->Take("temperature");
+Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
+                                                         const std::string& name) {
+  const std::optional<std::size_t> column = header->Take(name);
   if (!column) return std::optional<TemperatureColumn>();
-  const Result<std::string> name = header->UnitOf(*column, "degC");
-  TRUETRIAD_RETURN_IF_ERROR(name);
-  const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(*name);
+  const Result<std::string> stated = header->UnitOf(*column, "degC");
+  TRUETRIAD_RETURN_IF_ERROR(stated);
+  const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(*stated);
   if (!unit) {
     return header->Fail(*column,
-                        "`" + *name + "` is not a unit of temperature; expected degC or K");
+                        "`" + *stated + "` is not a unit of temperature; expected degC or K");
   }
   return std::optional<TemperatureColumn>({*column, *unit});
 }
@@ -160,10 +161,11 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   common.time = *time;
   const Result<std::optional<TemperatureColumn>> temperature = TakeTemperature(&*header);
   TRUETRIAD_RETURN_IF_ERROR(temperature);
-  if (*temperature) {
-    common.temperature = (*temperature)->column;
-    common.temperature_unit = (*temperature)->unit;
-  }
+  common.temperature = *temperature;
+  const Result<std::optional<TemperatureColumn>> ambient =
+      TakeTemperature(&*header, "ambient_temperature");
+  TRUETRIAD_RETURN_IF_ERROR(ambient);
+  common.ambient = *ambient;
   const std::string pose = pose_column.empty() ? "pose" : pose_column;
   common.pose = header->Take(pose);
   if (!common.pose && !pose_column.empty()) {
@@ -171,6 +173,7 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   }
   common.info.file = path;
   common.info.has_temperature = common.temperature.has_value();
+  common.info.has_ambient = common.ambient.has_value();
   common.info.has_pose_column = common.pose.has_value();
 
   RecordingLayout layout;

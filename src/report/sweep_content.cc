@@ -77,6 +77,73 @@ Table StepsTable(const SweepAxis& axis) {
   return table;
 }
 
+// A small probability as people write it.
+std::string PText(double p) { return p < 1e-6 ? "< 1e-6" : Significant(p, 2); }
+
+Table RegressionSteps(const SweepRegression& regression) {
+  Table table{{"step", "terms", "F", "p", "R²", "adjusted R²", "BIC", "held out"}, "lrrrrrrr", {}};
+  for (const RegressionStep& step : regression.steps) {
+    const bool is_start = std::isnan(step.f);
+    table.rows.push_back({step.what,
+                          std::to_string(step.terms),
+                          is_start ? "–" : Significant(step.f, 3),
+                          is_start ? "–" : PText(step.p_value),
+                          Fixed(step.r2, 5),
+                          Fixed(step.adjusted_r2, 5),
+                          Fixed(step.bic, 1),
+                          Significant(step.held_out, 3)});
+  }
+  return table;
+}
+
+Table RegressionTerms(const SweepRegression& regression) {
+  Table table{{"term", "", "value", "unit", "F", "p"}, "llrlrr", {}};
+  for (const RegressionTerm& term : regression.terms) {
+    if (!term.why.empty()) continue;
+    table.rows.push_back({term.name,
+                          term.chosen ? "chosen" : "rejected",
+                          term.chosen ? WithSigma(term.coefficient, term.sigma) : "–",
+                          term.chosen ? term.unit : "",
+                          Significant(term.f, 3),
+                          PText(term.p_value)});
+  }
+  return table;
+}
+
+// Terms that were not tested, those of one reason together.
+void AddUntested(const SweepRegression& regression, Section* section) {
+  std::vector<std::pair<std::string, std::string>> said;
+  for (const RegressionTerm& term : regression.terms) {
+    if (term.why.empty()) continue;
+    const auto same = std::find_if(
+        said.begin(), said.end(), [&](const auto& entry) { return entry.second == term.why; });
+    if (same == said.end()) {
+      said.emplace_back(term.name, term.why);
+    } else {
+      same->first += ", " + term.name;
+    }
+  }
+  for (const auto& [names, why] : said) {
+    section->blocks.emplace_back(Bullet{names + ": " + why});
+  }
+}
+
+void AddRegression(const SweepAxis& axis, Section* section) {
+  const SweepRegression& regression = *axis.regression;
+  section->blocks.emplace_back(Subtitle{"Second-order regression: " + AxisTitle(axis)});
+  section->blocks.emplace_back(
+      std::to_string(regression.windows) + " windows have all factors, and it leaves " +
+      Significant(regression.rms, 3) +
+      ". r: the attitude's own reading; tau: temperature less the "
+      "reference temperature; T': its rate; A, A': the same of the ambient temperature. A term "
+      "enters below p = " +
+      Significant(regression.enter_p, 2) + " and leaves above " +
+      Significant(regression.leave_p, 2) + ". The regression is reported, not applied.");
+  section->blocks.emplace_back(RegressionSteps(regression));
+  section->blocks.emplace_back(RegressionTerms(regression));
+  AddUntested(regression, section);
+}
+
 // Means over a share of the temperatures, of one branch.
 std::string MeanText(const std::vector<const SweepWindow*>& windows, int axis, bool heating) {
   double sum = 0.0;
@@ -224,6 +291,9 @@ Section SweepSection(const Calibration& calibration) {
     if (axis.steps.empty()) continue;
     section.blocks.emplace_back(Subtitle{"Choice of terms: " + AxisTitle(axis)});
     section.blocks.emplace_back(StepsTable(axis));
+  }
+  for (const SweepAxis& axis : quality.sweep) {
+    if (axis.regression) AddRegression(axis, &section);
   }
   return section;
 }

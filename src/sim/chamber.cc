@@ -73,4 +73,13 @@ TemperatureState LaggedTemperature::At(double time_s) {
   return InStretch(time_s);
 }
 
+TemperatureState ElementTemperature::At(double time_s) {
+  TemperatureState state = unit_.At(time_s);
+  if (share_ == 0.0) return state;
+  const TemperatureState ambient = ambient_.At(time_s);
+  state.degc += share_ * (ambient.degc - state.degc);
+  state.rate_degcps += share_ * (ambient.rate_degcps - state.rate_degcps);
+  return state;
+}
+
 }  // namespace truetriad

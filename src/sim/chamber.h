@@ -66,4 +66,20 @@ class LaggedTemperature {
   double transient_degc_ = 0.0;  ///< At the begin of the current stretch.
 };
 
+/// The temperature of the sensing elements: that of the unit, which follows the chamber, mixed with
+/// the ambient thermometer's as SimulatedTemperature says. Times must not decrease.
+class ElementTemperature {
+ public:
+  ElementTemperature(const Chamber& chamber, const SimulatedTemperature& temperature)
+      : unit_(chamber, temperature.element_lag_s),
+        ambient_(chamber, temperature.ambient_lag_s),
+        share_(temperature.element_ambient_share) {}
+
+  TemperatureState At(double time_s);
+
+ private:
+  LaggedTemperature unit_, ambient_;
+  double share_;
+};
+
 }  // namespace truetriad

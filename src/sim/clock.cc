@@ -40,8 +40,10 @@ SampleClock::SampleClock(const Scenario& scenario,
       temperature_(scenario.temperature),
       temperature_decimals_(format.temperature_decimals),
       thermometer_random_(TriadRandom(scenario.seed, unit, Purpose::kThermometer, triads[0])),
-      element_(timeline.chamber, scenario.temperature.element_lag_s),
+      ambient_random_(TriadRandom(scenario.seed, unit, Purpose::kAmbient, triads[0])),
+      element_(timeline.chamber, scenario.temperature),
       thermometer_(timeline.chamber, scenario.temperature.thermometer_lag_s),
+      ambient_(timeline.chamber, scenario.temperature.ambient_lag_s),
       played_degc_(scenario.temperature.start_degc),
       is_thermal_(
           std::any_of(triads.begin(),
@@ -99,12 +101,25 @@ TemperatureState SampleClock::PlayedTemperature(double time_s) {
 }
 
 double SampleClock::ReadThermometer(double time_s) {
-  double degc = thermometer_.At(time_s).degc;
-  if (temperature_.thermometer_noise_degc > 0.0) {
-    degc += temperature_.thermometer_noise_degc * thermometer_random_.Normal();
-  }
-  const double resolution = temperature_.thermometer_resolution_degc;
-  if (resolution > 0.0) degc = WrittenNumber(degc / resolution, 0) * resolution;
+  return Shown(thermometer_.At(time_s).degc,
+               temperature_.thermometer_noise_degc,
+               temperature_.thermometer_resolution_degc,
+               &thermometer_random_);
+}
+
+double SampleClock::ReadAmbient(double time_s) {
+  return Shown(ambient_.At(time_s).degc,
+               temperature_.ambient_noise_degc,
+               temperature_.ambient_resolution_degc,
+               &ambient_random_);
+}
+
+double SampleClock::Shown(double degc,
+                          double noise_degc,
+                          double resolution_degc,
+                          FastRandom* random) const {
+  if (noise_degc > 0.0) degc += noise_degc * random->Normal();
+  if (resolution_degc > 0.0) degc = WrittenNumber(degc / resolution_degc, 0) * resolution_degc;
   return WrittenNumber(degc, temperature_decimals_);
 }
 
@@ -155,6 +170,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     channel.y.clear();
     channel.z.clear();
     channel.temperature_degc.clear();
+    channel.ambient_degc.clear();
     channel.row.clear();
   }
   for (int i = 0; i < kRowsPerBlock && !at_end(); ++i) {
@@ -164,6 +180,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     const TemperatureState temperature =
         is_thermal_ ? PlayedTemperature(time_s) : TemperatureState{};
     const double logged_degc = temperature_.logged ? ReadThermometer(time_s) : 0.0;
+    const double ambient_degc = temperature_.ambient_logged ? ReadAmbient(time_s) : 0.0;
     std::int64_t reported_ns = now_ns_ + offset_ns_;
     if (jitter_ns_ > 0.0) {
       // However far the chance goes, a log does not go back in time.
@@ -178,6 +195,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
       channel.time_ns.push_back(reported_ns);
       channel.row.push_back(rows_);
       if (temperature_.logged) channel.temperature_degc.push_back(logged_degc);
+      if (temperature_.ambient_logged) channel.ambient_degc.push_back(ambient_degc);
       ++channel.samples;
     }
     if (any) {
@@ -197,6 +215,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     block.y = channel.y;
     block.z = channel.z;
     block.temperature_degc = channel.temperature_degc;
+    block.ambient_degc = channel.ambient_degc;
     block.row = channel.row;
     blocks->push_back(block);
   }

@@ -64,7 +64,7 @@ class SampleClock {
     std::int64_t samples = 0;
 
     std::vector<std::int64_t> time_ns = {};
-    std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {};
+    std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {}, ambient_degc = {};
     std::vector<std::int64_t> row = {};
   };
 
@@ -93,6 +93,9 @@ class SampleClock {
   std::int64_t RowTime(std::int64_t index) const;
   TemperatureState PlayedTemperature(double time_s);
   double ReadThermometer(double time_s);
+  double ReadAmbient(double time_s);
+  /// What a thermometer at a temperature reports.
+  double Shown(double degc, double noise_degc, double resolution_degc, FastRandom* random) const;
   Eigen::Vector3d Truth(Channel* channel) const;
   /// True when the sample is in the row.
   bool Sample(Channel* channel, const TemperatureState& temperature);
@@ -107,8 +110,9 @@ class SampleClock {
   const SimulatedTemperature temperature_;
   int temperature_decimals_;
   FastRandom thermometer_random_;
-  LaggedTemperature element_;
-  LaggedTemperature thermometer_;
+  FastRandom ambient_random_;
+  ElementTemperature element_;
+  LaggedTemperature thermometer_, ambient_;
   double played_degc_;
   bool is_thermal_;
   Surroundings surroundings_;

@@ -319,6 +319,13 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
   problems->NotNegative(temperature.thermometer_noise_degc, "noise of the thermometer");
   problems->NotNegative(temperature.thermometer_resolution_degc, "resolution of the thermometer");
   problems->NotNegative(temperature.hysteresis_degc, "hysteresis");
+  problems->NotNegative(temperature.ambient_lag_s, "lag of the ambient thermometer");
+  problems->NotNegative(temperature.ambient_noise_degc, "noise of the ambient thermometer");
+  problems->NotNegative(temperature.ambient_resolution_degc,
+                        "resolution of the ambient thermometer");
+  problems->Require(
+      temperature.element_ambient_share >= 0.0 && temperature.element_ambient_share <= 1.0,
+      "share of the ambient temperature in that of the elements, which must lie between 0 and 1");
 }
 
 struct CheckDisturbance {

@@ -24,6 +24,7 @@ enum class Purpose : std::uint64_t {
   kJitter = 10,
   kDropout = 11,
   kThermometer = 12,
+  kAmbient = 13,
 };
 
 /// For what concerns a unit as a whole.

@@ -59,6 +59,14 @@ RecordingFormat FormatOf(const Scenario& scenario) {
   const SimulatedTemperature& temperature = scenario.temperature;
   format.temperature_decimals =
       ReadingDecimals(temperature.thermometer_resolution_degc, temperature.thermometer_noise_degc);
+  if (temperature.ambient_logged) {
+    const int ambient =
+        ReadingDecimals(temperature.ambient_resolution_degc, temperature.ambient_noise_degc);
+    const bool as_they_are =
+        std::min(ambient, format.temperature_decimals) == RecordingFormat::kShortest;
+    format.temperature_decimals =
+        as_they_are ? RecordingFormat::kShortest : std::max(format.temperature_decimals, ambient);
+  }
   format.comment = "simulated";
   if (!scenario.description.empty()) format.comment += ": " + scenario.description;
   return format;
@@ -99,6 +107,7 @@ class OneUnit : public Simulation {
       stream.file = info_.path;
       stream.si_per_count = sensor.si_per_count;
       stream.has_temperature = scenario.temperature.logged;
+      stream.has_ambient = scenario.temperature.ambient_logged;
       info_.streams.push_back(stream);
       sharing.push_back(triad);
       if (format_.one_file) continue;

@@ -39,7 +39,7 @@ class TimelineBuilder {
     }
     FollowMotion(scenario_.temperature.soak_degc.empty() ? std::vector<double>{chamber_.end_degc()}
                                                          : scenario_.temperature.soak_degc);
-    LaggedTemperature element(chamber_, scenario_.temperature.element_lag_s);
+    ElementTemperature element(chamber_, scenario_.temperature);
     for (TrueRest& rest : rests_) {
       const double start_degc = element.At(rest.start_s).degc;
       rest.element_degc = 0.5 * (start_degc + element.At(rest.end_s).degc);
@@ -235,7 +235,7 @@ Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline)
     if (stretch.begin_s < duration_s) times_s.push_back(stretch.begin_s);
   }
   std::sort(times_s.begin(), times_s.end());
-  LaggedTemperature element(timeline.chamber, scenario.temperature.element_lag_s);
+  ElementTemperature element(timeline.chamber, scenario.temperature);
   Eigen::Vector2d range = Eigen::Vector2d::Constant(scenario.temperature.start_degc);
   for (const double time_s : times_s) {
     const double degc = element.At(time_s).degc;

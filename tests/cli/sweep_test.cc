@@ -67,6 +67,13 @@ TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
                                           "--poses=sweep"});
   EXPECT_EQ(evaluate.exit_code, 0) << evaluate.err;
   EXPECT_THAT(evaluate.out, HasSubstr("Gyroscope"));
+  // The truth's rate is that of the element, the fit's that of the thermometer.
+  const Finished compare = RunTruetriad({"compare",
+                                         "--a=" + folder_.Path("found/calibration.yaml"),
+                                         "--b=" + folder_.Path("sweep/truth.yaml")});
+  EXPECT_EQ(compare.exit_code, 0) << compare.err;
+  EXPECT_THAT(compare.out,
+              AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.thermal.rate.linear.x (of")));
   // A calibration is its own experiment.
   const Finished again = RunTruetriad({"calibrate",
                                        "--config=" + folder_.Path("found/calibration.yaml"),
@@ -152,6 +159,66 @@ TEST_F(TemperatureSweep, SaysThatTheTemperatureEnded) {
                                      "--input=" + path,
                                      "--output=" + folder_.Path("found")});
   EXPECT_THAT(run.out, HasSubstr("when no temperature was read for more than a minute"));
+}
+
+// The element takes three tenths of its temperature from outside; bias_mg_degc is 0.5, -0.3, 1.0.
+TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
+  const Finished made =
+      RunTruetriad({"simulate",
+                    "--config=" + kConfigs + "scenarios/thermal-sweep.yaml",
+                    "--output=" + folder_.Path("ambient"),
+                    "--set=temperature.ambient_logged=true,temperature.ambient_lag_s=300,"
+                    "temperature.ambient_noise_degc=0.02,temperature.element_lag_s=30,"
+                    "temperature.element_ambient_share=0.3,"
+                    "sensors.accelerometer.thermal.rate_mps2_degcps=[0, 0, 0]"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("ambient/recording.csv")).substr(0, 400),
+              HasSubstr("temperature[degC],ambient_temperature[degC]"));
+  const auto calibrate = [&](const std::string& input, const std::string& factors) {
+    return RunTruetriad({"calibrate",
+                         "--config=" + kConfigs + "experiments/thermal-sweep.yaml",
+                         "--input=" + folder_.Path(input),
+                         "--output=" + folder_.Path("regressed"),
+                         "--set=sensors.accelerometer.thermal.regression=" + factors});
+  };
+  const Finished run = calibrate("ambient/recording.yaml", "full");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("Second-order regression: Accelerometer x"),
+                    HasSubstr("The regression is reported,"),
+                    HasSubstr("static calibration tells it")));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("regressed/report.html")),
+              HasSubstr("Second-order regression"));
+  Result<Calibration> found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  ASSERT_TRUE(found->quality.sweep.front().regression);
+  EXPECT_EQ(found->quality.sweep.front().regression->terms.size(), 21U);
+  // Where everything follows one chamber, A is tau and the two rates: without A' it is told.
+  ASSERT_EQ(calibrate("ambient/recording.yaml", "[temperature, rate, ambient]").exit_code, 0);
+  found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  const SweepAxis& axis = found->quality.sweep.front();
+  ASSERT_TRUE(axis.regression);
+  EXPECT_EQ(axis.regression->terms.size(), 10U);
+  const auto chosen = [&](const std::string& name) {
+    for (const RegressionTerm& term : axis.regression->terms) {
+      if (term.name == name && term.chosen) return term.coefficient;
+    }
+    return 0.0;
+  };
+  // 0.5 mg/degC: 4.9e-3 m/s^2/degC, of which three tenths are the ambient's.
+  EXPECT_NEAR(chosen("A") / (chosen("tau") + chosen("A")), 0.3, 0.05);
+  EXPECT_NEAR(chosen("tau") + chosen("A"), 4.9e-3, 0.2e-3);
+  EXPECT_LT(axis.regression->rms, 1.2 * axis.noise_sigma);
+  // The plain recording has no such column.
+  const Finished without = calibrate("sweep/recording.yaml", "full");
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.err, HasSubstr("ambient_temperature[degC]"));
+  const Finished two = calibrate("sweep/recording.yaml", "[temperature, rate]");
+  EXPECT_EQ(two.exit_code, 0) << two.err;
+  const Finished unknown = calibrate("sweep/recording.yaml", "[humidity]");
+  EXPECT_NE(unknown.exit_code, 0);
+  EXPECT_THAT(unknown.err, HasSubstr("ambient_rate"));
 }
 
 TEST_F(TemperatureSweep, RefusesWhatOnlyASoakTells) {

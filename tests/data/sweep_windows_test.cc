@@ -11,6 +11,7 @@
 
 #include "data/memory_source.h"
 #include "data/temperature_smoothing.h"
+#include "data/thermometer.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/math/random.h"
 
@@ -18,6 +19,7 @@ namespace truetriad {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
@@ -173,6 +175,89 @@ TEST(SmoothTemperature, FollowsAThermometerOfWholeDegrees) {
   }
   EXPECT_LT(value_error, 0.25);
   EXPECT_LT(rate_error, 0.005);
+}
+
+// Read every 10 s and repeated: on average the temperature is 5 s behind, which is 0.25 degC on a
+// ramp, up and down.
+TEST(SmoothTemperature, TakesARepeatedReadingAtTheTimeItWasTaken) {
+  Random random(5);
+  MemoryStream stream = Sweep(8000, 0.25, &random);
+  constexpr std::size_t kEvery = 40;
+  for (std::size_t i = 0; i < stream.temperature_degc.size(); ++i) {
+    stream.temperature_degc[i] = stream.temperature_degc[i - i % kEvery];
+  }
+  const auto set = Cut(std::move(stream), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->sweep.left_out, SizeIs(0));
+  const TemperatureTrack& track = set->sweep.temperature;
+  double heating = 0.0, cooling = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < track.time_s.size(); ++i) {
+    const double time_s = track.time_s[i];
+    const double from_end_s = std::min(time_s, 2000.0 - time_s);
+    if (from_end_s < 100.0 || std::abs(time_s - 1000.0) < 100.0) continue;
+    const double off = track.degc[i] - (20.0 + kRate * from_end_s);
+    (time_s < 1000.0 ? heating : cooling) += off;
+    ++count;
+    EXPECT_NEAR(std::abs(track.rate_degcps[i]), kRate, 0.1 * kRate) << time_s;
+  }
+  // Readings of 0.01, eighty of them on each side, and the first one of a cell: 0.05 s of 0.05.
+  EXPECT_NEAR(heating / (0.5 * count), 0.0, 0.01);
+  EXPECT_NEAR(cooling / (0.5 * count), 0.0, 0.01);
+}
+
+TEST(ThermometerWatch, TellsARepeatedReadingFromOneThatChangesWithEveryRow) {
+  Random random(8);
+  const MemoryStream stream = Sweep(4000, 0.25, &random);
+  ThermometerWatch each_row, every_ten_seconds;
+  each_row.Note(stream.time_ns, stream.temperature_degc);
+  EXPECT_EQ(each_row.hold_s(), 0.0);
+  std::vector<double> repeated = stream.temperature_degc;
+  for (std::size_t i = 0; i < repeated.size(); ++i) repeated[i] = repeated[i - i % 40];
+  every_ten_seconds.Note(stream.time_ns, repeated);
+  EXPECT_NEAR(every_ten_seconds.hold_s(), 10.0, 1e-9);
+}
+
+TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {
+  Random random(6);
+  const MemoryStream stream = Sweep(4000, 0.5, &random);
+  MemoryStream disturbed = stream;
+  disturbed.temperature_degc[1000] = 600.0;
+  // Two in a row, as of a register that was read half.
+  disturbed.temperature_degc[3000] = disturbed.temperature_degc[3001] = -273.0;
+  const auto plain = Cut(stream, Windows());
+  const auto set = Cut(std::move(disturbed), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("row 1000"), HasSubstr("temperature"))));
+  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("3000"), HasSubstr("temperature"))));
+  EXPECT_NEAR(
+      static_cast<double>(set->poses.size()), static_cast<double>(plain->poses.size()), 3.0);
+  for (std::size_t i = 0; i < set->sweep.temperature.degc.size(); ++i) {
+    const double time_s = set->sweep.temperature.time_s[i];
+    const double degc = 20.0 + kRate * std::min(time_s, 2000.0 - time_s);
+    // The turning point is rounded.
+    EXPECT_NEAR(set->sweep.temperature.degc[i], degc, 0.3) << time_s;
+  }
+}
+
+// The bias goes 0.05 m/s^2 up and down with the temperature beside it, and there is noise.
+TEST(SweepWindows, NameASmallTurnAsOne) {
+  Random random(7);
+  MemoryStream still = Sweep(4000, 0.5, &random);
+  for (std::size_t i = 0; i < still.x.size(); ++i) {
+    still.x[i] += 1e-3 * (still.temperature_degc[i] - 20.0);
+    still.z[i] += 1e-3 * (still.temperature_degc[i] - 20.0);
+  }
+  MemoryStream turned = still;
+  constexpr double kTurnRad = 0.0175;  // 1.0 degree
+  for (std::size_t i = 1400; i < turned.x.size(); ++i) turned.x[i] += 9.8 * kTurnRad;
+  const auto quiet = Cut(std::move(still), Windows());
+  ASSERT_TRUE(quiet);
+  EXPECT_THAT(quiet->warnings, SizeIs(0));
+  const auto set = Cut(std::move(turned), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->warnings,
+              Contains(AllOf(HasSubstr("turned by 1.0 degrees"), HasSubstr("about row 1"))));
 }
 
 }  // namespace

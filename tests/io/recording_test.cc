@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,6 +39,26 @@ class Recording : public ::testing::Test {
 
   TemporaryFolder folder_;
 };
+
+TEST_F(Recording, CarriesTheAmbientTemperatureOnlyWhereItIsAskedFor) {
+  const std::string path = folder_.Write(
+      "log.csv",
+      "time[s],accel_x[g],accel_y[g],accel_z[g],temperature[degC],ambient_temperature[K]\n"
+      "0,0,0,1,20,293.15\n1,0,0,1,21,\n");
+  for (const bool is_asked : {false, true}) {
+    const auto source = OpenRecording(path, {.pose_column = "", .ambient = is_asked});
+    ASSERT_TRUE(source) << source.error().message;
+    EXPECT_TRUE((*source)->info().streams[0].has_ambient);
+    std::vector<SampleBlock> blocks;
+    ASSERT_TRUE((*source)->Next(&blocks));
+    ASSERT_EQ(blocks.size(), 1U);
+    EXPECT_THAT(blocks[0].temperature_degc, ElementsAre(20.0, 21.0));
+    ASSERT_EQ(blocks[0].ambient_degc.size(), is_asked ? 2U : 0U);
+    // It holds, as the other does.
+    if (!is_asked) continue;
+    EXPECT_THAT(blocks[0].ambient_degc, ElementsAre(20.0, 20.0));
+  }
+}
 
 TEST_F(Recording, ReadsASelfDescribingHeader) {
   const RecordingSamples recording = Read(
@@ -185,7 +206,7 @@ TEST_F(Recording, RefusesHeadersThatItWouldHaveToGuess) {
               HasSubstr("`min` is not a unit of time"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g],accel_z[g],status\n0,1,2,3,4\n"),
               HasSubstr("column `status`: is not known here; the known ones are time, temperature, "
-                        "pose, accel_x"));
+                        "ambient_temperature, pose, accel_x"));
   EXPECT_THAT(ErrorOf("time[s],temperature[degC]\n0,1\n"), HasSubstr("no sensor columns"));
   EXPECT_THAT(ErrorOf("0,1,2,3\n"), HasSubstr("has no header"));
 }

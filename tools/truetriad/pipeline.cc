@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -105,7 +106,7 @@ Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOpt
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress) {
-  const OpenRecordingOptions options{config.column};
+  const OpenRecordingOptions options{config.column, config.sweep.ambient};
   const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
   TRUETRIAD_RETURN_IF_ERROR(source);
   Result<PoseSelection> selection =
@@ -310,6 +311,19 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
         " degC, but reference.temperature_degc is " + std::to_string(wanted) +
         "; its bias holds at its own temperature: leave reference.temperature_degc "
         "out");
+  }
+  const Knowledge& gravity = options.reference.gravity_mps2;
+  const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
+  const double off = stated_mps2 - known->reference.gravity_mps2;
+  // Gravity that nobody stated is the standard one. Another place's is off by up to 0.05.
+  constexpr double kNotable = 1e-3;
+  if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
+    return BadInputError(
+        experiment->static_file + ": was made with gravity " +
+        std::to_string(known->reference.gravity_mps2) +
+        " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
+        "; its sensitivity holds with its own: leave reference.gravity out, or calibrate it again "
+        "with the gravity of its place");
   }
   options.sweep->static_calibration = *std::move(known);
   options.sweep->static_file = experiment->static_file;

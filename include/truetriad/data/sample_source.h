@@ -18,18 +18,19 @@ namespace truetriad {
 struct StreamInfo {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
-  std::string file;                     ///< The file that holds it, as the user named it.
-  std::optional<double> si_per_count;   ///< True units per count, when the recording states it.
+  std::string file;                    ///< The file that holds it, as the user named it.
+  std::optional<double> si_per_count;  ///< True units per count, when the recording states it.
   bool has_temperature = false;
+  bool has_ambient = false;  ///< A second thermometer, outside of the unit.
   bool has_pose_column = false;
 };
 
 /// What a recording says about itself.
 struct RecordingInfo {
-  std::string path;                     ///< The CSV or manifest that was opened.
-  std::string serial;                   ///< Empty when not given.
-  bool has_time = true;                 ///< False: rows only; time_ns then counts rows.
-  std::vector<StreamInfo> streams;      ///< At most one a triad.
+  std::string path;                 ///< The CSV or manifest that was opened.
+  std::string serial;               ///< Empty when not given.
+  bool has_time = true;             ///< False: rows only; time_ns then counts rows.
+  std::vector<StreamInfo> streams;  ///< At most one a triad.
   const StreamInfo* Find(Triad triad) const {
     for (const StreamInfo& stream : streams) {
       if (stream.triad == triad) return &stream;
@@ -47,6 +48,8 @@ struct SampleBlock {
   std::span<const double> temperature_degc;  ///< Empty, or as long as x; NaN where not known yet.
   std::span<const std::int32_t> pose;        ///< Empty, or as long as x; 0 = moving.
   std::span<const std::int64_t> row;         ///< 0-based data row in the stream's file.
+  /// As temperature_degc; empty unless the source was asked for it.
+  std::span<const double> ambient_degc{};
 };
 
 /// What was counted while a stream was read; complete once Next has returned false.

@@ -81,6 +81,8 @@ struct TemperatureTrack {
 /// What windows of a sweep were cut from.
 struct SweepTrack {
   TemperatureTrack temperature;
+  /// At the same times, where SweepWindows::ambient asked for it; NaN where it was not read.
+  TemperatureTrack ambient;
   /// Of each pose (window): places in the track [first, last], and the attitude, counted from 0.
   std::vector<std::size_t> first, last;
   std::vector<int> attitude;

@@ -80,6 +80,12 @@ enum class ThermalMatrix {
 };
 std::string_view ThermalMatrixName(ThermalMatrix shape);
 
+/// What a full second-order regression of a sweep has its terms in.
+enum class RegressionFactor { kReading, kTemperature, kRate, kAmbient, kAmbientRate };
+inline constexpr std::size_t kRegressionFactors = 5;
+std::string_view RegressionFactorName(RegressionFactor factor);
+std::optional<RegressionFactor> RegressionFactorFromName(std::string_view name);
+
 /// Temperature terms of one triad (model/thermal.h). Terms that are not wanted are zero.
 struct ThermalOptions {
   static constexpr int kMaxBiasOrder = 7;
@@ -98,6 +104,8 @@ struct ThermalOptions {
   bool order_auto = false;
   /// So are the rate terms: entered and removed one by one.
   bool rate_auto = false;
+  /// So is the order of the matrix; of poses at several temperatures alone.
+  bool matrix_auto = false;
   /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// As many as held-out error speaks for.
@@ -108,17 +116,19 @@ struct ThermalOptions {
   int find_knots = 0;
   /// Knots change the curvature alone, not the slope: no kink.
   bool smooth_knots = false;
+  /// Factors of a regression that is reported beside the terms (SweepRegression), by
+  /// RegressionFactor; all false: none.
+  std::array<bool, kRegressionFactors> regression{};
 
-  bool any() const {
-    return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross ||
-           needs_sweep();
-  }
+  bool any() const;
   /// What only a sweep tells.
-  bool needs_sweep() const {
-    return is_open() || lags > 0 || !knots_degc.empty() || find_knots > 0;
+  bool needs_sweep() const;
+  bool has_regression() const;
+  bool has_factor(RegressionFactor factor) const {
+    return regression[static_cast<std::size_t>(factor)];
   }
-  /// Something is left to be chosen by a sweep.
-  bool is_open() const { return order_auto || rate_auto || lags_auto; }
+  /// Something is left to be chosen.
+  bool is_open() const;
 };
 
 struct TriadOptions {

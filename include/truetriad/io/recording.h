@@ -15,6 +15,8 @@ namespace truetriad {
 struct OpenRecordingOptions {
   /// Name of the column that numbers poses, when it is not called `pose`. Empty: `pose`.
   std::string pose_column;
+  /// Read the ambient temperature too, where there is one.
+  bool ambient = false;
 };
 
 /// Opens a self-describing CSV (plain or .gz) or a recording manifest (.yaml).

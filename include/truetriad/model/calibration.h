@@ -199,6 +199,41 @@ struct SweepStep {
   double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
 };
 
+/// One step of a stepwise regression: what entered or left, and the regression with it.
+struct RegressionStep {
+  std::string what;  ///< "start", "+ tau^2", "- T'".
+  int terms = 0;     ///< In it, the constants of attitudes aside.
+  double f = 0.0;    ///< Partial F of what entered or left; NaN at the start.
+  double p_value = 1.0;
+  double r2 = 0.0, adjusted_r2 = 0.0, bic = 0.0;
+  double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
+};
+
+/// One term of a regression.
+struct RegressionTerm {
+  std::string name;  ///< "tau T'"; SweepRegression says what the letters mean.
+  std::string unit;  ///< Of the coefficient: "m/s^2/(degC degC/s)".
+  bool chosen = false;
+  double coefficient = 0.0, sigma = 0.0;  ///< Of a chosen one.
+  double f = 0.0, p_value = 1.0;          ///< Partial, beside the chosen ones; NaN: not tested.
+  std::string why;                        ///< Of one that was not tested.
+};
+
+/// A full second-order regression of an axis' window means, terms entered and removed by partial F:
+///
+///   y = constant of the attitude + sum of the products of one or two factors
+///
+/// r: the attitude's own reading; tau = T - T_ref; T'; A: ambient temperature less T_ref; A'. It
+/// is reported, not applied.
+struct SweepRegression {
+  std::vector<std::string> factors;     ///< "r", "tau", "T'", "A", "A'": those that were wanted.
+  int windows = 0;                      ///< That have all of them.
+  double enter_p = 0.0, leave_p = 0.0;  ///< Level of a term: that of all, shared by the candidates.
+  double rms = 0.0;                     ///< That it leaves, raw unit.
+  std::vector<RegressionStep> steps;
+  std::vector<RegressionTerm> terms;
+};
+
 /// What a temperature sweep says of one axis. Raw unit.
 struct SweepAxis {
   Triad triad = Triad::kAccelerometer;
@@ -218,6 +253,7 @@ struct SweepAxis {
   std::string chosen;                 ///< "tau, tau^2, tau^3, T'".
   std::vector<std::string> left_out;  ///< "T'^2: …why…".
   std::vector<SweepStep> steps;       ///< Where terms were chosen.
+  std::optional<SweepRegression> regression;
 };
 
 /// One window of a sweep, for people to look at; many windows are thinned.

@@ -179,6 +179,14 @@ struct SimulatedTemperature {
   /// depend: they do not follow until it is used up.
   double hysteresis_degc = 0.0;
   bool logged = true;  ///< The recording has a temperature column.
+
+  bool ambient_logged = false;      ///< The recording has a column of the ambient temperature.
+  double ambient_lag_s = 0.0;       ///< Of the ambient thermometer behind the chamber, first order.
+  double ambient_noise_degc = 0.0;  ///< Sigma of one reading.
+  double ambient_resolution_degc = 0.0;  ///< 0: not rounded.
+  /// The sensing elements are at (1 - share) of the unit's own temperature and share of that of the
+  /// ambient thermometer, as with heat that flows through the package. Range: 0 to 1.
+  double element_ambient_share = 0.0;
 };
 
 /// When a disturbance begins.

@@ -18,6 +18,7 @@
 #include "estimation/sweep/sweep_choice.h"
 #include "estimation/sweep/sweep_fit.h"
 #include "estimation/sweep/sweep_problem.h"
+#include "estimation/sweep/sweep_regression.h"
 #include "estimation/verdict.h"
 
 namespace truetriad {
@@ -314,6 +315,9 @@ class TriadSweep {
       choices_.push_back(ChooseSweep(&problem_, axis, options_.triads[triad_].thermal));
       TakeTerms(axis, &sensor);
       calibration->quality.sweep.push_back(DescribeAxis(problem_, triad_, axis, choices_.back()));
+      if (const ThermalOptions& wanted = options_.triads[triad_].thermal; wanted.has_regression()) {
+        calibration->quality.sweep.back().regression = RegressSweep(problem_, axis, wanted, unit);
+      }
     }
     if (thermal.bias.empty()) thermal.bias.emplace_back(Eigen::Vector3d::Zero());
     StateNoise(calibration->quality, &sensor);

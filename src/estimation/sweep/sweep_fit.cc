@@ -24,35 +24,6 @@ Eigen::MatrixXd Pick(const Eigen::MatrixXd& columns, const std::vector<int>& whi
   return picked;
 }
 
-// Of neighbouring residuals in one attitude.
-double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes) {
-  double products = 0.0;
-  for (Eigen::Index i = 1; i < residuals.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (attitudes[at] == attitudes[at - 1]) products += residuals[i] * residuals[i - 1];
-  }
-  const double squares = residuals.squaredNorm();
-  return squares > 0.0 ? products / squares : 0.0;
-}
-
-Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation) {
-  const Eigen::Index rows = scores.rows();
-  const double limit = 2.0 / std::sqrt(static_cast<double>(rows));
-  const double rho = correlation > limit ? std::min(correlation, kMostCorrelation) : 0.0;
-  if (rho == 0.0) return scores.transpose() * scores;
-  const Eigen::MatrixXd freed = scores.bottomRows(rows - 1) - rho * scores.topRows(rows - 1);
-  Eigen::MatrixXd sum = freed.transpose() * freed;
-  const auto reach =
-      static_cast<Eigen::Index>(4.0 * std::pow(static_cast<double>(rows) / 100.0, 2.0 / 9.0));
-  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
-    const Eigen::MatrixXd product =
-        freed.bottomRows(freed.rows() - lag).transpose() * freed.topRows(freed.rows() - lag);
-    const double share = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
-    sum += share * (product + product.transpose());
-  }
-  return sum / ((1.0 - rho) * (1.0 - rho));
-}
-
 // Sums over all blocks but one, of the columns alone.
 struct NormalEquations {
   Eigen::MatrixXd matrix;
@@ -87,6 +58,73 @@ NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
 
 }  // namespace
 
+double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes) {
+  double products = 0.0;
+  for (Eigen::Index i = 1; i < residuals.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (attitudes[at] == attitudes[at - 1]) products += residuals[i] * residuals[i - 1];
+  }
+  const double squares = residuals.squaredNorm();
+  return squares > 0.0 ? products / squares : 0.0;
+}
+
+Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation) {
+  const Eigen::Index rows = scores.rows();
+  const double limit = 2.0 / std::sqrt(static_cast<double>(rows));
+  const double rho = correlation > limit ? std::min(correlation, kMostCorrelation) : 0.0;
+  if (rho == 0.0) return scores.transpose() * scores;
+  const Eigen::MatrixXd freed = scores.bottomRows(rows - 1) - rho * scores.topRows(rows - 1);
+  Eigen::MatrixXd sum = freed.transpose() * freed;
+  const auto reach =
+      static_cast<Eigen::Index>(4.0 * std::pow(static_cast<double>(rows) / 100.0, 2.0 / 9.0));
+  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
+    const Eigen::MatrixXd product =
+        freed.bottomRows(freed.rows() - lag).transpose() * freed.topRows(freed.rows() - lag);
+    const double share = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
+    sum += share * (product + product.transpose());
+  }
+  return sum / ((1.0 - rho) * (1.0 - rho));
+}
+
+double EffectiveCount(double count, double correlation) {
+  const double rho = std::clamp(correlation, 0.0, kMostCorrelation);
+  return count * (1.0 - rho) / (1.0 + rho);
+}
+
+ColumnFit FitColumns(const Eigen::MatrixXd& columns,
+                     const Eigen::VectorXd& readings,
+                     const Eigen::VectorXd& weights) {
+  ColumnFit fit;
+  const Eigen::VectorXd root = weights.cwiseSqrt();
+  fit.coefficients =
+      (root.asDiagonal() * columns).colPivHouseholderQr().solve(root.cwiseProduct(readings));
+  fit.fitted = columns * fit.coefficients;
+  fit.residuals = readings - fit.fitted;
+  fit.weighted_square = (weights.array() * fit.residuals.array().square()).sum();
+  return fit;
+}
+
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   int count) {
+  // Columns of size 1, so that a lag's is no smaller than the others.
+  const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * weights.asDiagonal() * scaled)
+          .ldlt()
+          .solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+  const Eigen::VectorXd weighted_residuals = weights.cwiseProduct(residuals);
+  const Eigen::MatrixXd scores = weighted_residuals.asDiagonal() * scaled;
+  const auto n = static_cast<double>(count);
+  const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
+  const Eigen::MatrixXd covariance =
+      few * inverse * LongRunCovariance(scores, CorrelationOf(residuals, attitudes)) * inverse;
+  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+}
+
 SweepFit FitSweep(const SweepProblem& problem,
                   int axis,
                   const ThermalOptions& terms,
@@ -98,12 +136,11 @@ SweepFit FitSweep(const SweepProblem& problem,
   const Eigen::MatrixXd X = Pick(problem.Columns(problem.States(lags)), fit.columns);
   const Eigen::VectorXd y = problem.readings().row(axis).transpose();
   const Eigen::VectorXd& w = problem.weights();
-  const Eigen::VectorXd root = w.cwiseSqrt();
-  const Eigen::VectorXd solved =
-      (root.asDiagonal() * X).colPivHouseholderQr().solve(root.cwiseProduct(y));
-  fit.fitted = X * solved;
-  fit.residuals = y - fit.fitted;
-  fit.weighted_square = (w.array() * fit.residuals.array().square()).sum();
+  const ColumnFit plain = FitColumns(X, y, w);
+  const Eigen::VectorXd& solved = plain.coefficients;
+  fit.fitted = plain.fitted;
+  fit.residuals = plain.residuals;
+  fit.weighted_square = plain.weighted_square;
   fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
 
   const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
@@ -125,19 +162,8 @@ SweepFit FitSweep(const SweepProblem& problem,
   };
   add_lag(&SweepLags::element_s);
   add_lag(&SweepLags::rate_s);
-  // Columns of size 1, so that a lag's is no smaller than the others.
-  const Eigen::VectorXd size = J.colwise().norm().transpose().cwiseMax(1e-300);
-  const Eigen::MatrixXd scaled = J * size.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd inverse = (scaled.transpose() * w.asDiagonal() * scaled)
-                                      .ldlt()
-                                      .solve(Eigen::MatrixXd::Identity(J.cols(), J.cols()));
-  const Eigen::VectorXd weighted_residuals = w.cwiseProduct(fit.residuals);
-  const Eigen::MatrixXd scores = weighted_residuals.asDiagonal() * scaled;
-  const auto n = static_cast<double>(J.rows());
-  const double few = n / std::max(1.0, n - static_cast<double>(J.cols()));
-  const Eigen::MatrixXd covariance =
-      few * inverse * LongRunCovariance(scores, fit.correlation) * inverse;
-  fit.covariance = size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+  fit.covariance =
+      SandwichCovariance(J, w, fit.residuals, problem.attitudes(), static_cast<int>(J.rows()));
   return fit;
 }
 
@@ -217,10 +243,9 @@ double WaldProbability(const SweepFit& fit, const std::vector<int>& tested) {
   const Eigen::VectorXd effect = fit.coefficients(places);
   const Eigen::MatrixXd covariance = fit.covariance(places, places);
   const double wald = effect.dot(covariance.ldlt().solve(effect)) / static_cast<double>(size);
-  const double rho = std::clamp(fit.correlation, 0.0, 0.97);
   const double dof =
       std::max(1.0,
-               static_cast<double>(fit.residuals.size()) * (1.0 - rho) / (1.0 + rho) -
+               EffectiveCount(static_cast<double>(fit.residuals.size()), fit.correlation) -
                    static_cast<double>(fit.columns.size()));
   if (!(wald > 0.0)) return 1.0;
   return 1.0 - FisherCdf(wald, static_cast<double>(size), dof);

@@ -21,6 +21,31 @@ struct SweepFit {
   double correlation = 0.0;      // of neighbouring residuals
 };
 
+// Of neighbouring residuals in one attitude.
+double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes);
+
+// Independent readings that `count` of them are worth.
+double EffectiveCount(double count, double correlation);
+
+// Sum of the products of the scores' rows, those of neighbours too.
+Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation);
+
+// Weighted least squares of columns.
+struct ColumnFit {
+  Eigen::VectorXd coefficients, fitted, residuals;
+  double weighted_square = 0.0;  // sum of w r^2
+};
+ColumnFit FitColumns(const Eigen::MatrixXd& columns,
+                     const Eigen::VectorXd& readings,
+                     const Eigen::VectorXd& weights);
+
+// (X^T W X)^-1 Omega (X^T W X)^-1 of FitSweep; `count`: rows that weigh anything.
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   int count);
+
 // Weighted least squares with the covariance of its estimate from the residuals themselves: the
 // weights are no inverse variances, and neighbouring residuals hang together.
 //

@@ -43,6 +43,31 @@ Eigen::MatrixX2d FilterTrack(const TemperatureTrack& track, const SweepLags& lag
 
 }  // namespace
 
+std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
+                                 const Eigen::MatrixXd& columns,
+                                 const Eigen::MatrixX3d& readings,
+                                 const Eigen::VectorXd& weights) {
+  std::vector<SweepBlock> blocks;
+  for (std::size_t f = 0; f + 1 < fold_begin.size(); ++f) {
+    const int begin = fold_begin[f];
+    const int rows = fold_begin[f + 1] - begin;
+    const Eigen::MatrixXd X = columns.middleRows(begin, rows);
+    const Eigen::VectorXd w = weights.segment(begin, rows);
+    const Eigen::MatrixXd WX = w.asDiagonal() * X;
+    const Eigen::MatrixX3d y = readings.middleRows(begin, rows);
+    SweepBlock& block = blocks.emplace_back();
+    block.weighted = X.transpose() * WX;
+    block.plain = X.transpose() * X;
+    block.weighted_right = WX.transpose() * y;
+    block.plain_right = X.transpose() * y;
+    for (int axis = 0; axis < 3; ++axis) {
+      block.weighted_square[axis] = (w.array() * y.col(axis).array().square()).sum();
+      block.plain_square[axis] = y.col(axis).squaredNorm();
+    }
+  }
+  return blocks;
+}
+
 SweepProblem::SweepProblem(
     const PoseSet& poses, Triad triad, double reference_degc, bool even_temperatures, int folds)
     : poses_(poses), triad_(triad) {
@@ -157,30 +182,23 @@ void SweepProblem::SetKnots(std::vector<double> knots_degc) {
   blocks_.clear();
 }
 
+Eigen::Vector2d SweepProblem::AmbientOf(int i) const {
+  const std::size_t k = window_[static_cast<std::size_t>(i)];
+  const TemperatureTrack& ambient = poses_.sweep.ambient;
+  if (ambient.empty()) return Eigen::Vector2d::Constant(std::nan(""));
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t at = poses_.sweep.first[k]; at <= poses_.sweep.last[k]; ++at) {
+    sum += Eigen::Vector2d(ambient.degc[at], ambient.rate_degcps[at]);
+  }
+  return sum / static_cast<double>(poses_.sweep.last[k] - poses_.sweep.first[k] + 1);
+}
+
 const std::vector<SweepBlock>& SweepProblem::Blocks(const SweepLags& lags) {
   const auto known = blocks_.find(lags);
   if (known != blocks_.end()) return known->second;
-  const Eigen::MatrixXd columns = Columns(States(lags));
-  const Eigen::MatrixXd weighted = weights_.asDiagonal() * columns;
-  std::vector<SweepBlock> blocks;
-  for (int f = 0; f < fold_count(); ++f) {
-    const int begin = fold_begin_[static_cast<std::size_t>(f)];
-    const int rows = fold_begin_[static_cast<std::size_t>(f) + 1] - begin;
-    const auto X = columns.middleRows(begin, rows);
-    const auto WX = weighted.middleRows(begin, rows);
-    const Eigen::MatrixX3d y = readings_.middleCols(begin, rows).transpose();
-    const Eigen::VectorXd w = weights_.segment(begin, rows);
-    SweepBlock& block = blocks.emplace_back();
-    block.weighted = X.transpose() * WX;
-    block.plain = X.transpose() * X;
-    block.weighted_right = WX.transpose() * y;
-    block.plain_right = X.transpose() * y;
-    for (int axis = 0; axis < 3; ++axis) {
-      block.weighted_square[axis] = (w.array() * y.col(axis).array().square()).sum();
-      block.plain_square[axis] = y.col(axis).squaredNorm();
-    }
-  }
-  return blocks_.emplace(lags, std::move(blocks)).first->second;
+  return blocks_
+      .emplace(lags, SumFolds(fold_begin_, Columns(States(lags)), readings_.transpose(), weights_))
+      .first->second;
 }
 
 double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,

@@ -29,6 +29,12 @@ struct SweepBlock {
   Eigen::Vector3d plain_square = Eigen::Vector3d::Zero();
 };
 
+// Sums of each fold [begin[f], begin[f + 1]) of the rows of `columns`; readings: a column an axis.
+std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
+                                 const Eigen::MatrixXd& columns,
+                                 const Eigen::MatrixX3d& readings,
+                                 const Eigen::VectorXd& weights);
+
 // One triad over the windows of a sweep: per axis the linear regression
 //
 //   y = c_attitude + sum_i a_i (T_i(v) - T_i(v_ref)) + rates          ThermalScale
@@ -59,6 +65,7 @@ class SweepProblem {
   // Columns change with them.
   const std::vector<double>& knots_degc() const { return knots_degc_; }
   void SetKnots(std::vector<double> knots_degc);
+  const std::vector<int>& fold_begin() const { return fold_begin_; }
   int fold_count() const { return static_cast<int>(fold_begin_.size()) - 1; }
   // An axis a row, less `origin`, so that large offsets do not cancel in sums of squares.
   const Eigen::Matrix3Xd& readings() const { return readings_; }
@@ -75,6 +82,8 @@ class SweepProblem {
 
   // Temperature and rate of each window as they come through the lags, a column each.
   Eigen::MatrixX2d States(const SweepLags& lags) const;
+  // Ambient temperature and its rate in window i; NaN where it was not read.
+  Eigen::Vector2d AmbientOf(int i) const;
   // All columns at these states.
   Eigen::MatrixXd Columns(const Eigen::MatrixX2d& states) const;
   // A block a fold; kept for lags that are asked for again.

@@ -228,6 +228,7 @@ ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
     numbers += 3.0 * samples;
   }
   if (scenario.temperature.logged) numbers += size.rows;
+  if (scenario.temperature.ambient_logged) numbers += size.rows;
   size.rows *= scenario.count;
   size.bytes = kBytesATime * size.rows + kBytesANumber * numbers * scenario.count;
   return size;
