@@ -241,6 +241,9 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
   ReadThermal(reader.Child("thermal"), &options.thermal);
+  ReadNumber(reader.Child("time_offset_s"),
+             {-10.0, 10.0, "an offset of at most 10 s"},
+             &draft->time_offset_s[triad]);
   reader.RejectUnknown();
 }
 
@@ -667,6 +670,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   experiment.poses.known_motions.turns_file = Resolve(draft->turns_file, experiment.path);
   experiment.poses.known_motions.rates_file = Resolve(draft->rates_file, experiment.path);
   experiment.poses.moves = has_gyroscope;
+  experiment.poses.time_offset_s = draft->time_offset_s;
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {

@@ -13,8 +13,6 @@
 
 namespace truetriad {
 
-/// The triads that this version calibrates.
-inline constexpr std::array kPlannedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
 constexpr std::array<std::string_view, 4> kLimitQuantities = {
     "bias", "scale_error", "misalignment_rad", "residual_rms"};
 
@@ -83,6 +81,7 @@ struct ExperimentDraft {
   std::string turns_file, rates_file, static_file;            ///< As written.
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
+  PerTriad<double> time_offset_s{};
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;

@@ -2,6 +2,7 @@
 #include "truetriad/data/pose_collection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -82,6 +83,41 @@ Status CheckCanFollowMotion(const RecordingInfo& info) {
   }
   return {};
 }
+
+Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selection) {
+  for (const Triad triad : kTriads) {
+    if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
+    return BadInputError(info.path + ": a time offset of the " + std::string(TriadName(triad)) +
+                         " is stated, but there is no time; remove `time_offset_s`, or say the "
+                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+  }
+  return {};
+}
+
+// Puts the times of the triads' readings to when they were taken.
+class TimeShift {
+ public:
+  explicit TimeShift(const PerTriad<double>& offset_s) {
+    for (const Triad triad : kTriads) offset_ns_[triad] = std::llround(1e9 * offset_s[triad]);
+  }
+
+  // The new times stay until the next call.
+  void Apply(std::vector<SampleBlock>* blocks) {
+    times_.resize(std::max(times_.size(), blocks->size()));
+    for (std::size_t k = 0; k < blocks->size(); ++k) {
+      SampleBlock& block = (*blocks)[k];
+      const std::int64_t offset_ns = offset_ns_[block.triad];
+      if (offset_ns == 0) continue;
+      times_[k].assign(block.time_ns.begin(), block.time_ns.end());
+      for (std::int64_t& time_ns : times_[k]) time_ns -= offset_ns;
+      block.time_ns = times_[k];
+    }
+  }
+
+ private:
+  PerTriad<std::int64_t> offset_ns_;
+  std::vector<std::vector<std::int64_t>> times_;
+};
 
 Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selection) {
   if (selection.turns.empty() && selection.rates.empty()) return {};
@@ -168,6 +204,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_RETURN_IF_ERROR(given->Validate());
   }
 
+  TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
   RateMeans rates(selection.rates, info, *leading);
   TRUETRIAD_RETURN_IF_ERROR(rates.Validate());
@@ -178,11 +215,13 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   MoveRecorder moves(*leading, SpansToKeep(selection));
   std::size_t rests_dropped = 0;
 
+  TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
   while (true) {
     const Result<bool> more = source.Next(&blocks);
     if (!more) return more.error();
     if (!*more) break;
+    shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
       if (record_moves) moves.Add(block);
@@ -213,6 +252,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.source = info.path;
   set.serial = info.serial;
   set.has_time = info.has_time;
+  set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
   PerTriad<Eigen::Vector3d> resolution_raw;
   resolution_raw.items.fill(Eigen::Vector3d::Zero());

@@ -113,6 +113,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(selection);
 
   selection->moves = config.moves;
+  selection->time_offset_s = config.time_offset_s;
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &*selection));
   LoadedPoses loaded;
   Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
@@ -502,6 +503,8 @@ Result<Plan> PlanExperiment(Experiment experiment,
     if (!options.nominal_dip_rad) options.nominal_dip_rad = earth->dip_deg * kRadPerDeg;
   }
   options.rest_s = config.rest_s;
+  options.turn_s = config.turn_s;
+  options.turn_sigma_rad = config.turn_sigma_deg * kRadPerDeg;
   options.attitude_sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
   options.grid = config.grid;
   if (options.grid.attitudes.empty()) {

@@ -37,6 +37,8 @@ struct PosesConfig {
   SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
+  /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
+  PerTriad<double> time_offset_s{};
 };
 
 /// `reference: {position: …}` of an experiment: where it took place.
