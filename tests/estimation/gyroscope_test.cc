@@ -187,6 +187,39 @@ TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
   EXPECT_GT(comparison->p_value, 1e-3);
 }
 
+// In their own order the poses lie along a spiral, so that hardly an axis turns both ways:
+// asymmetry and gain are then one. The run ends there, and says which turns would help.
+TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
+  Scenario scenario = GyroscopeScenario({});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  auto& poses = std::get<PosesStep>(scenario.motion.front());
+  // Turns the same way about each axis of the body in turn, with a tilt that shows them.
+  poses.poses.clear();
+  Eigen::Quaterniond attitude(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1.0, 1.0, 0.0).normalized()));
+  for (int k = 0; k < 24; ++k) {
+    poses.poses.push_back({attitude, {}, {}});
+    attitude = attitude * Eigen::AngleAxisd(1.1, Eigen::Vector3d::Unit(k % 3));
+  }
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].asymmetry = Wanted::kYes;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable)
+      << summary->calibration.messages.back();
+  bool is_named = false;
+  for (const WeakDirection& weak : summary->calibration.quality.weak_directions) {
+    is_named = is_named || (weak.description.find("asymmetry") != std::string::npos &&
+                            weak.advice.find("both ways") != std::string::npos);
+  }
+  EXPECT_TRUE(is_named);
+  // Without it they do.
+  options.triads[kGyro].asymmetry = Wanted::kNo;
+  const auto without = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.messages.back();
+}
+
 // Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
 Scenario NoisyGyroscopeScenario(std::uint64_t seed) {
   Scenario scenario = GyroscopeScenario({true, false, false});
