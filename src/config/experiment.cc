@@ -611,7 +611,8 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
   const auto fail = [&](const std::string& message) {
-    errors->push_back(experiment.path + ": " + message);
+    const std::string place = PlaceOf(message, draft->places);
+    errors->push_back((place.empty() ? experiment.path : place) + ": " + message);
   };
   SettleGravity(draft);
   SettleField(draft, fail);
@@ -747,6 +748,7 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Draft draft;
   draft.experiment.path = path;
   draft.given = documents->Names();
+  draft.places = documents->Places();
   ReadPresets(documents->all(), &draft, &errors);
   for (const YamlReader& document : documents->all()) ReadDocument(document, &draft);
   documents->CollectErrors(&errors);
@@ -756,6 +758,12 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Experiment experiment = draft.experiment;
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return experiment;
+}
+
+Error AtItsKey(const Experiment& experiment, const Error& error) {
+  if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
+  const std::string place = PlaceOf(error.message, experiment.draft->places);
+  return {error.code, (place.empty() ? experiment.path : place) + ": " + error.message};
 }
 
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -86,7 +87,8 @@ struct ExperimentDraft {
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
-  std::set<std::string> given;  ///< Full names of all keys that any document has.
+  std::map<std::string, std::string> places;  ///< Documents::Places().
+  std::set<std::string> given;                ///< Full names of all keys that any document has.
 };
 
 /// The experiment with every default written out and marked; reads back with the same options.

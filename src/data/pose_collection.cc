@@ -141,6 +141,23 @@ void AddToTrack(const SampleBlock& block, ReadingTrack* track) {
   }
 }
 
+// A gyroscope is calibrated from rests and what lies between them: a log of readings has neither in
+// its single rows, however many there are.
+Status CheckRowsAreRests(const RecordingInfo& info,
+                         const PoseSelection& selection,
+                         std::size_t rows) {
+  constexpr std::size_t kMostRests = 1000;
+  if (selection.kind != PoseSelectionKind::kEveryRow || !selection.moves || !info.has_time ||
+      rows <= kMostRests) {
+    return {};
+  }
+  return BadInputError(
+      info.path + ": `poses: every_row` makes more than " + std::to_string(kMostRests) +
+      " rests of its rows, between which a gyroscope sees no turns; say `poses: { detect: auto }` "
+      "where the unit rests now and then, `poses: { motion: { spacing_s: 0.1 } }` where it is "
+      "tumbled, or leave the gyroscope out");
+}
+
 Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
   return NotEnoughError(
       set.source + ": no rest was found in " + std::to_string(set.duration_s) +
@@ -155,18 +172,46 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
            : ""));
 }
 
-// Names the turns that tell nothing, the first few of them one by one.
+// Names the turns that tell nothing, those of one reason together.
 void AddMoveWarnings(PoseSet* set) {
   constexpr std::size_t kNamed = 10;
-  std::size_t faulty = 0;
+  std::vector<std::pair<std::string, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
-    if (move.fault.empty() || ++faulty > kNamed) continue;
-    set->warnings.push_back("the turn from pose " + std::to_string(set->poses[move.from].number) +
-                            " to pose " + std::to_string(set->poses[move.from + 1].number) +
-                            " is left out: " + move.fault);
+    if (move.fault.empty()) continue;
+    const auto same = std::find_if(reasons.begin(), reasons.end(), [&move](const auto& reason) {
+      return reason.first == move.fault;
+    });
+    if (same != reasons.end()) {
+      same->second.push_back(&move);
+    } else {
+      reasons.push_back({move.fault, {&move}});
+    }
   }
-  if (faulty > kNamed) {
-    set->warnings.push_back(std::to_string(faulty - kNamed) +
+  std::size_t unnamed = 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    const auto& [fault, moves] = reasons[i];
+    if (i >= kNamed) {
+      unnamed += moves.size();
+      continue;
+    }
+    const auto number = [set](std::size_t pose) { return std::to_string(set->poses[pose].number); };
+    if (moves.size() == 1) {
+      const std::size_t from = moves.front()->from;
+      set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
+                              number(from + 1) + " is left out: " + fault);
+      continue;
+    }
+    std::string list;
+    for (std::size_t k = 0; k < std::min(moves.size(), kNamed); ++k) {
+      list += (k == 0 ? "" : ", ") + number(moves[k]->from);
+    }
+    if (moves.size() > kNamed) list += ", …";
+    set->warnings.push_back(std::to_string(moves.size()) +
+                            " turns into the next pose are left out, those from poses " + list +
+                            ": " + fault);
+  }
+  if (unnamed > 0) {
+    set->warnings.push_back(std::to_string(unnamed) +
                             " more turns are left out for reasons like these");
   }
 }
@@ -232,6 +277,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
       TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
     } else if (given) {
       given->Add(blocks, monitors[*leading]->spacing_ns());
+      TRUETRIAD_RETURN_IF_ERROR(CheckRowsAreRests(info, selection, given->poses().size()));
     }
     rates.Add(blocks, monitors[*leading]->spacing_ns());
     if (record_moves) {

@@ -11,6 +11,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/graph_builder.h"
+#include "estimation/held_gyroscope.h"
 #include "estimation/model_choice.h"
 #include "estimation/motion/calibrate_motion.h"
 #include "estimation/noise.h"
@@ -277,6 +278,9 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
     LayOutParameters(options, starts->front(), &graph);
     StateStart(poses, options, noise, starts->front(), graph, &calibration);
     return summary;
+  }
+  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options)) {
+    return Refuse(Outcome::kNotConverged, *wrong, std::move(summary));
   }
   SolveLog log;
   const bool is_bent = HasBentAxes(options);

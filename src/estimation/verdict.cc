@@ -12,6 +12,7 @@
 #include "estimation/clock_offsets.h"
 #include "estimation/constancy.h"
 #include "estimation/graph_builder.h"
+#include "estimation/held_gyroscope.h"
 #include "estimation/known_motions.h"
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
@@ -340,6 +341,10 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
   const auto& gyroscope = calibration.sensors[Triad::kGyroscope];
   if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
     messages->emplace_back(kLeftHandedGyroscope);
+  }
+  if (gyroscope) {
+    std::string remark = RemarkOnHeldGyroscope(options, gyroscope->noise.turn_excess_sigma_rad);
+    if (!remark.empty()) messages->push_back(std::move(remark));
   }
   for (const ClockOffset& offset : quality.clock_offsets) {
     if (std::string words = WordsOf(offset, run.poses); !words.empty()) {

@@ -478,7 +478,9 @@ Table IdentityTable(const Calibration& calibration) {
   add("model", calibration.model);
   for (const InputFile& input : calibration.inputs) {
     add("input",
-        input.file + ", " + std::to_string(input.samples) + " samples" +
+        input.file +
+            // A manifest names files and has none itself.
+            (input.samples > 0 ? ", " + std::to_string(input.samples) + " samples" : "") +
             (input.sha256.empty() ? "" : ", sha256 " + input.sha256.substr(0, 12)));
   }
   add("body frame",

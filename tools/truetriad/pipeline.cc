@@ -364,7 +364,7 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
     return calibration;
   }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
+  if (!summary) return AtItsKey(experiment, summary.error());
   // A choice that failed leaves it to the next run to choose.
   summary->calibration.config_yaml = summary->calibration.IsUsable()
                                          ? ResolvedWithChoice(experiment, summary->options)
@@ -523,7 +523,9 @@ Result<Plan> PlanExperiment(Experiment experiment,
     TRUETRIAD_RETURN_IF_ERROR(program);
     options.program = *std::move(program);
   }
-  return MakePlan(loaded.poses, options);
+  Result<Plan> plan = MakePlan(loaded.poses, options);
+  if (!plan) return AtItsKey(experiment, plan.error());
+  return plan;
 }
 
 std::string Version() { return TRUETRIAD_VERSION; }

@@ -90,6 +90,10 @@ struct Experiment {
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
+/// An error (usage) of what the experiment's keys ask for together, with the file and the line of
+/// the key that it is about; others stay as they are.
+Error AtItsKey(const Experiment& experiment, const Error& error);
+
 /// Reads an experiment, or the one inside a calibration.yaml.
 ///
 /// `overrides` are `key.sub=value` pairs (the `--set` flag), the value in YAML flow style; they
