@@ -2,9 +2,12 @@
 #include "config/documents.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace truetriad {
 namespace {
@@ -78,6 +81,63 @@ void Documents::CollectErrors(std::vector<std::string>* errors) const {
   for (std::size_t i = 1; i < documents_.size(); ++i) {
     CollectDocumentErrors(documents_[i], {}, errors);
   }
+}
+
+namespace {
+
+void CollectPlaces(YamlReader reader,
+                   const std::string& prefix,
+                   std::map<std::string, std::string>* places) {
+  if (!reader.IsMap()) return;
+  for (const std::string& key : reader.Keys()) {
+    YamlReader child = reader.Child(key);
+    (*places)[prefix + child.name()] = child.file().starts_with(kOverride)
+                                           ? child.file()
+                                           : child.file() + ":" + std::to_string(child.line());
+    CollectPlaces(child, prefix, places);
+  }
+}
+
+}  // namespace
+
+std::map<std::string, std::string> Documents::Places() const {
+  std::map<std::string, std::string> places;
+  for (const YamlReader& document : documents_) CollectPlaces(document, "", &places);
+  return places;
+}
+
+std::string PlaceOf(const std::string& message, const std::map<std::string, std::string>& places) {
+  // What people call a key that is spelled otherwise; the first that is said and there counts.
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSpoken = {{
+      {"g-sensitivity", "sensors.gyroscope.g_sensitivity"},
+      {"g_sensitivity", "sensors.gyroscope.g_sensitivity"},
+      {"asymmetry", "sensors.gyroscope.asymmetry"},
+      {"quadratic term", "sensors.accelerometer.quadratic"},
+      {"earth rate", "reference.earth_rate"},
+      {"gauge", "gauge"},
+      {"fixture rotation", "attitudes.fixture_rotation"},
+      {"six-face", "attitudes"},
+      {"motion", "poses"},
+      {"sweep", "poses"},
+      {"turns: and rates:", "turns"},
+      {"gyroscope", "sensors.gyroscope"},
+      {"magnetometer", "sensors.magnetometer"},
+      {"accelerometer", "sensors.accelerometer"},
+  }};
+  const std::size_t colon = message.find(": ");
+  std::string name = message.substr(0, std::min(message.find(' '), colon));
+  while (!name.empty()) {
+    if (const auto found = places.find(name); found != places.end()) return found->second;
+    const std::size_t dot = name.rfind('.');
+    name.erase(dot == std::string::npos ? 0 : dot);
+  }
+  for (const auto& [spoken, key] : kSpoken) {
+    if (message.find(spoken) == std::string::npos) continue;
+    if (const auto found = places.find(std::string(key)); found != places.end()) {
+      return found->second;
+    }
+  }
+  return {};
 }
 
 void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <set>
 #include <string>
 #include <string_view>
@@ -24,6 +25,9 @@ class Documents {
   /// Full names of all keys that any document has.
   std::set<std::string> Names() const;
 
+  /// Where each of these keys stands: "file:line", or the override; of several documents the last.
+  std::map<std::string, std::string> Places() const;
+
   /// Adds the errors of all documents, without those of the file about keys whose value an override
   /// replaces. An override itself has no lines to name.
   void CollectErrors(std::vector<std::string>* errors) const;
@@ -35,6 +39,10 @@ class Documents {
 
 /// Adds the full names of all keys below `reader`.
 void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names);
+
+/// The place of the key that `message` is about, by the name that it begins with or says, else
+/// empty: a message about `a.b.c` belongs to the longest of a, a.b and a.b.c that is there.
+std::string PlaceOf(const std::string& message, const std::map<std::string, std::string>& places);
 
 /// One message of several lines.
 std::string Joined(const std::vector<std::string>& errors);

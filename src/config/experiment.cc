@@ -262,6 +262,9 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
   ReadThermal(reader.Child("thermal"), &options.thermal);
+  ReadNumber(reader.Child("time_offset_s"),
+             {-10.0, 10.0, "an offset of at most 10 s"},
+             &draft->time_offset_s[triad]);
   reader.RejectUnknown();
 }
 
@@ -633,7 +636,8 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
   const auto fail = [&](const std::string& message) {
-    errors->push_back(experiment.path + ": " + message);
+    const std::string place = PlaceOf(message, draft->places);
+    errors->push_back((place.empty() ? experiment.path : place) + ": " + message);
   };
   SettleGravity(draft);
   SettleField(draft, fail);
@@ -692,6 +696,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   experiment.poses.known_motions.turns_file = Resolve(draft->turns_file, experiment.path);
   experiment.poses.known_motions.rates_file = Resolve(draft->rates_file, experiment.path);
   experiment.poses.moves = has_gyroscope;
+  experiment.poses.time_offset_s = draft->time_offset_s;
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
@@ -768,6 +773,7 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Draft draft;
   draft.experiment.path = path;
   draft.given = documents->Names();
+  draft.places = documents->Places();
   ReadPresets(documents->all(), &draft, &errors);
   for (const YamlReader& document : documents->all()) ReadDocument(document, &draft);
   documents->CollectErrors(&errors);
@@ -777,6 +783,12 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Experiment experiment = draft.experiment;
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return experiment;
+}
+
+Error AtItsKey(const Experiment& experiment, const Error& error) {
+  if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
+  const std::string place = PlaceOf(error.message, experiment.draft->places);
+  return {error.code, (place.empty() ? experiment.path : place) + ": " + error.message};
 }
 
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {

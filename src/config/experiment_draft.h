@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -13,8 +14,6 @@
 
 namespace truetriad {
 
-/// The triads that this version calibrates.
-inline constexpr std::array kPlannedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
 constexpr std::array<std::string_view, 4> kLimitQuantities = {
     "bias", "scale_error", "misalignment_rad", "residual_rms"};
 
@@ -91,11 +90,13 @@ struct ExperimentDraft {
   std::string turns_file, rates_file, static_file;            ///< As written.
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
+  PerTriad<double> time_offset_s{};
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
-  std::set<std::string> given;  ///< Full names of all keys that any document has.
+  std::map<std::string, std::string> places;  ///< Documents::Places().
+  std::set<std::string> given;                ///< Full names of all keys that any document has.
 };
 
 /// The experiment with every default written out and marked; reads back with the same options.

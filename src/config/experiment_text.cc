@@ -147,6 +147,7 @@ void WriteSensor(ResolvedText& out,
     out.Close();
   }
   if (options.thermal.any()) WriteThermal(out, options.thermal);
+  if (draft.time_offset_s[triad] != 0.0) out.Line("time_offset_s", draft.time_offset_s[triad]);
   out.Close();
 }
 

@@ -91,7 +91,7 @@ void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
 
 void ReadNominal(YamlReader reader, PlanConfig* plan) {
   if (!reader) return;
-  for (const Triad triad : kPlannedTriads) {
+  for (const Triad triad : kTriads) {
     ReadNominalSensor(reader.Child(TriadName(triad)), triad, &plan->nominal[triad]);
   }
   double number = 0.0;
@@ -122,6 +122,8 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   ReadCount(reader.Child("random"), {0, 10000, "0 to 10000 draws"}, &plan->random_draws);
   ReadChoice(reader.Child("start"), kStarts, &plan->from_recording);
   ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
+  ReadNumber(reader.Child("turn_s"), kPositive, &plan->turn_s);
+  ReadNumber(reader.Child("turn_sigma_deg"), kNotNegative, &plan->turn_sigma_deg);
   if (int seed = 0; ReadCount(reader.Child("seed"),
                               {0, std::numeric_limits<int>::max(), "a whole number from zero"},
                               &seed)) {

@@ -229,8 +229,20 @@ DisturbanceTime ReadWhen(YamlReader& reader) {
   return when;
 }
 
+/// A change of the field that stays.
+template <typename Step>
+Step ReadStep(YamlReader& reader, const std::string& frame) {
+  Step step{.when = ReadWhen(reader)};
+  if (!ReadQuantity(
+          reader, TriadKeys("change", Triad::kMagnetometer), kAnyNumber, &step.change_ut)) {
+    reader.Fail("`change_ut` is expected: [x, y, z] in the " + frame + " frame");
+  }
+  return step;
+}
+
 std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
-  constexpr std::array<std::string_view, 4> kKinds = {"knock", "magnet", "stuck", "unsettled"};
+  constexpr std::array<std::string_view, 6> kKinds = {
+      "knock", "magnet", "hard_iron_step", "field_step", "stuck", "unsettled"};
   std::optional<YamlReader> reader = ReadKind(item, kKinds);
   if (!reader) return std::nullopt;
   std::optional<Disturbance> disturbance;
@@ -250,6 +262,10 @@ std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
       reader->Fail("`peak_ut` is expected: [x, y, z] in the world frame");
     }
     disturbance = magnet;
+  } else if (Is(*reader, "hard_iron_step")) {
+    disturbance = ReadStep<HardIronStep>(*reader, "body");
+  } else if (Is(*reader, "field_step")) {
+    disturbance = ReadStep<FieldStep>(*reader, "world");
   } else if (Is(*reader, "stuck")) {
     StuckSamples stuck{.when = ReadWhen(*reader)};
     ReadChoice(reader->RequireChild("sensor"), kTriadNames, &stuck.triad);

@@ -2,7 +2,9 @@
 #include "data/given_poses.h"
 
 #include <algorithm>
+#include <iomanip>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include <glog/logging.h>
@@ -14,16 +16,24 @@ constexpr std::int64_t kNoPose = std::numeric_limits<std::int64_t>::min();
 // Samples a window: short enough for white noise inside, long enough for a variance.
 constexpr std::int64_t kWindowSamples = 10;
 
+std::string SecondsText(std::int64_t time_ns) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(3) << 1e-9 * static_cast<double>(time_ns);
+  return text.str();
+}
+
 }  // namespace
 
 GivenPoses::GivenPoses(const PoseSelection& selection,
                        const RecordingInfo& info,
                        Triad leading,
-                       std::string key)
+                       std::string key,
+                       std::vector<RangeOrigin> origins)
     : selection_(selection),
       info_(info),
       leading_(leading),
       key_(std::move(key)),
+      origins_(std::move(origins)),
       range_used_(selection.ranges.size(), false) {}
 
 Status GivenPoses::Validate() const {
@@ -37,19 +47,37 @@ Status GivenPoses::Validate() const {
                          "(0 = moving): name yours with `poses: { column: NAME }`");
   }
   if (selection_.kind != PoseSelectionKind::kRanges) return {};
-  std::int64_t previous = -1;
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
-    const PoseRange& range = selection_.ranges[i];
-    if (range.first > previous && range.last >= range.first) {
-      previous = range.last;
-      continue;
+    const bool follows = i > 0 ? Begin(i) > End(i - 1) : IsByTime() || Begin(i) >= 0;
+    if (follows && End(i) >= Begin(i)) continue;
+    if (IsByTime()) {
+      return BadInputError(Spoken(i) + " overlaps with " + Spoken(i - 1) +
+                           "; expected stretches without overlap");
     }
-    return BadInputError(key_ + ": range " + std::to_string(i + 1) + " is rows " +
-                         std::to_string(range.first) + " to " + std::to_string(range.last) +
-                         (range.first < 0 ? "" : " after row " + std::to_string(previous)) +
+    return BadInputError(Spoken(i) + " is no range" +
+                         (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
                          "; expected first <= last, both 0-based, in file order, without overlap");
   }
   return {};
+}
+
+std::int64_t GivenPoses::Begin(std::size_t range) const {
+  return IsByTime() ? origins_[range].times.start_ns : selection_.ranges[range].first;
+}
+
+std::int64_t GivenPoses::End(std::size_t range) const {
+  return IsByTime() ? origins_[range].times.end_ns : selection_.ranges[range].last;
+}
+
+std::string GivenPoses::Spoken(std::size_t range) const {
+  const bool has_origin = !origins_.empty() && !origins_[range].stated_in.empty();
+  std::string spoken =
+      has_origin ? origins_[range].stated_in : key_ + ": range " + std::to_string(range + 1);
+  if (IsByTime()) {
+    return spoken + " (" + SecondsText(Begin(range)) + " to " + SecondsText(End(range)) + " s)";
+  }
+  return spoken + " (rows " + std::to_string(Begin(range)) + " to " + std::to_string(End(range)) +
+         ")";
 }
 
 // Names the pose that the row belongs to; neighbouring rows of one name are one pose.
@@ -63,9 +91,10 @@ std::int64_t GivenPoses::Label(const SampleBlock& block, std::size_t i) {
     case PoseSelectionKind::kColumn:
       return block.pose.empty() || block.pose[i] == 0 ? kNoPose : block.pose[i];
     case PoseSelectionKind::kRanges: {
-      const auto& ranges = selection_.ranges;
-      while (range_ < ranges.size() && ranges[range_].last < row) ++range_;
-      if (range_ == ranges.size() || row < ranges[range_].first) return kNoPose;
+      const std::size_t count = selection_.ranges.size();
+      const std::int64_t at = IsByTime() ? block.time_ns[i] : row;
+      while (range_ < count && End(range_) < at) ++range_;
+      if (range_ == count || at < Begin(range_)) return kNoPose;
       range_used_[range_] = true;
       return static_cast<std::int64_t>(range_);
     }
@@ -238,15 +267,15 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
   }
   while (!open_.empty()) FinishFirst();
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
-    const PoseRange& range = selection_.ranges[i];
     // More than half of it beyond the end is another recording's; a slow sensor may end a bit
     // early.
-    if (range_used_[i] && range.last - last_row_ <= last_row_ - range.first) continue;
-    return BadInputError(key_ + ": range " + std::to_string(i + 1) + " (rows " +
-                         std::to_string(range.first) + " to " + std::to_string(range.last) +
-                         ") has " + (range_used_[i] ? "few readings" : "no reading") + " of the " +
-                         std::string(TriadName(leading_)) + "; " + info_.Find(leading_)->file +
-                         " has data rows 0 to " + std::to_string(last_row_));
+    const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
+    if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
+    return BadInputError(Spoken(i) + " has " + (range_used_[i] ? "few readings" : "no reading") +
+                         " of the " + std::string(TriadName(leading_)) + "; " +
+                         info_.Find(leading_)->file +
+                         (IsByTime() ? " ends at " + SecondsText(last) + " s"
+                                     : " has data rows 0 to " + std::to_string(last)));
   }
   // A short last block is no pose of its own: it would weigh little and look like the others.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&

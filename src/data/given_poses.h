@@ -20,17 +20,25 @@ struct CollectedPose {
   PerTriad<TriadPoseMoments> moments;
 };
 
+/// Where one of the ranges comes from, and its times where it is given by these instead of rows.
+struct RangeOrigin {
+  TimeRange times;
+  std::string stated_in;  ///< "rates.yaml:3".
+};
+
 /// Collects poses that are given: every row, every N rows, by a column, or by row ranges.
 ///
 /// Rows are those of the leading stream's file. Samples of a stream in the same file belong to a
 /// pose by row, of one in another file by time, within half a spacing of the leading stream.
 class GivenPoses {
  public:
-  /// `key`: what the ranges are called in messages.
+  /// `key`: what the ranges are called in messages; `origins`: none, or one a range, all of them by
+  /// time or all by rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
-             std::string key = "poses");
+             std::string key = "poses",
+             std::vector<RangeOrigin> origins = {});
 
   /// Ranges must be in file order; a pose column must be there.
   Status Validate() const;
@@ -63,6 +71,11 @@ class GivenPoses {
     std::int64_t current = 0;      // Number of the first pose that later samples can belong to.
   };
 
+  bool IsByTime() const { return !origins_.empty() && !origins_.front().times.empty(); }
+  // First and last row of a range, or its times, and how it is called.
+  std::int64_t Begin(std::size_t range) const;
+  std::int64_t End(std::size_t range) const;
+  std::string Spoken(std::size_t range) const;
   std::int64_t Label(const SampleBlock& block, std::size_t i);
   void AddLeading(const SampleBlock& block);
   void AddWaiting(Triad triad, bool at_end);
@@ -79,6 +92,7 @@ class GivenPoses {
   RecordingInfo info_;
   Triad leading_;
   std::string key_;
+  std::vector<RangeOrigin> origins_;
   double spacing_ns_ = 0.0;
   std::size_t range_ = 0;
   std::int64_t last_row_ = -1, last_ns_ = 0;  // Of the leading stream.

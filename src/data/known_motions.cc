@@ -13,11 +13,31 @@ std::vector<StaticPose>::iterator FindPose(int number, std::vector<StaticPose>* 
       poses->begin(), poses->end(), [&](const StaticPose& pose) { return pose.number == number; });
 }
 
-Error NoSuchPose(const std::string& key, int number, const PoseSet& set) {
-  return BadInputError(set.source + ": " + key + " name pose " + std::to_string(number) +
-                       ", which is none of the " + std::to_string(set.poses.size()) + " rests (" +
-                       set.how + "; `truetriad inspect` lists them); give a pose of the list, or " +
-                       "its rows as `first` and `last`");
+Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& set) {
+  return BadInputError((at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source + ": " + key +
+                       " name pose " + std::to_string(at.pose) + ", which is none of the " +
+                       std::to_string(set.poses.size()) + " rests (" + set.how +
+                       "; `truetriad inspect` lists them); give a pose of the list, or " +
+                       "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
+}
+
+// A turn that the log has only a part of, or nothing.
+Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const PoseSet& set) {
+  const std::string where = at.stated_in.empty() ? "turns" : at.stated_in;
+  if (at.times.empty()) {
+    if (at.rows.last <= recorder.last_row()) return {};
+    return BadInputError(where + ": a turn takes rows " + std::to_string(at.rows.first) + " to " +
+                         std::to_string(at.rows.last) + ", but the last row with readings of " +
+                         set.source + " is " + std::to_string(recorder.last_row()) +
+                         "; rows count from 0 and without the header");
+  }
+  if (at.times.start_ns >= recorder.first_ns() && at.times.end_ns <= recorder.last_ns()) return {};
+  const auto seconds = [](std::int64_t time_ns) {
+    return std::to_string(1e-9 * static_cast<double>(time_ns));
+  };
+  return BadInputError(where + ": a turn takes " + seconds(at.times.start_ns) + " to " +
+                       seconds(at.times.end_ns) + " s, but " + set.source + " has readings from " +
+                       seconds(recorder.first_ns()) + " to " + seconds(recorder.last_ns()) + " s");
 }
 
 bool Overlap(const StaticPose& pose, const StaticPose& other) {
@@ -29,22 +49,39 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
 RateMeans::RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& info, Triad leading)
     : rates_(rates) {
   for (std::size_t i = 0; i < rates_.size(); ++i) {
-    if (!rates_[i].at.rows.empty()) by_row_.push_back(i);
+    if (!rates_[i].at.is_pose()) stretches_.push_back(i);
   }
-  std::sort(by_row_.begin(), by_row_.end(), [this](std::size_t a, std::size_t b) {
-    return rates_[a].at.rows.first < rates_[b].at.rows.first;
+  // A file has rows or times: Validate() sees to it.
+  std::sort(stretches_.begin(), stretches_.end(), [this](std::size_t a, std::size_t b) {
+    return std::pair(rates_[a].at.rows.first, rates_[a].at.times.start_ns) <
+           std::pair(rates_[b].at.rows.first, rates_[b].at.times.start_ns);
   });
-  if (by_row_.empty()) return;
+  if (stretches_.empty()) return;
   PoseSelection selection;
   selection.kind = PoseSelectionKind::kRanges;
-  for (const std::size_t i : by_row_) {
+  std::vector<RangeOrigin> origins;
+  for (const std::size_t i : stretches_) {
     const StatedRate& rate = rates_[i];
     selection.ranges.push_back({rate.at.rows.first, rate.at.rows.last, rate.id, {}});
+    origins.push_back({rate.at.times, rate.at.stated_in});
   }
-  means_.emplace(selection, info, leading, "rates");
+  means_.emplace(selection, info, leading, "rates", std::move(origins));
 }
 
-Status RateMeans::Validate() const { return means_ ? means_->Validate() : Status(); }
+Status RateMeans::Validate() const {
+  if (!means_) return {};
+  const MotionPlace* by_rows = nullptr;
+  const MotionPlace* by_time = nullptr;
+  for (const std::size_t i : stretches_) {
+    (rates_[i].at.times.empty() ? by_rows : by_time) = &rates_[i].at;
+  }
+  if (by_rows != nullptr && by_time != nullptr) {
+    return BadInputError(by_time->stated_in + ": is stated by time, but " +
+                         (by_rows->stated_in.empty() ? "another rate" : by_rows->stated_in) +
+                         " by rows; state all rates one way");
+  }
+  return means_->Validate();
+}
 
 void RateMeans::Add(const std::vector<SampleBlock>& blocks, double spacing_ns) {
   if (means_) means_->Add(blocks, spacing_ns);
@@ -57,9 +94,9 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   set->rates.resize(rates_.size());
   for (std::size_t i = 0; i < rates_.size(); ++i) {
     set->rates[i].stated = rates_[i];
-    if (!rates_[i].at.rows.empty()) continue;
+    if (!rates_[i].at.is_pose()) continue;
     const auto pose = FindPose(rates_[i].at.pose, &set->poses);
-    if (pose == set->poses.end()) return NoSuchPose("rates", rates_[i].at.pose, *set);
+    if (pose == set->poses.end()) return NoSuchPose("rates", rates_[i].at, *set);
     set->rates[i].means = *pose;
   }
   PoseSet turning;
@@ -74,8 +111,8 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
       turning_moments.push_back(std::move(mean.moments));
     }
     FillCovariances(turning_moments, resolution_raw, &turning);
-    for (std::size_t i = 0; i < by_row_.size(); ++i) {
-      set->rates[by_row_[i]].means = turning.poses[i];
+    for (std::size_t i = 0; i < stretches_.size(); ++i) {
+      set->rates[stretches_[i]].means = turning.poses[i];
     }
   }
   std::size_t kept = 0;
@@ -104,27 +141,30 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
 
 Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set) {
   for (const StatedRate& rate : rates) {
-    if (!rate.at.rows.empty()) {
-      return BadInputError(set->source + ": is a table of means, but a rate is stated for rows " +
-                           std::to_string(rate.at.rows.first) + " to " +
-                           std::to_string(rate.at.rows.last) +
-                           "; state each for one row of it, as `pose: N` from 1 on");
+    if (!rate.at.is_pose()) {
+      const std::string where = rate.at.times.empty()
+                                    ? "rows " + std::to_string(rate.at.rows.first) + " to " +
+                                          std::to_string(rate.at.rows.last)
+                                    : "a time";
+      return BadInputError((rate.at.stated_in.empty() ? "" : rate.at.stated_in + ": ") +
+                           set->source + ": is a table of means, but a rate is stated for " +
+                           where + "; state each for one row of it, as `pose: N` from 1 on");
     }
     const auto pose = FindPose(rate.at.pose, &set->poses);
-    if (pose == set->poses.end()) return NoSuchPose("rates", rate.at.pose, *set);
+    if (pose == set->poses.end()) return NoSuchPose("rates", rate.at, *set);
     set->rates.push_back({rate, std::move(*pose)});
     set->poses.erase(pose);
   }
   return {};
 }
 
-std::vector<RowSpan> SpansToKeep(const PoseSelection& selection) {
-  std::vector<RowSpan> spans;
+std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection) {
+  std::vector<MotionPlace> spans;
   for (const StatedTurn& turn : selection.turns) {
-    if (!turn.at.rows.empty()) spans.push_back(turn.at.rows);
+    if (!turn.at.is_pose()) spans.push_back(turn.at);
   }
   for (const StatedRate& rate : selection.rates) {
-    if (!rate.at.rows.empty()) spans.push_back(rate.at.rows);
+    if (!rate.at.is_pose()) spans.push_back(rate.at);
   }
   return spans;
 }
@@ -135,19 +175,14 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
   for (const StatedTurn& stated : selection.turns) {
     KnownTurn& turn = set->turns.emplace_back();
     turn.stated = stated;
-    if (!stated.at.rows.empty()) {
-      if (stated.at.rows.last > recorder.last_row()) {
-        return BadInputError(
-            set->source + ": turns name rows " + std::to_string(stated.at.rows.first) + " to " +
-            std::to_string(stated.at.rows.last) + ", but the last row with readings is " +
-            std::to_string(recorder.last_row()) + "; rows count from 0 and without the header");
-      }
+    if (!stated.at.is_pose()) {
+      TRUETRIAD_RETURN_IF_ERROR(CheckIsInLog(stated.at, recorder, *set));
       if (span < spans.size()) turn.move = std::move(spans[span++]);
       continue;
     }
     const auto pose = FindPose(stated.at.pose, &set->poses);
     const auto from = static_cast<std::size_t>(pose - set->poses.begin());
-    if (from + 1 >= set->poses.size()) return NoSuchPose("turns", stated.at.pose, *set);
+    if (from + 1 >= set->poses.size()) return NoSuchPose("turns", stated.at, *set);
     if (from < set->moves.size()) turn.move = set->moves[from];
   }
   for (RecordedMove& move : set->moves) {

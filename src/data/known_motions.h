@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// Averages the readings over the rows of stated rates, as those of a rest are.
+/// Averages the readings over the rows or times of stated rates, as those of a rest are.
 class RateMeans {
  public:
   RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& info, Triad leading);
@@ -31,12 +31,12 @@ class RateMeans {
 
  private:
   std::vector<StatedRate> rates_;
-  std::vector<std::size_t> by_row_;  // Those with rows, in the order of these.
+  std::vector<std::size_t> stretches_;  // Those that are no pose, in the order of the file.
   std::optional<GivenPoses> means_;
 };
 
-/// Rows whose readings must not be dropped: those of turns, then those of rates.
-std::vector<RowSpan> SpansToKeep(const PoseSelection& selection);
+/// Where readings must not be dropped: in turns, then in rates; those that are no pose.
+std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
 /// Fills in set->turns from what was recorded, and says of moves in which a rate was held that they
 /// are not to be used. Error: the number of a pose without a move into the next.

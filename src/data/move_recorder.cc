@@ -78,14 +78,22 @@ MoveRecorder::Stream::Stream() {
   reading_raw.reserve(kFirstCapacity);
 }
 
-MoveRecorder::MoveRecorder(Triad leading, const std::vector<RowSpan>& spans) : leading_(leading) {
-  for (const RowSpan& rows : spans) spans_.push_back({rows});
+MoveRecorder::MoveRecorder(Triad leading, const std::vector<MotionPlace>& spans)
+    : leading_(leading) {
+  for (const MotionPlace& at : spans) {
+    spans_.push_back({at.rows, at.times.start_ns, at.times.end_ns, at.times.empty()});
+  }
 }
 
 void MoveRecorder::Add(const SampleBlock& block) {
   if (block.triad == leading_) {
-    if (!block.row.empty()) last_row_ = block.row.back();
+    if (!block.row.empty()) {
+      if (last_row_ < 0) first_ns_ = block.time_ns.front();
+      last_row_ = block.row.back();
+      last_ns_ = block.time_ns.back();
+    }
     for (Span& span : spans_) {
+      if (!span.is_by_row) continue;
       const auto first = std::lower_bound(block.row.begin(), block.row.end(), span.rows.first);
       const auto last = std::upper_bound(first, block.row.end(), span.rows.last);
       if (first == last) continue;
@@ -96,13 +104,15 @@ void MoveRecorder::Add(const SampleBlock& block) {
       span.end_ns = at(last - 1);
     }
   }
-  if (block.triad == Triad::kMagnetometer) return;
   if (!to_drop_.empty()) {
     Compact(&gyroscope_);
     Compact(&accelerometer_);
+    Compact(&magnetometer_);
     to_drop_.clear();
   }
-  Stream& stream = block.triad == Triad::kGyroscope ? gyroscope_ : accelerometer_;
+  Stream& stream = block.triad == Triad::kGyroscope       ? gyroscope_
+                   : block.triad == Triad::kAccelerometer ? accelerometer_
+                                                          : magnetometer_;
   stream.time_ns.insert(stream.time_ns.end(), block.time_ns.begin(), block.time_ns.end());
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     stream.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
@@ -174,31 +184,38 @@ void MoveRecorder::Compact(Stream* stream) const {
   stream->reading_raw.resize(kept);
 }
 
+std::vector<Eigen::Vector3d> MoveRecorder::At(const Stream& stream,
+                                              const std::vector<std::int64_t>& at_ns) {
+  std::vector<Eigen::Vector3d> readings;
+  const std::vector<std::int64_t>& times = stream.time_ns;
+  if (times.empty() || at_ns.empty()) return readings;
+  readings.reserve(at_ns.size());
+  auto next = std::lower_bound(times.begin(), times.end(), at_ns.front());
+  for (const std::int64_t time_ns : at_ns) {
+    while (next != times.end() && *next < time_ns) ++next;
+    const auto right = static_cast<std::size_t>(std::min(next, times.end() - 1) - times.begin());
+    const std::size_t left = right > 0 && times[right] > time_ns ? right - 1 : right;
+    const double span = static_cast<double>(times[right] - times[left]);
+    const double share =
+        span > 0.0 ? std::clamp(static_cast<double>(time_ns - times[left]) / span, 0.0, 1.0) : 0.0;
+    readings.emplace_back((1.0 - share) * stream.reading_raw[left] +
+                          share * stream.reading_raw[right]);
+  }
+  return readings;
+}
+
 RecordedMove MoveRecorder::Cut(std::size_t first,
                                std::size_t last,
                                const StreamSummary& gyroscope) const {
   RecordedMove move;
-  const std::vector<std::int64_t>& force_times = accelerometer_.time_ns;
-  auto force = force_times.begin();
-  if (first < last) {
-    force = std::lower_bound(force_times.begin(), force_times.end(), gyroscope_.time_ns[first]);
-  }
-  for (std::size_t at = first; at < last; ++at) {
-    const std::int64_t time_ns = gyroscope_.time_ns[at];
-    move.time_ns.push_back(time_ns);
-    move.gyroscope_raw.push_back(gyroscope_.reading_raw[at]);
-    if (force_times.empty()) continue;
-    while (force != force_times.end() && *force < time_ns) ++force;
-    const auto right =
-        static_cast<std::size_t>(std::min(force, force_times.end() - 1) - force_times.begin());
-    const std::size_t left = right > 0 && force_times[right] > time_ns ? right - 1 : right;
-    const double span = static_cast<double>(force_times[right] - force_times[left]);
-    const double share =
-        span > 0.0 ? std::clamp(static_cast<double>(time_ns - force_times[left]) / span, 0.0, 1.0)
-                   : 0.0;
-    move.accelerometer_raw.push_back((1.0 - share) * accelerometer_.reading_raw[left] +
-                                     share * accelerometer_.reading_raw[right]);
-  }
+  const auto span = [first, last](const auto& values) {
+    return std::vector(values.begin() + static_cast<std::ptrdiff_t>(first),
+                       values.begin() + static_cast<std::ptrdiff_t>(std::max(first, last)));
+  };
+  move.time_ns = span(gyroscope_.time_ns);
+  move.gyroscope_raw = span(gyroscope_.reading_raw);
+  move.accelerometer_raw = At(accelerometer_, move.time_ns);
+  move.magnetometer_raw = At(magnetometer_, move.time_ns);
   move.fault = Fault(move, gyroscope);
   return move;
 }

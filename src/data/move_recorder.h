@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-/// Keeps the gyroscope's readings between the poses and in stated spans of rows, and what the
-/// accelerometer read then.
+/// Keeps the gyroscope's readings between the poses and in stated spans of rows, and what the other
+/// sensors read then.
 ///
 /// Readings inside a pose are dropped as soon as the pose is known, and those of a move as soon as
 /// it is known to last longer than kLongestMoveS, so that memory holds the moves and what static
@@ -25,8 +25,9 @@ class MoveRecorder {
   /// unit once more would know it: a bias that wanders by 0.01 deg/s makes 3 deg of it.
   static constexpr double kLongestMoveS = 300.0;
 
-  /// `spans`: rows of the leading stream's file whose readings stay, whatever poses they lie in.
-  MoveRecorder(Triad leading, const std::vector<RowSpan>& spans);
+  /// `spans`: rows of the leading stream's file, or times, whose readings stay, whatever poses they
+  /// lie in.
+  MoveRecorder(Triad leading, const std::vector<MotionPlace>& spans);
 
   void Add(const SampleBlock& block);
 
@@ -47,6 +48,10 @@ class MoveRecorder {
   /// The last row of the leading stream's file that has come; -1 before.
   std::int64_t last_row() const { return last_row_; }
 
+  /// The first and the last time of the leading stream that have come.
+  std::int64_t first_ns() const { return first_ns_; }
+  std::int64_t last_ns() const { return last_ns_; }
+
   /// Readings of the gyroscope held at most so far: what bounds the memory.
   std::size_t peak_readings() const { return peak_readings_; }
 
@@ -61,7 +66,8 @@ class MoveRecorder {
   };
   struct Span {
     RowSpan rows;
-    std::int64_t start_ns = 0, end_ns = -1;  // Of those of its rows that have come.
+    std::int64_t start_ns = 0, end_ns = -1;  // Of those of its rows that have come, or as stated.
+    bool is_by_row = true;
   };
 
   // Removes what is to be dropped, in one pass: all inside a stretch but its first and its last
@@ -70,15 +76,20 @@ class MoveRecorder {
   // The stretches without the spans, in order.
   std::vector<Stretch> OutsideSpans() const;
 
+  // Readings of a stream between its own, at ascending times; empty where it has none.
+  static std::vector<Eigen::Vector3d> At(const Stream& stream,
+                                         const std::vector<std::int64_t>& at_ns);
+
   // Readings number first…last - 1 of the gyroscope.
   RecordedMove Cut(std::size_t first, std::size_t last, const StreamSummary& gyroscope) const;
 
   Triad leading_;
   std::vector<Span> spans_;
-  Stream gyroscope_, accelerometer_;
+  Stream gyroscope_, accelerometer_, magnetometer_;
   std::vector<Stretch> to_drop_;
   std::optional<std::int64_t> last_end_ns_;  // Of the last pose that is complete.
   std::int64_t last_row_ = -1;
+  std::int64_t first_ns_ = 0, last_ns_ = 0;
   std::size_t peak_readings_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include "truetriad/data/pose_collection.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -83,6 +84,41 @@ Status CheckCanFollowMotion(const RecordingInfo& info) {
   return {};
 }
 
+Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selection) {
+  for (const Triad triad : kTriads) {
+    if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
+    return BadInputError(info.path + ": a time offset of the " + std::string(TriadName(triad)) +
+                         " is stated, but there is no time; remove `time_offset_s`, or say the "
+                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+  }
+  return {};
+}
+
+// Puts the times of the triads' readings to when they were taken.
+class TimeShift {
+ public:
+  explicit TimeShift(const PerTriad<double>& offset_s) {
+    for (const Triad triad : kTriads) offset_ns_[triad] = std::llround(1e9 * offset_s[triad]);
+  }
+
+  // The new times stay until the next call.
+  void Apply(std::vector<SampleBlock>* blocks) {
+    times_.resize(std::max(times_.size(), blocks->size()));
+    for (std::size_t k = 0; k < blocks->size(); ++k) {
+      SampleBlock& block = (*blocks)[k];
+      const std::int64_t offset_ns = offset_ns_[block.triad];
+      if (offset_ns == 0) continue;
+      times_[k].assign(block.time_ns.begin(), block.time_ns.end());
+      for (std::int64_t& time_ns : times_[k]) time_ns -= offset_ns;
+      block.time_ns = times_[k];
+    }
+  }
+
+ private:
+  PerTriad<std::int64_t> offset_ns_;
+  std::vector<std::vector<std::int64_t>> times_;
+};
+
 Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selection) {
   if (selection.turns.empty() && selection.rates.empty()) return {};
   if (info.Find(Triad::kGyroscope) == nullptr) {
@@ -105,6 +141,23 @@ void AddToTrack(const SampleBlock& block, ReadingTrack* track) {
   }
 }
 
+// A gyroscope is calibrated from rests and what lies between them: a log of readings has neither in
+// its single rows, however many there are.
+Status CheckRowsAreRests(const RecordingInfo& info,
+                         const PoseSelection& selection,
+                         std::size_t rows) {
+  constexpr std::size_t kMostRests = 1000;
+  if (selection.kind != PoseSelectionKind::kEveryRow || !selection.moves || !info.has_time ||
+      rows <= kMostRests) {
+    return {};
+  }
+  return BadInputError(
+      info.path + ": `poses: every_row` makes more than " + std::to_string(kMostRests) +
+      " rests of its rows, between which a gyroscope sees no turns; say `poses: { detect: auto }` "
+      "where the unit rests now and then, `poses: { motion: { spacing_s: 0.1 } }` where it is "
+      "tumbled, or leave the gyroscope out");
+}
+
 Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
   return NotEnoughError(
       set.source + ": no rest was found in " + std::to_string(set.duration_s) +
@@ -119,18 +172,46 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
            : ""));
 }
 
-// Names the turns that tell nothing, the first few of them one by one.
+// Names the turns that tell nothing, those of one reason together.
 void AddMoveWarnings(PoseSet* set) {
   constexpr std::size_t kNamed = 10;
-  std::size_t faulty = 0;
+  std::vector<std::pair<std::string, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
-    if (move.fault.empty() || ++faulty > kNamed) continue;
-    set->warnings.push_back("the turn from pose " + std::to_string(set->poses[move.from].number) +
-                            " to pose " + std::to_string(set->poses[move.from + 1].number) +
-                            " is left out: " + move.fault);
+    if (move.fault.empty()) continue;
+    const auto same = std::find_if(reasons.begin(), reasons.end(), [&move](const auto& reason) {
+      return reason.first == move.fault;
+    });
+    if (same != reasons.end()) {
+      same->second.push_back(&move);
+    } else {
+      reasons.push_back({move.fault, {&move}});
+    }
   }
-  if (faulty > kNamed) {
-    set->warnings.push_back(std::to_string(faulty - kNamed) +
+  std::size_t unnamed = 0;
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    const auto& [fault, moves] = reasons[i];
+    if (i >= kNamed) {
+      unnamed += moves.size();
+      continue;
+    }
+    const auto number = [set](std::size_t pose) { return std::to_string(set->poses[pose].number); };
+    if (moves.size() == 1) {
+      const std::size_t from = moves.front()->from;
+      set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
+                              number(from + 1) + " is left out: " + fault);
+      continue;
+    }
+    std::string list;
+    for (std::size_t k = 0; k < std::min(moves.size(), kNamed); ++k) {
+      list += (k == 0 ? "" : ", ") + number(moves[k]->from);
+    }
+    if (moves.size() > kNamed) list += ", …";
+    set->warnings.push_back(std::to_string(moves.size()) +
+                            " turns into the next pose are left out, those from poses " + list +
+                            ": " + fault);
+  }
+  if (unnamed > 0) {
+    set->warnings.push_back(std::to_string(unnamed) +
                             " more turns are left out for reasons like these");
   }
 }
@@ -168,6 +249,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_RETURN_IF_ERROR(given->Validate());
   }
 
+  TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
   RateMeans rates(selection.rates, info, *leading);
   TRUETRIAD_RETURN_IF_ERROR(rates.Validate());
@@ -178,11 +260,13 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   MoveRecorder moves(*leading, SpansToKeep(selection));
   std::size_t rests_dropped = 0;
 
+  TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
   while (true) {
     const Result<bool> more = source.Next(&blocks);
     if (!more) return more.error();
     if (!*more) break;
+    shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
       if (record_moves) moves.Add(block);
@@ -193,6 +277,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
       TRUETRIAD_RETURN_IF_ERROR(detected->Add(blocks));
     } else if (given) {
       given->Add(blocks, monitors[*leading]->spacing_ns());
+      TRUETRIAD_RETURN_IF_ERROR(CheckRowsAreRests(info, selection, given->poses().size()));
     }
     rates.Add(blocks, monitors[*leading]->spacing_ns());
     if (record_moves) {
@@ -213,6 +298,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.source = info.path;
   set.serial = info.serial;
   set.has_time = info.has_time;
+  set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
   PerTriad<Eigen::Vector3d> resolution_raw;
   resolution_raw.items.fill(Eigen::Vector3d::Zero());

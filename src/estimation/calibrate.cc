@@ -11,10 +11,12 @@
 
 #include "estimation/graph.h"
 #include "estimation/graph_builder.h"
+#include "estimation/held_gyroscope.h"
 #include "estimation/model_choice.h"
 #include "estimation/motion/calibrate_motion.h"
 #include "estimation/noise.h"
 #include "estimation/noise_settling.h"
+#include "estimation/observability.h"
 #include "estimation/reduced_system.h"
 #include "estimation/start.h"
 #include "estimation/sweep/calibrate_sweep.h"
@@ -134,6 +136,98 @@ void SettleHemisphere(const CalibrateOptions& options, PoseGraph* graph) {
   }
 }
 
+// Terms that bend what an axis reports. Far from the optimum, where gains are off by much, they run
+// away; close to it they are small.
+bool HasBentAxes(const CalibrateOptions& options) {
+  const auto has = [&options](auto condition) {
+    return std::any_of(options.triads.begin(), options.triads.end(), condition);
+  };
+  return has([](const TriadOptions& triad) {
+           return triad.quadratic == Wanted::kYes || triad.asymmetry == Wanted::kYes;
+         }) &&
+         has([](const TriadOptions& triad) {  // that is to be solved first
+           return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
+         });
+}
+
+CalibrateOptions WithStraightAxes(CalibrateOptions options) {
+  for (TriadOptions& triad : options.triads) {
+    if (triad.quadratic == Wanted::kYes) triad.quadratic = Wanted::kNo;
+    if (triad.asymmetry == Wanted::kYes) triad.asymmetry = Wanted::kNo;
+  }
+  return options;
+}
+
+// The graph that `options` ask for, at the solution of one without some of their terms.
+PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& plain) {
+  StartValues start;
+  start.reference = plain.reference();
+  start.level_from_fixture = plain.level_from_fixture;
+  for (const Triad triad : kTriads) {
+    if (!plain.layout.Has(triad)) continue;
+    start.models[triad] = {plain.sensitivity(triad), plain.bias(triad)};
+  }
+  PoseGraph graph = plain;
+  LayOutParameters(options, start, &graph);
+  graph.nodes = plain.nodes;  // with the attitudes that they have
+  const std::vector<std::string> from = ParameterNames(plain.layout);
+  const std::vector<std::string> to = ParameterNames(graph.layout);
+  for (std::size_t i = 0; i < to.size(); ++i) {
+    const auto found = std::find(from.begin(), from.end(), to[i]);
+    if (found == from.end()) continue;
+    graph.shared[static_cast<Eigen::Index>(i)] = plain.shared[found - from.begin()];
+  }
+  for (IncrementEdge& edge : graph.increments) edge.Integrate(graph.layout, graph.shared.data());
+  graph.integrated_at = graph.shared;
+  AddPriors(options, &graph);
+  return graph;
+}
+
+// Whether the poses tell all that is free, by the noise that the graph is weighted with.
+bool IsDetermined(const PoseGraph& graph, const CalibrateOptions& options) {
+  const ReducedSystem system(graph);
+  return system.rank() == system.size() &&
+         AnalyseObservability(graph, system.shared(), options.observable_sigma).determined;
+}
+
+// Solves for what bends the axes too, from a solution without: first from a rough one; where that
+// leads nowhere, from one whose noise is settled. What the poses do not tell has no optimum to run
+// to: it stays zero, for the verdict to name.
+int SettleBentAxes(const CalibrateOptions& options,
+                   const CalibrateOptions& straight,
+                   NoiseState* noise,
+                   PoseGraph* graph,
+                   SolveLog* log,
+                   Messages* messages) {
+  const PoseGraph rough = *graph;
+  const NoiseState rough_noise = *noise;
+  int rounds = 0;
+  *graph = WithTermsOf(options, rough);
+  if (IsDetermined(*graph, options)) {
+    Messages said;
+    log->Solve(kRoundTolerance, graph);
+    if (log->converged) rounds = SettleNoise(options.robust, noise, graph, log, &said);
+    if (log->converged && graph->shared.allFinite()) {
+      messages->insert(messages->end(), said.begin(), said.end());
+      return rounds;
+    }
+  }
+  *graph = rough;
+  *noise = rough_noise;
+  Messages said_again;
+  rounds += SettleNoise(straight.robust, noise, graph, log, &said_again);
+  const NoiseState settled = *noise;
+  *noise = rough_noise;
+  noise->excess = settled.excess;
+  noise->estimate = settled.estimate;
+  *graph = WithTermsOf(options, *graph);
+  ApplyExcess(noise->excess, graph);
+  if (!IsDetermined(*graph, options)) return rounds;
+  log->Solve(kRoundTolerance, graph);
+  if (!log->converged) return rounds;
+  return rounds + SettleNoise(options.robust, noise, graph, log, messages);
+}
+
 CalibrationSummary Refuse(Outcome outcome, const std::string& message, CalibrationSummary summary) {
   summary.calibration.outcome = outcome;
   summary.calibration.messages.push_back(message);
@@ -185,9 +279,13 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
     StateStart(poses, options, noise, starts->front(), graph, &calibration);
     return summary;
   }
+  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options)) {
+    return Refuse(Outcome::kNotConverged, *wrong, std::move(summary));
+  }
   SolveLog log;
-  std::optional<PoseGraph> graph =
-      SolveFromBestStart(poses, *starts, *nodes, options, &noise, &log);
+  const bool is_bent = HasBentAxes(options);
+  const CalibrateOptions first = is_bent ? WithStraightAxes(options) : options;
+  std::optional<PoseGraph> graph = SolveFromBestStart(poses, *starts, *nodes, first, &noise, &log);
   if (!graph) {
     return Refuse(
         Outcome::kNotConverged, "the optimiser failed from every start", std::move(summary));
@@ -197,7 +295,9 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
   }
   // The earth's rate knows north from south: it is to be solved on the right side.
   if (graph->layout.CountsEarthRate()) SettleHemisphere(options, &*graph);
-  summary.rounds = SettleNoise(options.robust, &noise, &*graph, &log, &calibration.messages);
+  summary.rounds =
+      is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.messages)
+              : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.messages);
   SettleHemisphere(options, &*graph);
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;

@@ -211,6 +211,22 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   return marginal;
 }
 
+// The axis whose asymmetry a direction is about: the gain of turns that all went one way moves with
+// it. -1: none.
+int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
+  constexpr double kShare = 0.5;  // of the largest
+  int axis = -1;
+  double largest = kShare * loading.cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double size = std::abs(loading[static_cast<Eigen::Index>(i)]);
+    const auto name = ParameterName::Parse(names[i]);
+    if (size < largest || !name || name->kind != ParameterKind::kAsymmetry) continue;
+    largest = size;
+    axis = name->row;
+  }
+  return axis;
+}
+
 }  // namespace
 
 Observability AnalyseObservability(const PoseGraph& graph,
@@ -284,8 +300,8 @@ Observability AnalyseObservability(const PoseGraph& graph,
     const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
     // More poses like those that are there would not make it good.
     const double wanted = std::min(sigma, limit);
-    if (name && name->kind == ParameterKind::kAsymmetry) {
-      weak.advice = std::string("turn the unit both ways about its ") + "xyz"[name->row] + " axis";
+    if (const int axis = AsymmetricAxis(names, loading); axis >= 0) {
+      weak.advice = std::string("turn the unit both ways about its ") + "xyz"[axis] + " axis";
     } else if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
       weak.advice = TemperatureAdvice(graph, *name);
     } else if (best_gain > 0.0) {

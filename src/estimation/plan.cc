@@ -75,6 +75,20 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   return comparison;
 }
 
+PosePurpose PurposeOf(const PlanProblem& problem,
+                      const Eigen::VectorXd& without,
+                      const Eigen::VectorXd& sigmas) {
+  PosePurpose purpose;
+  for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
+    if (!std::isfinite(sigmas[q])) continue;
+    const double ratio = without[q] / sigmas[q];
+    if (ratio <= purpose.sigma_ratio) continue;
+    purpose.sigma_ratio = ratio;
+    purpose.name = problem.quantities()[static_cast<std::size_t>(q)].name;
+  }
+  return purpose;
+}
+
 std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
                                     const std::vector<InformationRows>& rows,
                                     const Eigen::VectorXd& sigmas) {
@@ -84,16 +98,7 @@ std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
     for (std::size_t k = 0; k < rows.size(); ++k) {
       if (k != left_out) information.noalias() += rows[k].transpose() * rows[k];
     }
-    const Eigen::VectorXd without = problem.Sigmas(information);
-    PosePurpose purpose;
-    for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
-      if (!std::isfinite(sigmas[q])) continue;
-      const double ratio = without[q] / sigmas[q];
-      if (ratio <= purpose.sigma_ratio) continue;
-      purpose.sigma_ratio = ratio;
-      purpose.name = problem.quantities()[static_cast<std::size_t>(q)].name;
-    }
-    purposes.push_back(purpose);
+    purposes.push_back(PurposeOf(problem, problem.Sigmas(information), sigmas));
   }
   return purposes;
 }
@@ -144,6 +149,74 @@ Status CheckTemperatures(const PlanOptions& options) {
   return {};
 }
 
+// σ wanted of the gyroscope, or of the other sensors.
+std::map<std::string, double> WantedOf(const PlanOptions& options, bool of_gyroscope) {
+  std::map<std::string, double> wanted;
+  for (const auto& [name, sigma] : options.wanted) {
+    if (name.starts_with("gyroscope.") == of_gyroscope) wanted[name] = sigma;
+  }
+  return wanted;
+}
+
+// Largest σ over wanted σ.
+double WorstOf(const PlanProblem& problem,
+               const std::map<std::string, double>& wanted,
+               const Eigen::VectorXd& sigmas) {
+  double worst = 0.0;
+  for (std::size_t q = 0; q < problem.quantities().size(); ++q) {
+    const auto found = wanted.find(problem.quantities()[q].group);
+    if (found == wanted.end()) continue;
+    worst = std::max(worst, sigmas[static_cast<Eigen::Index>(q)] / found->second);
+  }
+  return worst;
+}
+
+// A gyroscope sees turns, whose worth depends on what comes before them: poses are found for the
+// sensors that they show, put into the order that shows the gyroscope best, and more of them are
+// taken until that is enough.
+Result<std::vector<ProgramPose>> FindPosesForGyroscope(const PoseSet& measured,
+                                                       const PlanOptions& options,
+                                                       const PlanProblem& problem) {
+  constexpr int kShareMore = 8;
+  const std::map<std::string, double> wanted = WantedOf(options, true);
+  PlanOptions without = options;
+  without.calibrate.triads[Triad::kGyroscope].enabled = false;
+  without.wanted = WantedOf(options, false);
+  const Result<PlanProblem> others = PlanProblem::Create(measured, without);
+  TRUETRIAD_RETURN_IF_ERROR(others);
+  if (without.poses == 0 && without.wanted.empty()) {
+    std::vector<ProgramPose> least(1);
+    while (!CheckPoseCounts(others->ExactReadings(least), others->options())) {
+      least.push_back(least.front());
+    }
+    without.poses = std::min(static_cast<int>(least.size()), options.max_poses);
+  }
+  while (true) {
+    PlanSearch search(*others, without);
+    std::vector<ProgramPose> poses =
+        problem.OrderedForGyroscope(OrderForOperator(search.Find(), others->has_heading()));
+    const auto count = static_cast<int>(poses.size());
+    if (options.poses > 0 || count >= options.max_poses ||
+        WorstOf(problem, wanted, problem.Sigmas(problem.Information(poses))) <= kReached) {
+      return poses;
+    }
+    without.poses = std::min(count + 1 + count / kShareMore, options.max_poses);
+  }
+}
+
+// What each pose of a program with turns is there for: without it the turns on both sides are one.
+std::vector<PosePurpose> PurposesWithTurns(const PlanProblem& problem,
+                                           const std::vector<ProgramPose>& poses,
+                                           const Eigen::VectorXd& sigmas) {
+  std::vector<PosePurpose> purposes;
+  for (std::size_t left_out = 0; left_out < poses.size(); ++left_out) {
+    std::vector<ProgramPose> others = poses;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
+    purposes.push_back(PurposeOf(problem, problem.Sigmas(problem.Information(others)), sigmas));
+  }
+  return purposes;
+}
+
 }  // namespace
 
 bool Plan::IsMet() const {
@@ -174,8 +247,12 @@ Status PlanOptions::Validate() const {
            "chamber temperature " + std::to_string(temperature) + " is not a number");
   }
   expect(!program || !program->poses.empty(), "the program has no poses");
-  expect(!calibrate.triads[Triad::kGyroscope].enabled,
-         "planning for the gyroscope is not available in this version");
+  expect(!calibrate.triads[Triad::kGyroscope].enabled ||
+             calibrate.triads[Triad::kAccelerometer].enabled,
+         "poses show a gyroscope's turns to an accelerometer: plan for it too; for a gyroscope "
+         "alone a table's rates are stated, not planned");
+  expect(turn_s > 0.0, "turn_s = " + std::to_string(turn_s) + " is not above zero");
+  expect(turn_sigma_rad >= 0.0, "turn_sigma_deg is below zero");
   expect(!calibrate.HasChoice(),
          "`auto` chooses a model by what readings say, and there are none yet: name the models and "
          "terms to plan for");
@@ -183,12 +260,16 @@ Status PlanOptions::Validate() const {
   return calibrate.Validate();
 }
 
-Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
-  TRUETRIAD_RETURN_IF_ERROR(options.Validate());
-  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(options));
-  TRUETRIAD_RETURN_IF_ERROR(CheckTemperatures(options));
+Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
+  TRUETRIAD_RETURN_IF_ERROR(asked.Validate());
+  TRUETRIAD_RETURN_IF_ERROR(CheckFaces(asked));
+  TRUETRIAD_RETURN_IF_ERROR(CheckTemperatures(asked));
+  // The Earth stands still: its rate, known beforehand, takes no σ away that matters here.
+  PlanOptions options = asked;
+  options.calibrate.reference.earth_rate.reset();
   const Result<PlanProblem> problem = PlanProblem::Create(measured, options);
   TRUETRIAD_RETURN_IF_ERROR(problem);
+  const bool has_turns = problem->has_gyroscope();
   std::set<std::string> groups;
   for (const PlanQuantity& quantity : problem->quantities()) groups.insert(quantity.group);
   for (const auto& [name, sigma] : options.wanted) {
@@ -201,19 +282,23 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   Plan plan;
   plan.messages = problem->messages();
   plan.measured_poses = static_cast<int>(measured.poses.size());
-  PlanSearch search(*problem, options);
+  std::optional<PlanSearch> search;
+  if (!has_turns) search.emplace(*problem, options);
   if (options.program) {
     plan.program = *options.program;
+  } else if (has_turns) {
+    auto poses = FindPosesForGyroscope(measured, options, *problem);
+    TRUETRIAD_RETURN_IF_ERROR(poses);
+    plan.program.poses = *std::move(poses);
+    // A turn has a heading even where none is seen.
+    Label(true, &plan.program.poses);
   } else {
-    plan.program.poses = OrderForOperator(search.Find(), problem->has_heading());
+    plan.program.poses = OrderForOperator(search->Find(), problem->has_heading());
     Label(problem->has_heading(), &plan.program.poses);
   }
 
-  const std::vector<InformationRows> rows = problem->Rows(plan.program.poses);
-  Eigen::MatrixXd information = problem->known();
-  for (const InformationRows& pose : rows) information.noalias() += pose.transpose() * pose;
   const Eigen::VectorXd before = problem->Sigmas(problem->known());
-  const Eigen::VectorXd after = problem->Sigmas(information);
+  const Eigen::VectorXd after = problem->Sigmas(problem->Information(plan.program.poses));
   for (std::size_t q = 0; q < problem->quantities().size(); ++q) {
     const PlanQuantity& quantity = problem->quantities()[q];
     const auto at = static_cast<Eigen::Index>(q);
@@ -225,7 +310,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
       if (planned.group == name) item.reached = std::max(item.reached, planned.after);
     }
     item.met = item.reached <= kReached * sigma;
-    if (!options.program) item.poses_needed = search.FewestFor(name);
+    if (!options.program && search) item.poses_needed = search->FewestFor(name);
     if (!options.program && item.met) {
       // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
       const auto taken = static_cast<int>(plan.program.poses.size());
@@ -233,7 +318,8 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
     }
     plan.wanted.push_back(item);
   }
-  plan.purposes = PurposesOf(*problem, rows, after);
+  plan.purposes = has_turns ? PurposesWithTurns(*problem, plan.program.poses, after)
+                            : PurposesOf(*problem, problem->Rows(plan.program.poses), after);
   plan.rest_s = problem->RestSeconds();
   plan.noise = problem->Noise(plan.program.poses);
 
@@ -250,7 +336,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options) {
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem->Present(system.covariance()).covariance;
   // Against a σ that is infinite everything is better.
-  if (options.random_draws > 0 && after.allFinite()) {
+  if (options.random_draws > 0 && after.allFinite() && !has_turns) {
     plan.random = CompareWithRandom(*problem, options, plan, after);
   }
   return plan;

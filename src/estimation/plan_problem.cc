@@ -16,6 +16,7 @@
 #include <glog/logging.h>
 
 #include "estimation/graph_builder.h"
+#include "estimation/moves.h"
 #include "estimation/parameter_name.h"
 #include "estimation/reduced_system.h"
 #include "truetriad/math/distributions.h"
@@ -24,7 +25,10 @@
 namespace truetriad {
 namespace {
 
-constexpr std::array kPlannedTriads = {Triad::kAccelerometer, Triad::kMagnetometer};
+constexpr std::array kPlannedTriads = {
+    Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
+// Readings of a gyroscope to come, Hz: what counts is the density of their noise.
+constexpr double kPlannedRateHz = 100.0;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
@@ -102,6 +106,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
+  if (problem.has_gyroscope()) graph = problem.GraphWith({});
 
   const ReducedSystem system(graph);
   problem.scale_ = system.scale();
@@ -239,12 +244,78 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       }
     }
   }
+  if (calibrate_.triads[Triad::kGyroscope].enabled) {
+    TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
+  }
   if (calibrated) {
     for (const PoseResidual& residual : calibrated->quality.pose_residuals) {
       weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
     }
   }
   return {};
+}
+
+// How well a turn is known: by the noise inside the rests, which adds up over it.
+Status PlanProblem::ChooseTurns(const PlanOptions& options,
+                                const std::optional<Calibration>& calibrated) {
+  const Triad triad = Triad::kGyroscope;
+  const TriadOptions& sensor = calibrate_.triads[triad];
+  const auto stream =
+      std::find_if(measured_.streams.begin(), measured_.streams.end(), [](const auto& candidate) {
+        return candidate.triad == Triad::kGyroscope;
+      });
+  turns_.duration_s = options.turn_s;
+  turns_.sigma_rad = options.turn_sigma_rad;
+  if (calibrated && turns_.sigma_rad == 0.0) {
+    turns_.sigma_rad = calibrated->sensors[triad]->noise.turn_excess_sigma_rad;
+  }
+  turns_.rate_hz = stream->rate_hz > 0.0 ? stream->rate_hz : kPlannedRateHz;
+  if (!stream->noise_sigma_raw.isZero(0.0)) {
+    turns_.reading_sigma_raw = ReadingSigma(*stream);
+    return {};
+  }
+  Eigen::Vector3d density_raw = Eigen::Vector3d::Zero();
+  if (sensor.allan) {
+    density_raw = sensor.allan->white_density_raw;
+  } else if (sensor.noise_sigma_raw && options.rest_s > 0.0) {
+    density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
+  } else {
+    return BadInputError(
+        "gyroscope: how well it sees a turn follows from the σ of its mean at rest and the length "
+        "of that rest; state `plan: { rest_s: 5 }` (s) beside `noise: { sigma: … }`");
+  }
+  stream->rate_hz = kPlannedRateHz;
+  stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);
+  turns_.reading_sigma_raw = stream->noise_sigma_raw;
+  return {};
+}
+
+// About each axis, roughly: what the noise of a pose leaves of its attitude.
+double PlanProblem::AttitudeSigma() const {
+  double variance = attitude_sigma_rad_.squaredNorm() / 3.0;
+  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!nominal_.models[triad]) continue;
+    const Eigen::Matrix3d correction = nominal_.models[triad]->Correction();
+    const TriadOptions& sensor = calibrate_.triads[triad];
+    Eigen::Matrix3d covariance = rest_covariance_[triad];
+    if (sensor.noise_sigma_raw) covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+    const double share =
+        ((correction * covariance * correction.transpose()).trace() / 3.0 + excess_[triad]) /
+        WorldVector(triad, nominal_.reference).squaredNorm();
+    variance = std::max(variance, share);
+  }
+  return std::sqrt(variance);
+}
+
+std::vector<ProgramPose> PlanProblem::OrderedForGyroscope(
+    const std::vector<ProgramPose>& poses) const {
+  return OrderForGyroscope(poses,
+                           turns_,
+                           *nominal_.models[Triad::kGyroscope],
+                           AttitudeSigma(),
+                           has_heading_,
+                           calibrate_.triads[Triad::kGyroscope].asymmetry == Wanted::kYes);
 }
 
 PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const {
@@ -254,7 +325,18 @@ PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const 
 }
 
 void PlanProblem::AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const {
+  const ProgramPose* before = nullptr;
   for (const ProgramPose& planned : poses) {
+    if (has_gyroscope() && before != nullptr) {
+      set->moves.push_back(ExactMove(before->world_from_body.normalized(),
+                                     planned.world_from_body.normalized(),
+                                     turns_,
+                                     *nominal_.models[Triad::kGyroscope],
+                                     *nominal_.models[Triad::kAccelerometer],
+                                     WorldVector(Triad::kAccelerometer, nominal_.reference)));
+      set->moves.back().from = set->poses.size() - 1;
+    }
+    before = &planned;
     StaticPose pose;
     pose.number = set->poses.empty() ? 1 : set->poses.back().number + 1;
     pose.end_ns = static_cast<std::int64_t>(std::llround(rest_s_ * 1e9));
@@ -262,10 +344,12 @@ void PlanProblem::AppendReadings(const std::vector<ProgramPose>& poses, PoseSet*
     const Eigen::Quaterniond world_from_body = planned.world_from_body.normalized();
     for (const Triad triad : kPlannedTriads) {
       if (!nominal_.models[triad]) continue;
+      // A gyroscope feels nothing at rest.
+      Eigen::Vector3d world = Eigen::Vector3d::Zero();
+      if (triad != Triad::kGyroscope) world = WorldVector(triad, nominal_.reference);
       TriadPose reading;
       reading.samples = kRestSamples;
-      reading.mean_raw = nominal_.models[triad]->RawFromTruth(
-          world_from_body.conjugate() * WorldVector(triad, nominal_.reference));
+      reading.mean_raw = nominal_.models[triad]->RawFromTruth(world_from_body.conjugate() * world);
       reading.mean_covariance_raw = rest_covariance_[triad];
       reading.has_covariance = true;
       pose.triads[triad] = reading;
@@ -346,6 +430,7 @@ std::vector<PoseNode> PlanProblem::PlannedNodes(const std::vector<ProgramPose>& 
   PoseSet set = ExactReadings(poses);
   set.poses.erase(set.poses.begin(),
                   set.poses.begin() + static_cast<std::ptrdiff_t>(measured_.poses.size()));
+  set.moves.clear();
   return Nodes(set);
 }
 
@@ -418,6 +503,9 @@ std::vector<PlannedNoise> PlanProblem::Noise(const std::vector<ProgramPose>& pos
     planned.noise.sigma = observation.rest_covariance.diagonal().cwiseSqrt();
     planned.noise.source = source_[observation.triad];
     planned.noise.excess_sigma = std::sqrt(excess_[observation.triad]);
+    if (observation.triad == Triad::kGyroscope) {
+      planned.noise.turn_excess_sigma_rad = turns_.sigma_rad;
+    }
   }
   return all;
 }
@@ -431,8 +519,29 @@ double PlanProblem::RestSeconds() const {
 
 PoseGraph PlanProblem::GraphWith(const std::vector<ProgramPose>& poses) const {
   PoseGraph graph = graph_;
-  for (PoseNode& node : PlannedNodes(poses)) graph.nodes.push_back(node);
+  if (!has_gyroscope()) {
+    for (PoseNode& node : PlannedNodes(poses)) graph.nodes.push_back(node);
+    return graph;
+  }
+  const PoseSet set = ExactReadings(poses);
+  graph.nodes = Nodes(set);
+  BuildIncrements(set, nominal_, &graph);
+  for (IncrementEdge& edge : graph.increments) {
+    edge.variance = edge.increment.covariance +
+                    turns_.sigma_rad * turns_.sigma_rad * Eigen::Matrix3d::Identity();
+  }
   return graph;
+}
+
+Eigen::MatrixXd PlanProblem::Information(const std::vector<ProgramPose>& poses) const {
+  Eigen::MatrixXd information = known_;
+  if (has_gyroscope()) {
+    const ReducedSystem system(GraphWith(poses));
+    information = scale_.asDiagonal() * system.information() * scale_.asDiagonal();
+    return information;
+  }
+  for (const InformationRows& rows : Rows(poses)) information.noalias() += rows.transpose() * rows;
+  return information;
 }
 
 PresentedSolution PlanProblem::Present(const Eigen::MatrixXd& free_covariance) const {
@@ -471,12 +580,14 @@ void PlanProblem::FindQuantities() {
                     kAxes[static_cast<std::size_t>(from)]) /
              gain[row];
     };
+    const bool turns = triad == Triad::kGyroscope;
+    const double signal = turns ? 1.0 : WorldVector(triad, nominal_.reference).norm();
     for (int i = 0; i < 3; ++i) {
       const std::string axis = kAxes[static_cast<std::size_t>(i)];
       add(sensor + ".bias",
           axis,
           std::string(TruthUnitName(triad)),
-          WorldVector(triad, nominal_.reference).norm(),
+          signal,
           row_of(sensor + ".bias." + axis) / gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
@@ -494,12 +605,27 @@ void PlanProblem::FindQuantities() {
     }
     for (const std::string& name : solution.covariance.parameters) {
       const auto term = ParameterName::Parse(name);
-      if (!term || term->triad != triad || !term->is_thermal()) continue;
+      if (!term || term->triad != triad) continue;
+      const std::string group = name.substr(0, name.rfind('.'));
+      const std::string axes = name.substr(name.rfind('.') + 1);
+      if (term->kind == ParameterKind::kGSensitivity) {
+        add(group,
+            axes,
+            "rad/s/(m/s^2)",
+            1.0 / nominal_.reference[kGravity],
+            row_of(name) / gain[term->row]);
+      } else if (term->kind == ParameterKind::kAsymmetry) {
+        add(group, axes, "", 1.0, row_of(name));
+      } else if (term->kind == ParameterKind::kQuadratic && !turns) {
+        // As a share of the signal.
+        add(group, axes, "", 1.0, row_of(name) * gain[term->row] * signal);
+      }
+      if (!term->is_thermal()) continue;
       const ThermalScale& scale = graph_.layout.thermal_scale;
       const bool is_bias = term->kind != ParameterKind::kSensitivity;
       const std::string truth(TruthUnitName(triad));
       std::string unit = is_bias ? truth : "1";
-      double typical = is_bias ? WorldVector(triad, nominal_.reference).norm() : 1.0;
+      double typical = is_bias ? signal : 1.0;
       switch (term->kind) {
         case ParameterKind::kRateLinear:
           unit += " s/degC";
@@ -515,11 +641,10 @@ void PlanProblem::FindQuantities() {
           break;
         default:
           unit += "/degC";
-          if (term->power > 1) unit += "^" + std::to_string(term->power);
+          if (term->power > 1) unit.append("^").append(std::to_string(term->power));
           typical /= std::pow(scale.half_range_degc, term->power);
       }
-      const std::size_t dot = name.rfind('.');
-      add(name.substr(0, dot), name.substr(dot + 1), unit, typical, row_of(name) / gain[term->row]);
+      add(group, axes, unit, typical, row_of(name) / gain[term->row]);
     }
   }
   const auto& names = solution.covariance.parameters;

@@ -13,6 +13,7 @@
 #include "estimation/graph.h"
 #include "estimation/messages.h"
 #include "estimation/noise.h"
+#include "estimation/plan_turns.h"
 #include "estimation/presentation.h"
 #include "estimation/start.h"
 #include "truetriad/base/result.h"
@@ -37,13 +38,16 @@ class PlanProblem {
   // Error: noise or gain that is not stated.
   static Result<PlanProblem> Create(const PoseSet& measured, const PlanOptions& options);
 
-  // What each pose says.
+  // What each pose says by itself. Without a gyroscope that is all; what the turns between poses
+  // say, Information has.
   std::vector<InformationRows> Rows(const std::vector<ProgramPose>& poses) const;
 
   // What priors and measured poses say.
   const Eigen::MatrixXd& known() const { return known_; }
-  // The same, with an uncertainty of many times the signal where nothing is known, so that there is
-  // an inverse from the first pose on.
+  // What these, the program's poses and the turns between them say, in this order.
+  Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
+  // The same as known(), with an uncertainty of many times the signal where nothing is known, so
+  // that there is an inverse from the first pose on.
   Eigen::MatrixXd Regularised() const;
 
   const std::vector<PlanQuantity>& quantities() const { return quantities_; }
@@ -71,6 +75,11 @@ class PlanProblem {
 
   const CalibrateOptions& options() const { return calibrate_; }
   bool has_heading() const { return has_heading_; }
+  bool has_gyroscope() const { return calibrate_.triads[Triad::kGyroscope].enabled; }
+
+  // The poses in the order in which the turns between them show the gyroscope best.
+  std::vector<ProgramPose> OrderedForGyroscope(const std::vector<ProgramPose>& poses) const;
+
   const Messages& messages() const { return messages_; }
 
  private:
@@ -83,6 +92,8 @@ class PlanProblem {
   Status ChooseNoise(const PoseSet& measured,
                      const PlanOptions& options,
                      const std::optional<Calibration>& calibrated);
+  Status ChooseTurns(const PlanOptions& options, const std::optional<Calibration>& calibrated);
+  double AttitudeSigma() const;
   std::vector<PoseNode> Nodes(const PoseSet& poses) const;
   std::vector<PoseNode> PlannedNodes(const std::vector<ProgramPose>& poses) const;
   void FindQuantities();
@@ -95,6 +106,7 @@ class PlanProblem {
   std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
   Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
   double rest_s_ = 0.0;
+  PlannedTurns turns_;
   // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
   // direction too, but that is the field's, which is not vertical.
   bool has_heading_ = true;

@@ -9,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "estimation/clock_offsets.h"
 #include "estimation/constancy.h"
 #include "estimation/graph_builder.h"
+#include "estimation/held_gyroscope.h"
 #include "estimation/known_motions.h"
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
@@ -340,6 +342,15 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
   if (gyroscope && gyroscope->model.sensitivity.determinant() < 0.0) {
     messages->emplace_back(kLeftHandedGyroscope);
   }
+  if (gyroscope) {
+    std::string remark = RemarkOnHeldGyroscope(options, gyroscope->noise.turn_excess_sigma_rad);
+    if (!remark.empty()) messages->push_back(std::move(remark));
+  }
+  for (const ClockOffset& offset : quality.clock_offsets) {
+    if (std::string words = WordsOf(offset, run.poses); !words.empty()) {
+      messages->push_back(std::move(words));
+    }
+  }
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
     messages->push_back(
@@ -510,6 +521,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   calibration->covariance = solution.covariance;
   StateSensors(run, solution, calibration);
   quality.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
+  quality.clock_offsets = FindClockOffsets(run.poses, graph);
   SayRemarks(run, *calibration, &calibration->messages);
   return StateLimits(options, run.poses, calibration);
 }

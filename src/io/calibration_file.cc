@@ -280,6 +280,12 @@ void WriteQuality(YamlText& out, const Quality& quality) {
         << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
         << ", used: " << turn.used << ", fault: " << Quoted{turn.fault} << " }\n";
   }
+  if (!quality.clock_offsets.empty()) WriteItem(out, "clock_offsets", false);
+  for (const ClockOffset& offset : quality.clock_offsets) {
+    out << "    - { sensor: " << TriadName(offset.triad) << ", later_s: " << offset.later_s
+        << ", sigma_s: " << offset.sigma_s << ", moves: " << offset.moves
+        << ", p_value: " << offset.p_value << " }\n";
+  }
   WriteItem(out, "coverage", quality.coverage.empty());
   for (const Coverage& coverage : quality.coverage) {
     out << "    - { sensor: " << TriadName(coverage.triad)
@@ -778,6 +784,15 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     ReadNumber(item.RequireChild("found_sigma_rad"), &turn.found_sigma_rad);
     item.Require("used", &turn.used);
     item.Require("fault", &turn.fault);
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("clock_offsets").Items()) {
+    ClockOffset& offset = quality->clock_offsets.emplace_back();
+    ReadWord(item.RequireChild("sensor"), TriadFromName, &offset.triad);
+    ReadNumber(item.RequireChild("later_s"), &offset.later_s);
+    ReadNumber(item.RequireChild("sigma_s"), &offset.sigma_s);
+    item.Require("moves", &offset.moves);
+    ReadNumber(item.RequireChild("p_value"), &offset.p_value);
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.Child("coverage").Items()) {

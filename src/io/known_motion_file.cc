@@ -52,11 +52,35 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
   }
 }
 
-/// `first` and `last`, or a pose's number at `pose_key`.
+/// `start_s` and `end_s`, times of the log.
+void ReadTimes(YamlReader& item, TimeRange* times) {
+  // An int64 of nanoseconds reaches so far.
+  constexpr double kFurthestS = 9.2e9;
+  constexpr double kNsPerS = 1e9;
+  double start_s = 0.0, end_s = 0.0;
+  if (!item.Require("start_s", &start_s) || !item.Require("end_s", &end_s)) return;
+  if (!(start_s < end_s) || std::abs(start_s) > kFurthestS || std::abs(end_s) > kFurthestS) {
+    item.Fail("its time is no range; start_s < end_s is expected, in s as the log has them");
+    return;
+  }
+  *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
+}
+
+/// `first` and `last`, `start_s` and `end_s`, or a pose's number at `pose_key`.
 void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) {
+  place->stated_in = item.file() + ":" + std::to_string(item.line());
   YamlReader pose = item.Child(pose_key);
   YamlReader first = item.Child("first");
   YamlReader last = item.Child("last");
+  const bool has_times = item.Child("start_s") || item.Child("end_s");
+  if (has_times && (pose || first || last)) {
+    item.Fail(
+        "a time, rows and a pose exclude each other; keep `start_s` and `end_s`, `first` and "
+        "`last`, or `" +
+        std::string(pose_key) + "`");
+    return;
+  }
+  if (has_times) return ReadTimes(item, &place->times);
   if (pose) {
     if (first || last) {
       pose.Fail("rows and a pose exclude each other; keep `first` and `last`, or `" +
@@ -68,8 +92,10 @@ void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) 
     return;
   }
   if (!first && !last) {
-    item.Fail("says not where it was; rows `first` and `last` are expected, or `" +
-              std::string(pose_key) + "`");
+    item.Fail(
+        "says not where it was; rows `first` and `last` are expected, times `start_s` "
+        "and `end_s`, or `" +
+        std::string(pose_key) + "`");
     return;
   }
   if (!item.Require("first", &place->rows.first) || !item.Require("last", &place->rows.last)) {
@@ -155,7 +181,11 @@ auto ReadList(const std::string& path, std::string_view key, Read read)
 }
 
 YamlText& WritePlace(YamlText& yaml, const MotionPlace& at, std::string_view pose_key) {
-  if (at.rows.empty()) return yaml << pose_key << ": " << at.pose;
+  if (at.is_pose()) return yaml << pose_key << ": " << at.pose;
+  if (!at.times.empty()) {
+    return yaml << "start_s: " << 1e-9 * static_cast<double>(at.times.start_ns)
+                << ", end_s: " << 1e-9 * static_cast<double>(at.times.end_ns);
+  }
   return yaml << "first: " << at.rows.first << ", last: " << at.rows.last;
 }
 

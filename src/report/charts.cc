@@ -279,16 +279,21 @@ std::string CorrelationChart(const NamedCovariance& covariance) {
   if (count < 2 || count > kMaxCorrelated) return "";
 
   constexpr double kCell = 15.0;
-  constexpr double kLeft = 90.0;
+  constexpr double kCharacter = 6.0;  // width of one of the small font, at most
   const double side = kCell * static_cast<double>(count);
-  Svg svg(kLeft + side + 80.0, side + 96.0, "Correlation of the parameters");
   const auto name = [&](Eigen::Index i) -> const std::string& {
     return covariance.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])];
   };
+  std::size_t longest = 0;
+  for (Eigen::Index i = 0; i < count; ++i) longest = std::max(longest, ShortName(name(i)).size());
+  // Below the square the labels are turned by 60 degrees.
+  const double label = kCharacter * static_cast<double>(longest) + 10.0;
+  const double left = label;
+  Svg svg(left + side + 0.5 * label + 10.0, side + 24.0 + label, "Correlation of the parameters");
   for (Eigen::Index i = 0; i < count; ++i) {
     const double y = 8.0 + kCell * static_cast<double>(i);
-    svg.Text(kLeft - 5.0, y + 0.75 * kCell, ShortName(name(i)), "end small");
-    svg.RotatedText(kLeft + kCell * (static_cast<double>(i) + 0.4),
+    svg.Text(left - 5.0, y + 0.75 * kCell, ShortName(name(i)), "end small");
+    svg.RotatedText(left + kCell * (static_cast<double>(i) + 0.4),
                     side + 16.0,
                     60.0,
                     ShortName(name(i)),
@@ -297,7 +302,7 @@ std::string CorrelationChart(const NamedCovariance& covariance) {
       const Eigen::Index row = free[static_cast<std::size_t>(i)];
       const Eigen::Index column = free[static_cast<std::size_t>(j)];
       const double rho = matrix(row, column) / std::sqrt(matrix(row, row) * matrix(column, column));
-      svg.Cell(kLeft + kCell * static_cast<double>(j),
+      svg.Cell(left + kCell * static_cast<double>(j),
                y,
                kCell - 1.0,
                CorrelationColour(rho),

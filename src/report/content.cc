@@ -293,6 +293,22 @@ void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
       "one that was predicted only is a test."));
 }
 
+// Sensors' clocks against the gyroscope's.
+void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) {
+  if (offsets.empty()) return;
+  constexpr double kMsPerS = 1e3;
+  section->blocks.emplace_back(Subtitle{"Clocks"});
+  Table table{{"sensor", "later than the gyroscope", "unit", "moves", "p"}, "lrlrr", {}};
+  for (const ClockOffset& offset : offsets) {
+    table.rows.push_back({TriadTitle(offset.triad),
+                          WithSigma(kMsPerS * offset.later_s, kMsPerS * offset.sigma_s),
+                          "ms",
+                          std::to_string(offset.moves),
+                          Significant(offset.p_value, 2)});
+  }
+  section->blocks.emplace_back(std::move(table));
+}
+
 Section ResidualsSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kResiduals, "Residuals", {}};
@@ -324,6 +340,7 @@ Section ResidualsSection(const Calibration& calibration) {
   }
   section.blocks.emplace_back(fit + ".");
   AddKnownTurns(quality.turns, &section);
+  AddClockOffsets(quality.clock_offsets, &section);
   if (!quality.rejected_poses.empty()) {
     const std::size_t count = quality.rejected_poses.size();
     section.blocks.emplace_back(Subtitle{"Rejected poses (" + std::to_string(count) + ")"});
@@ -461,7 +478,9 @@ Table IdentityTable(const Calibration& calibration) {
   add("model", calibration.model);
   for (const InputFile& input : calibration.inputs) {
     add("input",
-        input.file + ", " + std::to_string(input.samples) + " samples" +
+        input.file +
+            // A manifest names files and has none itself.
+            (input.samples > 0 ? ", " + std::to_string(input.samples) + " samples" : "") +
             (input.sha256.empty() ? "" : ", sha256 " + input.sha256.substr(0, 12)));
   }
   add("body frame",

@@ -237,6 +237,14 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
                  "noise can be judged as well.");
 }
 
+/// A recording that could be followed through its motion, and has too few rests for anything else.
+bool IsTumbled(const PoseSet& poses) {
+  constexpr double kMostAtRest = 0.2;
+  constexpr std::size_t kFewPoses = 4;
+  return poses.has_time && poses.poses.size() < kFewPoses && poses.static_share < kMostAtRest &&
+         poses.Find(Triad::kGyroscope) != nullptr && poses.Find(Triad::kAccelerometer) != nullptr;
+}
+
 }  // namespace
 
 std::string InspectionText(const PoseSet& poses) {
@@ -255,6 +263,12 @@ std::string InspectionText(const PoseSet& poses) {
                       : "No temperature was recorded.",
                   0);
   for (const std::string& warning : poses.warnings) text += Wrapped(warning, 0, "WARNING: ");
+  if (IsTumbled(poses)) {
+    text += Wrapped(
+        "It hardly rests: if it was tumbled on purpose, calibrate it with `poses: { motion: { "
+        "spacing_s: 0.1 } }`, which follows it through its motion.",
+        0);
+  }
   text += StreamsText(poses);
   for (const Triad triad : kTriads) text += PosesText(poses, triad);
   return text + CoverageAndJudgementText(poses);

@@ -116,7 +116,9 @@ class ParameterRows {
         "bias",
         [&](int i) { return Entry(sensor_.model.bias(i), sensor_.bias_sigma(i)); },
         raw_unit_);
-    if (raw_unit_ == truth_unit_ || !AxesAreAligned(sensor_.model.sensitivity)) return;
+    // Of a log in another unit of the same quantity its own is enough.
+    const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
+    if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_.model.sensitivity)) return;
     Add(
         "bias / scale",
         [&](int i) {
@@ -169,6 +171,10 @@ class ParameterRows {
             return Entry(angle * per_rad, sigma * per_rad);
           },
           unit);
+      // An axis of the gauge, or of a model without: nothing is said by zeros.
+      const auto is_zero = [](const std::string& cell) { return cell == "–" || cell == "0 fixed"; };
+      const std::vector<std::string>& row = table_.rows.back();
+      if (std::all_of(row.begin() + 1, row.begin() + 4, is_zero)) table_.rows.pop_back();
     }
   }
 

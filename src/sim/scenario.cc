@@ -341,6 +341,8 @@ struct CheckDisturbance {
     CheckTime(magnet.when, magnet.duration_s);
     problems->Finite(magnet.peak_ut.allFinite(), name + " peak");
   }
+  void operator()(const HardIronStep& step) const { CheckStep(step); }
+  void operator()(const FieldStep& step) const { CheckStep(step); }
   void operator()(const StuckSamples& stuck) const {
     CheckTime(stuck.when, stuck.duration_s);
     problems->Require(
@@ -353,6 +355,13 @@ struct CheckDisturbance {
   }
 
  private:
+  template <typename Step>
+  void CheckStep(const Step& step) const {
+    problems->NotNegative(step.when.offset_s, name + " offset");
+    problems->Finite(step.change_ut.allFinite(), name + " change");
+    problems->Require(scenario.sensors[Triad::kMagnetometer].has_value(),
+                      name + " changes a field that no simulated magnetometer sees");
+  }
   void CheckTime(const DisturbanceTime& when, double duration_s) const {
     problems->NotNegative(when.offset_s, name + " offset");
     problems->Positive(duration_s, name + " duration");

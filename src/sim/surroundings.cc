@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "truetriad/model/world.h"
 
 namespace truetriad {
 namespace {
+
+constexpr double kForever = std::numeric_limits<double>::infinity();
 
 /// The rotation vector of `rotation`, of length up to pi; exact for the smallest angles.
 Eigen::Vector3d Log(const Eigen::Quaterniond& rotation) {
@@ -47,6 +50,10 @@ Surroundings::Surroundings(const Scenario& scenario,
       knocks_.push_back({SpanOf(knock->when, knock->duration_s, rests), *knock});
     } else if (const auto* const magnet = std::get_if<MagnetPassing>(&disturbance)) {
       magnets_.push_back({SpanOf(magnet->when, magnet->duration_s, rests), *magnet});
+    } else if (const auto* const iron = std::get_if<HardIronStep>(&disturbance)) {
+      hard_iron_steps_.push_back({SpanOf(iron->when, kForever, rests), *iron});
+    } else if (const auto* const step = std::get_if<FieldStep>(&disturbance)) {
+      field_steps_.push_back({SpanOf(step->when, kForever, rests), *step});
     }
   }
 }
@@ -83,7 +90,14 @@ Eigen::Vector3d Surroundings::FieldUt() const {
     const double sine = std::sin(std::numbers::pi * share);
     field += sine * sine * magnet.what.peak_ut;
   }
-  return body_from_world_ * field;
+  for (const Timed<FieldStep>& step : field_steps_) {
+    if (step.span.Contains(time_s_)) field += step.what.change_ut;
+  }
+  Eigen::Vector3d field_in_body = body_from_world_ * field;
+  for (const Timed<HardIronStep>& step : hard_iron_steps_) {
+    if (step.span.Contains(time_s_)) field_in_body += step.what.change_ut;
+  }
+  return field_in_body;
 }
 
 Eigen::Vector3d Surroundings::RateRadps() const {

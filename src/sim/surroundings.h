@@ -56,6 +56,8 @@ class Surroundings {
   Eigen::Vector3d lever_arm_m_ = Eigen::Vector3d::Zero();
   std::vector<Timed<Knock>> knocks_;
   std::vector<Timed<MagnetPassing>> magnets_;
+  std::vector<Timed<HardIronStep>> hard_iron_steps_;
+  std::vector<Timed<FieldStep>> field_steps_;
 
   double time_s_ = 0.0;
   std::size_t phase_ = 0;

@@ -197,5 +197,30 @@ TEST_F(BadCall, RefusesToHoldCountsOfUnknownSizeAtIdentity) {
   EXPECT_THAT(run.err, HasSubstr("si_per_count"));
 }
 
+TEST(Contradiction, InAnExperimentIsNamedWithItsLine) {
+  const TemporaryFolder folder;
+  const std::string config = folder.Write("experiment.yaml",
+                                          "experiment: 1\n"
+                                          "sensors:\n"
+                                          "  magnetometer: {}\n"
+                                          "  gyroscope: {}\n");
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--config=" + config,
+                                     "--input=datasets/demo/recording.csv",
+                                     "--output=" + folder.Path("out")});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("experiment.yaml:4: gyroscope: its turns are judged by gravity"));
+}
+
+TEST(EveryRow, OfALogOfAGyroscopeIsRefusedWithAdvice) {
+  const TemporaryFolder folder;
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--config=configs/experiments/nine-axis.yaml",
+                                     "--set=poses=every_row",
+                                     "--output=" + folder.Path("out")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("poses: every_row"), HasSubstr("motion")));
+}
+
 }  // namespace
 }  // namespace truetriad

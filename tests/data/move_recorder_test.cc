@@ -228,5 +228,22 @@ TEST_F(RecordedMoves, OfOrdinaryLengthStayWholeBesideALongOne) {
   EXPECT_EQ(set->moves[1].time_ns.front(), (kLong + 499) * kStepNs);
 }
 
+// Of one reason in one line.
+TEST_F(RecordedMoves, ThatAreLeftOutForOneReasonAreNamedTogether) {
+  const auto stuck = Collect([](std::int64_t row, MemoryStream* stream) {
+    const bool repeats = (row > 210 && row < 290) || (row > 510 && row < 590);
+    stream->Add(row * kStepNs, Rate(repeats ? 210 : row));
+  });
+  ASSERT_TRUE(stuck) << stuck.error().message;
+  int lines = 0;
+  for (const std::string& warning : stuck->warnings) {
+    if (warning.find("left out") == std::string::npos) continue;
+    ++lines;
+    EXPECT_THAT(warning,
+                HasSubstr("2 turns into the next pose are left out, those from poses 1, 2"));
+  }
+  EXPECT_EQ(lines, 1);
+}
+
 }  // namespace
 }  // namespace truetriad

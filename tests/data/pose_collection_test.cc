@@ -502,7 +502,7 @@ TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
   selection.ranges = {{40, 59, "", ""}, {10, 29, "", ""}};
   const Result<PoseSet> unordered = Collect({Counting(100)}, selection);
   ASSERT_FALSE(unordered);
-  EXPECT_THAT(unordered.error().message, testing::HasSubstr("range 2 is rows 10 to 29"));
+  EXPECT_THAT(unordered.error().message, testing::HasSubstr("range 2 (rows 10 to 29) is no range"));
   selection.ranges = {{40, 59, "", ""}, {200, 300, "", ""}};
   const Result<PoseSet> outside = Collect({Counting(100)}, selection);
   ASSERT_FALSE(outside);

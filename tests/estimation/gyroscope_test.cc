@@ -188,6 +188,69 @@ TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
   EXPECT_GT(comparison->p_value, 1e-3);
 }
 
+// In their own order the poses lie along a spiral, so that hardly an axis turns both ways:
+// asymmetry and gain are then one. The run ends there, and says which turns would help.
+TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
+  Scenario scenario = GyroscopeScenario({});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  auto& poses = std::get<PosesStep>(scenario.motion.front());
+  // Turns the same way about each axis of the body in turn, with a tilt that shows them.
+  poses.poses.clear();
+  Eigen::Quaterniond attitude(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1.0, 1.0, 0.0).normalized()));
+  for (int k = 0; k < 24; ++k) {
+    poses.poses.push_back({attitude, {}, {}});
+    attitude = attitude * Eigen::AngleAxisd(1.1, Eigen::Vector3d::Unit(k % 3));
+  }
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].asymmetry = Wanted::kYes;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable)
+      << summary->calibration.messages.back();
+  bool is_named = false;
+  for (const WeakDirection& weak : summary->calibration.quality.weak_directions) {
+    is_named = is_named || (weak.description.find("asymmetry") != std::string::npos &&
+                            weak.advice.find("both ways") != std::string::npos);
+  }
+  EXPECT_TRUE(is_named);
+  // Without it they do.
+  options.triads[kGyro].asymmetry = Wanted::kNo;
+  const auto without = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.messages.back();
+}
+
+// What is held of another unit would bend the poses after its turns.
+TEST(Gyroscope, RefusesAMatrixThatIsHeldAndNotItsOwn) {
+  Scenario scenario = GyroscopeScenario({false, true, false});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  const PoseSet poses = Collect(scenario);
+  const Eigen::Matrix3d truth = TruthOf(scenario, 0).sensors[kGyro]->model.sensitivity;
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].excess = ExcessNoise::kEstimate;
+  options.triads[kGyro].fixed_sensitivity = truth;
+  const auto right = Calibrate(poses, options);
+  ASSERT_TRUE(right) << right.error().message;
+  EXPECT_TRUE(right->calibration.IsUsable()) << right->calibration.messages.back();
+  for (const double factor : {1.3, 2.0, -1.0, 100.0}) {
+    options.triads[kGyro].fixed_sensitivity = factor * truth;
+    const auto wrong = Calibrate(poses, options);
+    ASSERT_TRUE(wrong) << wrong.error().message;
+    EXPECT_EQ(wrong->calibration.outcome, Outcome::kNotConverged) << factor;
+    EXPECT_THAT(wrong->calibration.messages.back(),
+                HasSubstr("gyroscope: with what `fixed:` holds of it"));
+  }
+  // A few per cent are said.
+  options.triads[kGyro].fixed_sensitivity = 1.03 * truth;
+  const auto near = Calibrate(poses, options);
+  ASSERT_TRUE(near);
+  EXPECT_THAT(near->calibration.messages,
+              ::testing::Contains(HasSubstr("about what `fixed:` holds of it")));
+}
+
 // Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
 Scenario NoisyGyroscopeScenario(std::uint64_t seed) {
   Scenario scenario = GyroscopeScenario({true, false, false});

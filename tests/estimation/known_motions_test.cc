@@ -194,7 +194,8 @@ TEST(KnownRates, OfAPoseAreTakenFromTheRests) {
   selection.ranges.insert(
       selection.ranges.begin() + 1,
       PoseRange{selection.rates[0].at.rows.first, selection.rates[0].at.rows.last, {}, {}});
-  selection.rates[0].at = {.rows = {}, .pose = 2};
+  selection.rates[0].at.rows = {};
+  selection.rates[0].at.pose = 2;
   const PoseSet poses = Collect(scenario, selection);
   EXPECT_THAT(poses.poses, SizeIs(13));
   EXPECT_EQ(poses.poses[1].number, 3);
@@ -202,6 +203,67 @@ TEST(KnownRates, OfAPoseAreTakenFromTheRests) {
   CalibrateOptions options = OptionsFor(scenario);
   options.triads[kGyro].noise_sigma_raw = Eigen::Vector3d::Constant(1.0);
   ExpectTruth(scenario, Calibrated(poses, options), 1e-9, 1e-5);
+}
+
+// The same rows, by the times of the first and the last.
+TEST(KnownMotions, ByTimeAreThoseByRows) {
+  for (const bool by_hand : {false, true}) {
+    const Scenario scenario = by_hand ? HandTurns() : RateTable();
+    PoseSelection selection = SelectionOf(scenario);
+    const PoseSet by_rows = Collect(scenario, selection);
+    const Samples samples = SamplesOf(scenario, kGyro);
+    const auto give_time = [&samples](MotionPlace* at) {
+      at->times = {samples.time_ns[static_cast<std::size_t>(at->rows.first)],
+                   samples.time_ns[static_cast<std::size_t>(at->rows.last)]};
+      at->rows = {};
+    };
+    for (StatedTurn& turn : selection.turns) give_time(&turn.at);
+    for (StatedRate& rate : selection.rates) give_time(&rate.at);
+    const PoseSet by_time = Collect(scenario, selection);
+    ASSERT_THAT(by_time.rates, SizeIs(by_rows.rates.size()));
+    for (std::size_t i = 0; i < by_rows.rates.size(); ++i) {
+      const StaticPose& expected = by_rows.rates[i].means;
+      EXPECT_EQ(by_time.rates[i].means.first_row, expected.first_row);
+      EXPECT_EQ(by_time.rates[i].means.last_row, expected.last_row);
+      EXPECT_EQ(by_time.rates[i].means.triads[kGyro]->mean_raw, expected.triads[kGyro]->mean_raw);
+    }
+    ASSERT_THAT(by_time.turns, SizeIs(by_rows.turns.size()));
+    for (std::size_t i = 0; i < by_rows.turns.size(); ++i) {
+      EXPECT_EQ(by_time.turns[i].move.time_ns, by_rows.turns[i].move.time_ns);
+      EXPECT_EQ(by_time.turns[i].move.gyroscope_raw, by_rows.turns[i].move.gyroscope_raw);
+    }
+  }
+}
+
+TEST(KnownMotions, BeyondTheLogAreRefusedWithWhereTheyAreStated) {
+  constexpr std::int64_t kFar = 1'000'000'000;
+  const auto refusal = [](const Scenario& scenario, const PoseSelection& selection) {
+    const auto poses = CollectPoses(*Simulate(scenario), selection);
+    EXPECT_FALSE(poses);
+    return poses ? "" : poses.error().message;
+  };
+  const Scenario table = RateTable();
+  PoseSelection rates = SelectionOf(table);
+  rates.rates.back().at.stated_in = "rates.yaml:7";
+  rates.rates.back().at.rows = {kFar, kFar + 9};
+  EXPECT_THAT(refusal(table, rates),
+              HasSubstr("rates.yaml:7 (rows 1000000000 to 1000000009) has no reading"));
+  rates.rates.back().at.rows = {};
+  rates.rates.back().at.times = {kFar, kFar + 9};
+  EXPECT_THAT(refusal(table, rates),
+              HasSubstr("rates.yaml:7: is stated by time, but another rate by rows"));
+
+  const Scenario hand = HandTurns();
+  PoseSelection turns = SelectionOf(hand);
+  turns.turns.back().at.stated_in = "turns.yaml:4";
+  turns.turns.back().at.rows.last = kFar;
+  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn takes rows"));
+  turns.turns.back().at.rows = {};
+  turns.turns.back().at.times = {0, kFar * kFar};
+  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn takes 0.0"));
+  turns.turns.back().at.times = {};
+  turns.turns.back().at.pose = 99;
+  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: "));
 }
 
 TEST(KnownRates, OfATableAreItsRows) {

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "estimation/pose_order.h"
 #include "support/accel_mag_trials.h"
 #include "truetriad/model/attitude_sets.h"
 
@@ -498,6 +499,104 @@ TEST(MakePlanOverTemperature, RefusesTermsWithoutTemperatures) {
   const auto judged = MakePlan({}, options);
   ASSERT_FALSE(judged);
   EXPECT_NE(judged.error().message.find("pose 1 of the program"), std::string::npos);
+}
+
+// ------------------------------------------------------------------------------------ gyroscope
+
+constexpr double kGyroSigma = 9e-5;  // of a rest's mean, rad/s
+constexpr double kRestS = 4.0;
+
+PlanOptions NineAxisPlan(int poses) {
+  PlanOptions options = JointPlan(poses);
+  TriadOptions& gyroscope = options.calibrate.triads[Triad::kGyroscope];
+  gyroscope.enabled = true;
+  gyroscope.excess = ExcessNoise::kNone;
+  gyroscope.noise_sigma_raw = Eigen::Vector3d::Constant(kGyroSigma);
+  options.rest_s = kRestS;
+  return options;
+}
+
+// What a recording of the program would be, exact.
+PoseSet ExactRecording(const PlanOptions& options, const PoseProgram& program) {
+  SyntheticUnit unit = IdealUnit();
+  unit.models[Triad::kGyroscope] = TriadModel<double>();
+  unit.units[Triad::kGyroscope] = trials::UnitOf(Triad::kGyroscope, false);
+  PoseSet set = ExactReadings(unit, AttitudesOf(program));
+  SyntheticTurns turns;
+  turns.duration_s = options.turn_s;
+  turns.gyroscope_sigma_radps = kGyroSigma * std::sqrt(kRestS * turns.rate_hz);
+  AddTurns(unit, AttitudesOf(program), turns, nullptr, &set);
+  return set;
+}
+
+// The turns of the recording start and stop smoothly, those of the plan have one rate: as the
+// matrix sees the angle alone, and noise the time, both tell the same but for what noise does in
+// between (a turn's middle moves its end), a percent.
+TEST(MakePlan, PredictsTheCovarianceOfACalibrationWithAGyroscope) {
+  for (const bool g_sensitivity : {false, true}) {
+    PlanOptions options = NineAxisPlan(14);
+    if (g_sensitivity) {
+      options.calibrate.triads[Triad::kGyroscope].g_sensitivity = Wanted::kYes;
+    }
+    const Plan plan = MustPlan({}, options);
+    EXPECT_TRUE(plan.IsMet());
+    const auto summary = Calibrate(ExactRecording(options, plan.program), options.calibrate);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    const NamedCovariance& stated = summary->calibration.covariance;
+    ASSERT_EQ(plan.covariance.parameters, stated.parameters);
+    for (Eigen::Index i = 0; i < stated.matrix.rows(); ++i) {
+      const double planned = std::sqrt(plan.covariance.matrix(i, i));
+      EXPECT_NEAR(planned, std::sqrt(stated.matrix(i, i)), 0.02 * planned)
+          << stated.parameters[static_cast<std::size_t>(i)];
+    }
+    EXPECT_GT(SigmaOf(plan, "gyroscope.scale_error.x"), 0.0);
+    if (g_sensitivity) {
+      EXPECT_GT(SigmaOf(plan, "gyroscope.g_sensitivity.xy"), 0.0);
+    }
+  }
+}
+
+TEST(MakePlan, TakesPosesUntilTheGyroscopeIsKnownAsWellAsWanted) {
+  const Plan few = MustPlan({}, NineAxisPlan(9));
+  double reached = 0.0;
+  for (const PlannedSigma& sigma : few.sigmas) {
+    if (sigma.group == "gyroscope.scale_error") reached = std::max(reached, sigma.after);
+  }
+  PlanOptions options = NineAxisPlan(0);
+  options.wanted["gyroscope.scale_error"] = 0.6 * reached;
+  const Plan plan = MustPlan({}, options);
+  EXPECT_TRUE(plan.IsMet());
+  EXPECT_GT(plan.program.poses.size(), 9U);
+  options.max_poses = 10;
+  EXPECT_FALSE(MustPlan({}, options).IsMet());
+}
+
+// Least turning, which is what an operator without a gyroscope gets, shows its gains worse.
+TEST(MakePlan, OrdersPosesSoThatTurnsShowTheGyroscope) {
+  PlanOptions options = NineAxisPlan(16);
+  const Plan plan = MustPlan({}, options);
+  options.program = plan.program;
+  options.program->poses = OrderForOperator(plan.program.poses, true);
+  const Plan least_turning = MustPlan({}, options);
+  double log_ratio = 0.0;
+  int count = 0;
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    if (sigma.group != "gyroscope.scale_error" && sigma.group != "gyroscope.misalignment_rad") {
+      continue;
+    }
+    log_ratio += std::log(SigmaOf(least_turning, sigma.name) / sigma.after);
+    ++count;
+  }
+  EXPECT_EQ(count, 9);
+  EXPECT_GT(std::exp(log_ratio / count), 1.2);
+}
+
+TEST(MakePlan, AsksForTheRestThatTheNoiseOfAGyroscopeIsOf) {
+  PlanOptions options = NineAxisPlan(12);
+  options.rest_s = 0.0;
+  const Result<Plan> plan = MakePlan({}, options);
+  ASSERT_FALSE(plan);
+  EXPECT_NE(plan.error().message.find("state `plan: { rest_s: 5 }`"), std::string::npos);
 }
 
 }  // namespace

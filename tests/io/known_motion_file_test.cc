@@ -64,6 +64,32 @@ TEST_F(KnownMotionFile, GivesARateTheUncertaintyOfItsDirectionAcrossItself) {
   EXPECT_NEAR(rates->back().covariance_radps2(0, 0), 1e-4, 1e-15);
 }
 
+TEST_F(KnownMotionFile, ReadsPlacesByTime) {
+  const auto turns = ReadStatedTurns(
+      File("turns:\n  - { start_s: 12.25, end_s: 20, axis: z, turns: 1 }\n"), {0.1, 0.2});
+  ASSERT_TRUE(turns) << turns.error().message;
+  const MotionPlace& at = turns->front().at;
+  EXPECT_EQ(at.times.start_ns, 12'250'000'000);
+  EXPECT_EQ(at.times.end_ns, 20'000'000'000);
+  EXPECT_TRUE(at.rows.empty());
+  EXPECT_FALSE(at.is_pose());
+  EXPECT_EQ(at.stated_in, folder_.Path("motions.yaml") + ":2");
+  const auto wrong =
+      ReadStatedRates(File("rates:\n"
+                           "  - { start_s: 2, end_s: 1, axis: z, degps: 5 }\n"
+                           "  - { start_s: 2, axis: z, degps: 5 }\n"
+                           "  - { start_s: 2, end_s: 3, first: 4, axis: z, degps: 5 }\n"),
+                      {});
+  ASSERT_FALSE(wrong);
+  EXPECT_THAT(wrong.error().message,
+              AllOf(HasSubstr("motions.yaml:2"),
+                    HasSubstr("start_s < end_s is expected"),
+                    HasSubstr("motions.yaml:3"),
+                    HasSubstr("end_s"),
+                    HasSubstr("motions.yaml:4"),
+                    HasSubstr("exclude each other")));
+}
+
 TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
   const auto turns = ReadStatedTurns(File("turns:\n"
                                           "  - { first: 10, last: 5, axis: x, turns: 1 }\n"

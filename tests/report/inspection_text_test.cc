@@ -106,5 +106,14 @@ TEST(InspectionText, CopesWithNoPosesAndNoTime) {
   EXPECT_THAT(InspectionText({}), HasSubstr("0 poses"));
 }
 
+TEST(InspectionText, PointsToMotionWhereAUnitWasTumbled) {
+  PoseSet poses = EvenPoses(1);
+  poses.static_share = 0.04;
+  poses.streams.push_back(poses.streams.front());
+  poses.streams.back().triad = Triad::kGyroscope;
+  EXPECT_THAT(InspectionText(poses), HasSubstr("`poses: { motion: {"));
+  EXPECT_THAT(InspectionText(EvenPoses(24)), Not(HasSubstr("motion: {")));
+}
+
 }  // namespace
 }  // namespace truetriad

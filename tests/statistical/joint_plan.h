@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "support/accel_mag_trials.h"
@@ -33,6 +35,40 @@ inline PlanOptions JointPlanOptions() {
   options.grid = {SpreadAttitudes(600), true};
   options.poses = 12;
   return options;
+}
+
+// Turns of two seconds between rests of four, as configs/plans/nine-axis.yaml has them.
+inline constexpr double kPlannedRestS = 4.0;
+inline constexpr double kPlannedTurnS = 2.0;
+inline constexpr double kGyroscopeSigma = 9e-5;  // of a rest's mean, rad/s
+
+inline SyntheticUnit NominalUnitWithGyroscope() {
+  SyntheticUnit unit = NominalUnit();
+  unit.models[Triad::kGyroscope] = TriadModel<double>();
+  unit.units[Triad::kGyroscope] = UnitOf(Triad::kGyroscope, false);
+  return unit;
+}
+
+// 34 parameters from 16 poses and the turns between them.
+inline PlanOptions NineAxisPlanOptions() {
+  PlanOptions options = JointPlanOptions();
+  TriadOptions& gyroscope = options.calibrate.triads[Triad::kGyroscope];
+  gyroscope.enabled = true;
+  gyroscope.excess = ExcessNoise::kNone;
+  gyroscope.noise_sigma_raw = Eigen::Vector3d::Constant(kGyroscopeSigma);
+  options.grid = {HandAttitudes(), false};
+  options.poses = 16;
+  options.rest_s = kPlannedRestS;
+  options.turn_s = kPlannedTurnS;
+  return options;
+}
+
+// Turns with the noise that was planned for: white, so that a rest's mean has kGyroscopeSigma.
+inline SyntheticTurns PlannedSyntheticTurns() {
+  SyntheticTurns turns;
+  turns.duration_s = kPlannedTurnS;
+  turns.gyroscope_sigma_radps = kGyroscopeSigma * std::sqrt(kPlannedRestS * turns.rate_hz);
+  return turns;
 }
 
 // The plan that options ask for, or of the program that they judge.

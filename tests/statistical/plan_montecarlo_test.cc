@@ -28,8 +28,10 @@ double GainOf(const std::string& name, const SyntheticUnit& unit) {
 // the limit of 5 % is more than four of them at the runs used here.
 void ExpectPredictionComesTrue(const char* row,
                                const trials::UnitSpread* spread,
-                               std::uint64_t seed) {
-  const Plan plan = trials::MustPlan(trials::JointPlanOptions());
+                               std::uint64_t seed,
+                               bool has_gyroscope = false) {
+  const Plan plan =
+      trials::MustPlan(has_gyroscope ? trials::NineAxisPlanOptions() : trials::JointPlanOptions());
   ASSERT_TRUE(plan.IsMet());
   const int runs = IsNightly() ? 3000 : 300;
   const std::vector<std::string>& names = plan.covariance.parameters;
@@ -38,12 +40,21 @@ void ExpectPredictionComesTrue(const char* row,
   double normalised_squares = 0.0;
   for (int run = 0; run < runs; ++run) {
     Random random(seed + static_cast<std::uint64_t>(run));
-    const SyntheticUnit unit =
+    SyntheticUnit unit =
         spread != nullptr ? trials::RandomUnit(*spread, &random) : trials::NominalUnit();
+    SyntheticNoise noise = trials::ModelNoise();
     CalibrateOptions options = trials::JointOptions(unit);
+    if (has_gyroscope) {
+      unit = trials::NominalUnitWithGyroscope();
+      noise.rest_sigma[Triad::kGyroscope] = trials::kGyroscopeSigma;
+      options.triads[Triad::kGyroscope].enabled = true;
+    }
     for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
-    const auto summary =
-        Calibrate(SimulatePoses(unit, attitudes, trials::ModelNoise(), &random), options);
+    PoseSet poses = SimulatePoses(unit, attitudes, noise, &random);
+    if (has_gyroscope) {
+      AddTurns(unit, attitudes, trials::PlannedSyntheticTurns(), &random, &poses);
+    }
+    const auto summary = Calibrate(poses, options);
     ASSERT_TRUE(summary) << "run " << run << ": " << summary.error().message;
     ASSERT_TRUE(summary->calibration.IsUsable())
         << "run " << run << ": " << summary->calibration.messages.back();
@@ -83,6 +94,10 @@ TEST(PlannedSigma, AgreesWithTheErrorsOfTheNominalUnit) {
 TEST(PlannedSigma, AgreesWithTheErrorsOfUnitsThatAreNotNominal) {
   const trials::UnitSpread spread;
   ExpectPredictionComesTrue("units of a population", &spread, 30000);
+}
+
+TEST(PlannedSigma, AgreesWithTheErrorsOfAUnitWithAGyroscope) {
+  ExpectPredictionComesTrue("the nominal unit with a gyroscope", nullptr, 40000, true);
 }
 
 }  // namespace

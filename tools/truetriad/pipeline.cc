@@ -114,6 +114,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(selection);
 
   selection->moves = config.moves;
+  selection->time_offset_s = config.time_offset_s;
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &*selection));
   LoadedPoses loaded;
   Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
@@ -377,7 +378,7 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
     return calibration;
   }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
+  if (!summary) return AtItsKey(experiment, summary.error());
   // A choice that failed leaves it to the next run to choose.
   summary->calibration.config_yaml = summary->calibration.IsUsable()
                                          ? ResolvedWithChoice(experiment, summary->options)
@@ -516,6 +517,8 @@ Result<Plan> PlanExperiment(Experiment experiment,
     if (!options.nominal_dip_rad) options.nominal_dip_rad = earth->dip_deg * kRadPerDeg;
   }
   options.rest_s = config.rest_s;
+  options.turn_s = config.turn_s;
+  options.turn_sigma_rad = config.turn_sigma_deg * kRadPerDeg;
   options.attitude_sigma_rad.setConstant(experiment.attitudes_sigma_deg * kRadPerDeg);
   options.grid = config.grid;
   if (options.grid.attitudes.empty()) {
@@ -534,7 +537,9 @@ Result<Plan> PlanExperiment(Experiment experiment,
     TRUETRIAD_RETURN_IF_ERROR(program);
     options.program = *std::move(program);
   }
-  return MakePlan(loaded.poses, options);
+  Result<Plan> plan = MakePlan(loaded.poses, options);
+  if (!plan) return AtItsKey(experiment, plan.error());
+  return plan;
 }
 
 std::string Version() { return TRUETRIAD_VERSION; }

@@ -37,6 +37,8 @@ struct PosesConfig {
   SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
+  /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
+  PerTriad<double> time_offset_s{};
 };
 
 /// `reference: {position: …}` of an experiment: where it took place.
@@ -87,6 +89,10 @@ struct Experiment {
 /// `resolved_yaml` with what was `auto` as it was chosen; reads back as an experiment that gives
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
+
+/// An error (usage) of what the experiment's keys ask for together, with the file and the line of
+/// the key that it is about; others stay as they are.
+Error AtItsKey(const Experiment& experiment, const Error& error);
 
 /// Reads an experiment, or the one inside a calibration.yaml.
 ///

@@ -33,6 +33,8 @@ struct PlanConfig {
   int random_draws = 200;
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
   double rest_s = 0.0;
+  double turn_s = 2.0;
+  double turn_sigma_deg = 0.0;
   std::uint64_t seed = 1;
   PerTriad<NominalSensor> nominal;
   std::optional<double> nominal_strength_ut, nominal_dip_deg;

@@ -15,12 +15,22 @@ struct RowSpan {
   bool empty() const { return last < first; }
 };
 
-/// Where in a recording a motion took place that somebody knows.
+/// Times of a recording, as its log states them, both included; empty: none.
+struct TimeRange {
+  std::int64_t start_ns = 0;
+  std::int64_t end_ns = -1;
+  bool empty() const { return end_ns < start_ns; }
+};
+
+/// Where in a recording a motion took place that somebody knows: by rows, by time, or by a pose.
 struct MotionPlace {
   RowSpan rows;
-  /// Without rows: StaticPose::number. A rate was held in that pose; a turn leads from it into the
-  /// next one.
+  TimeRange times;
+  /// Without rows and times: StaticPose::number. A rate was held in that pose; a turn leads from it
+  /// into the next one.
   int pose = 0;
+  std::string stated_in;  ///< Where it is stated, for messages: "turns.yaml:3"; may be empty.
+  bool is_pose() const { return rows.empty() && times.empty(); }
 };
 
 /// A turn whose angle the operator states.

@@ -54,6 +54,9 @@ struct PoseSelection {
   /// rate was held is not used: its readings count once.
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
+  /// By how much the times of each triad are later than when its readings were taken: is taken off
+  /// them first of all. Needs times where it is not zero.
+  PerTriad<double> time_offset_s{};
 };
 
 /// How rests are found. The defaults need no tuning for any unit or rate.

@@ -58,8 +58,8 @@ struct RecordedMove {
   std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> gyroscope_raw;
-  /// Interpolated to the gyroscope's times; empty without accelerometer.
-  std::vector<Eigen::Vector3d> accelerometer_raw;
+  /// Interpolated to the gyroscope's times; empty without the sensor.
+  std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
   std::string fault;  ///< Why the turn cannot be told from them, or empty.
 };
 
@@ -136,7 +136,8 @@ struct PoseSet {
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
-  std::string how;                                        ///< "static detection", "every row", …
+  PerTriad<double> time_offset_s{};   ///< Has been taken off the times of the triad's readings.
+  std::string how;                    ///< "static detection", "every row", …
   std::vector<std::string> warnings;  ///< Clipping, stuck samples, gaps: what people should know.
 
   const StreamSummary* Find(Triad triad) const {

@@ -47,6 +47,10 @@ struct PlanOptions {
   std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
   double rest_s = 0.0;
+  /// How long the unit is turned from one pose into the next, s. Range: > 0.
+  double turn_s = 2.0;
+  /// σ of a turn about each axis beyond what the noise of the gyroscope's readings makes.
+  double turn_sigma_rad = 0.0;
   /// σ of the attitudes that a fixture gives, about the body axes.
   Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
 

@@ -17,9 +17,8 @@ struct TurnDefaults {
 
 /// Reads `turns.yaml`:
 ///
-///   turns: [ { first, last | after_pose, axis, turns | degrees, sigma_deg?, axis_sigma_deg?, id?
-///   },
-///            … ]
+///   turns: [ { first, last | start_s, end_s | after_pose, axis, turns | degrees, sigma_deg?,
+///              axis_sigma_deg?, id? }, … ]
 ///
 /// `axis` is x, -y, … or a vector in the body frame; the sign of `turns` (or `degrees`) is that of
 /// the right hand about it.
@@ -34,7 +33,7 @@ struct RateDefaults {
 
 /// Reads `rates.yaml`:
 ///
-///   rates: [ { first, last | pose, axis, degps, sigma_degps?, id? }, … ]
+///   rates: [ { first, last | start_s, end_s | pose, axis, degps, sigma_degps?, id? }, … ]
 ///
 /// or, in place of `axis` and `degps`, `rate_degps: [x, y, z]` in the body frame.
 Result<std::vector<StatedRate>> ReadStatedRates(const std::string& path,

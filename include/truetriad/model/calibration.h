@@ -142,6 +142,16 @@ struct TurnCheck {
   std::string fault;  ///< Why its readings tell nothing, or empty.
 };
 
+/// The clock of a vector sensor against the gyroscope's, from how fields turned in the body between
+/// the rests.
+struct ClockOffset {
+  Triad triad = Triad::kAccelerometer;
+  double later_s = 0.0;  ///< By how much its times are later than those of the gyroscope.
+  double sigma_s = 0.0;  ///< From how the moves scatter.
+  int moves = 0;         ///< That show it.
+  double p_value = 1.0;  ///< Of so large an offset, were there none.
+};
+
 struct RejectedPose {
   int pose = 0;
   Triad triad = Triad::kAccelerometer;
@@ -277,7 +287,8 @@ struct Quality {
   std::optional<HeldOut> held_out;
   std::vector<ModelAlternative> model_choice;  ///< Empty unless something was chosen; chosen first.
   std::vector<RejectedPose> rejected_poses;
-  std::vector<TurnCheck> turns;  ///< Those that were stated.
+  std::vector<TurnCheck> turns;            ///< Those that were stated.
+  std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests show them.
   std::vector<Coverage> coverage;
   std::vector<PoseResidual> pose_residuals;
   std::vector<LimitCheck> limits;

@@ -209,6 +209,18 @@ struct MagnetPassing {
   Eigen::Vector3d peak_ut = Eigen::Vector3d::Zero();  ///< World frame.
 };
 
+/// Iron or a magnet on the unit that comes loose: its field in the body is another from then on.
+struct HardIronStep {
+  DisturbanceTime when;
+  Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< Body frame.
+};
+
+/// The unit is carried elsewhere, or iron about it is: the field around it is another from then on.
+struct FieldStep {
+  DisturbanceTime when;
+  Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< World frame.
+};
+
 /// A triad that repeats its last reading.
 struct StuckSamples {
   Triad triad = Triad::kAccelerometer;
@@ -224,7 +236,8 @@ struct UnsettledPose {
   double decay_s = 0.5;                                ///< Range: > 0.
 };
 
-using Disturbance = std::variant<Knock, MagnetPassing, StuckSamples, UnsettledPose>;
+using Disturbance =
+    std::variant<Knock, MagnetPassing, HardIronStep, FieldStep, StuckSamples, UnsettledPose>;
 
 /// Everything that a simulated recording, or a fleet of them, follows from.
 struct Scenario {
