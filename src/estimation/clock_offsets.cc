@@ -27,7 +27,7 @@ constexpr double kLostRad = 0.2;
 // noise spoils.
 constexpr double kDifferenceS = 0.04;
 constexpr int kMostRounds = 12;
-constexpr double kSettledS = 1e-7;
+constexpr double kSettledS = 1e-5;
 // An offset longer than this is no clock's: moves last about a second.
 constexpr double kLongestS = 0.5;
 // One that chance makes more often is not said.

@@ -42,6 +42,10 @@ constexpr double kRefusedChange = 1e-4;
 constexpr double kBeyondSigma = 3.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;
+// χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
+// data without noise have made σ next to nothing.
+constexpr double kShortChi2 = 0.01;
+constexpr double kShortShare = 1e-6;
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
 
@@ -167,6 +171,14 @@ struct Refusal {
   std::string message;
 };
 
+// In a flat and curved valley an optimiser may take steps so short that it thinks it is there. What
+// Newton's method would still go tells.
+bool IsShort(const ReducedSystem& system) {
+  const double chi2 = system.step().dot(system.information() * system.step());
+  const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
+  return chi2 > kShortChi2 && share > kShortShare;
+}
+
 std::optional<Refusal> WhyUnusable(const SettledRun& run,
                                    const Quality& quality,
                                    const ReducedSystem& system,
@@ -204,7 +216,7 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
     }
     return Refusal{Outcome::kNotObservable, kNotDetermined};
   }
-  if (!run.converged) {
+  if (!run.converged || IsShort(system)) {
     return Refusal{
         Outcome::kNotConverged,
         "the optimiser did not converge: the readings do not fit the model from any start"};
