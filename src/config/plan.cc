@@ -122,7 +122,9 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   ReadCount(reader.Child("random"), {0, 10000, "0 to 10000 draws"}, &plan->random_draws);
   ReadChoice(reader.Child("start"), kStarts, &plan->from_recording);
   ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
-  ReadNumber(reader.Child("turn_s"), kPositive, &plan->turn_s);
+  ReadNumber(reader.Child("turn_s"),
+             {kPositive.lowest, 300.0, "up to 300 s, the longest turn that is calibrated with"},
+             &plan->turn_s);
   ReadNumber(reader.Child("turn_sigma_deg"), kNotNegative, &plan->turn_sigma_deg);
   if (int seed = 0; ReadCount(reader.Child("seed"),
                               {0, std::numeric_limits<int>::max(), "a whole number from zero"},

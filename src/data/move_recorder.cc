@@ -14,6 +14,8 @@ namespace truetriad {
 namespace {
 
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
+// Of the widest range of an axis: an extreme so near to where a move begins is no limit.
+constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) {
   std::ostringstream text;
@@ -31,15 +33,19 @@ int LongestRunAt(double limit, Eigen::Index axis, const std::vector<Eigen::Vecto
   return longest;
 }
 
-// The longest run of one reading, all three axes at once: one axis alone repeats by chance where
-// its steps are as coarse as its noise.
-int LongestRepeat(const std::vector<Eigen::Vector3d>& readings) {
-  int longest = 0, run = 0;
+// Whether one reading comes again and again, all three axes at once: one axis alone repeats by
+// chance where its steps are as coarse as its noise. A quiet sensor repeats what it reads at rest
+// where the move has not begun, or is over: within `rest_radius` of the first reading only a run
+// over half of the move counts.
+bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
+  int run = 0;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     run = i > 0 && readings[i] == readings[i - 1] ? run + 1 : 1;
-    longest = std::max(longest, run);
+    const bool is_at_rest = (readings[i] - readings.front()).cwiseAbs().maxCoeff() < rest_radius;
+    const int most = is_at_rest ? static_cast<int>(readings.size() / 2) : 0;
+    if (run >= std::max(kStuckReadings, most)) return true;
   }
-  return longest;
+  return false;
 }
 
 // Why the readings do not tell the turn; empty when they do.
@@ -53,9 +59,14 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
   if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz)) {
     return "the gyroscope has a gap of " + Seconds(gap_s);
   }
+  const double rest_radius =
+      kAtRestShare * (gyroscope.maximum_raw - gyroscope.minimum_raw).maxCoeff();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const std::string name = std::string("gyroscope ") + "xyz"[axis];
+    const double before = move.gyroscope_raw.front()[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
+      // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.
+      if (std::abs(limit - before) < rest_radius) continue;
       if (LongestRunAt(limit, axis, move.gyroscope_raw) < kSaturatedReadings) continue;
       std::ostringstream text;
       text << name << " reads its extreme of " << limit << ' ' << gyroscope.unit.name
@@ -63,7 +74,7 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
       return text.str();
     }
   }
-  if (LongestRepeat(move.gyroscope_raw) >= kStuckReadings) {
+  if (IsStuck(move.gyroscope_raw, rest_radius)) {
     return "the gyroscope repeats one reading: it is stuck";
   }
   return {};

@@ -610,7 +610,19 @@ Status SweepCutter::Finish(PoseSet* set) {
   if (!track) return NotEnoughError(set->source + ": " + track.error().message);
   set->sweep.attitude_names = attitude_names_;
   LeaveOutFarOff(*track, spikes, set);
-  if (selection_.sweep.ambient) set->sweep.ambient = SmoothAmbient(*track);
+  if (selection_.sweep.ambient) {
+    set->sweep.ambient = SmoothAmbient(*track);
+    const auto known = std::count_if(set->sweep.ambient.degc.begin(),
+                                     set->sweep.ambient.degc.end(),
+                                     [](double value) { return std::isfinite(value); });
+    if (2 * known < std::ssize(set->sweep.ambient.degc)) {
+      return BadInputError(set->source + ": the ambient temperature has values in " +
+                           std::to_string(known) + " of " +
+                           std::to_string(set->sweep.ambient.degc.size()) +
+                           " pieces of the sweep; record it all the time, or name the factors of "
+                           "`regression` without it");
+    }
+  }
   set->sweep.temperature = *std::move(track);
   for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
   MakeWindows(set);

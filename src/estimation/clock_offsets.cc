@@ -148,12 +148,6 @@ SeenMove SeenBy(Triad triad,
   return seen;
 }
 
-Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
-  Eigen::Matrix3d cross;
-  cross << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
-  return cross;
-}
-
 // The rows of one move with `later_s` allowed for.
 MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
   MoveSums sums;
@@ -174,8 +168,8 @@ MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
         Eigen::Matrix<double, 3, kMostUnknowns>::Zero();
     columns.col(0) = move.rate_radps[i].cross(seen.field[i]);
     if (unknowns > 1) {
-      const Eigen::Matrix3d turning = Cross(move.rate_radps[i]);
-      columns.rightCols<3>() = Cross(move.acceleration_radps2[i]) + turning * turning;
+      const Eigen::Matrix3d turning = Skew(move.rate_radps[i]);
+      columns.rightCols<3>() = Skew(move.acceleration_radps2[i]) + turning * turning;
     }
     sums.normal.noalias() += columns.transpose() * columns;
     sums.right.noalias() += columns.transpose() * off;

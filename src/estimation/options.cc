@@ -57,7 +57,7 @@ bool ThermalOptions::needs_sweep() const {
 bool ThermalOptions::has_regression() const {
   return std::find(regression.begin(), regression.end(), true) != regression.end();
 }
-bool ThermalOptions::is_open() const { return order_auto || rate_auto || matrix_auto || lags_auto; }
+bool ThermalOptions::is_open() const { return order_auto || rate_auto || lags_auto; }
 
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }

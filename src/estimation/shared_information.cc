@@ -14,10 +14,21 @@ namespace {
 constexpr double kRankTolerance = 1e-14;
 
 // A matrix with unit diagonal whose Cholesky pivots all stay above this is far from singular by the
-// measure above: eigenvalues need not be looked at.
+// measure above.
 constexpr double kSafePivot = 1e-5;
 
 }  // namespace
+
+std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix) {
+  ScaledFactor scaled;
+  scaled.per_own = matrix.diagonal().cwiseSqrt().cwiseInverse();
+  if (matrix.rows() == 0 || !scaled.per_own.allFinite()) return std::nullopt;
+  scaled.factor.compute(scaled.per_own.asDiagonal() * matrix * scaled.per_own.asDiagonal());
+  const bool is_safe = scaled.factor.info() == Eigen::Success &&
+                       scaled.factor.matrixLLT().diagonal().minCoeff() > kSafePivot;
+  if (!is_safe) return std::nullopt;
+  return scaled;
+}
 
 SharedInformation::SharedInformation(const SharedLayout& layout,
                                      const Eigen::VectorXd& shared,
@@ -27,14 +38,11 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
   scale_ = (TypicalSizes(layout, shared).asDiagonal() * layout.basis).colwise().norm();
   const Eigen::Index n = matrix_.rows();
   if (n == 0) return;
-  // In units of each coordinate's own σ if it were the only one.
-  const Eigen::VectorXd own = matrix_.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Eigen::MatrixXd> factor(own.asDiagonal() * matrix_ * own.asDiagonal());
-  if (own.allFinite() && factor.info() == Eigen::Success &&
-      factor.matrixLLT().diagonal().minCoeff() > kSafePivot) {
+  if (const auto scaled = SafeFactorOf(matrix_)) {
     rank_ = static_cast<int>(n);
-    covariance_ =
-        own.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n, n)) * own.asDiagonal();
+    covariance_ = scaled->per_own.asDiagonal() *
+                  scaled->factor.solve(Eigen::MatrixXd::Identity(n, n)) *
+                  scaled->per_own.asDiagonal();
     covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   } else {
     const auto [values, vectors] = FindSpectrum();

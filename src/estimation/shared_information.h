@@ -1,11 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "estimation/graph.h"
 
 namespace truetriad {
+
+// Cholesky factor of a matrix scaled to unit diagonal: per_own * matrix * per_own.
+struct ScaledFactor {
+  Eigen::VectorXd per_own;  // one over the square roots of the diagonal
+  Eigen::LLT<Eigen::MatrixXd> factor;
+};
+// Unset where the matrix is so near to singular that its eigenvalues must be looked at.
+std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
 
 // The information of all factors about the free shared coordinates, the attitudes eliminated.
 class SharedInformation {

@@ -5,20 +5,18 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include "estimation/shared_blocks.h"
+#include "estimation/shared_information.h"
 
 namespace truetriad {
 namespace {
 
 constexpr double kRankTolerance = 1e-15;
-// A matrix with unit diagonal whose Cholesky pivots all stay above this is far from singular.
-constexpr double kSafePivot = 1e-5;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -73,16 +71,12 @@ class EliminatedCost final : public ceres::CostFunction {
  private:
   void FindRoot() const {
     const int n = layout_.free_size();
-    const Eigen::MatrixXd& information = problem_.information();
     residual_.setZero(n + 1);
-    const Eigen::VectorXd own = information.diagonal().cwiseSqrt();
-    const Eigen::VectorXd per_own = own.cwiseInverse();
-    const Eigen::LLT<Eigen::MatrixXd> factor(per_own.asDiagonal() * information *
-                                             per_own.asDiagonal());
-    if (n > 0 && per_own.allFinite() && factor.info() == Eigen::Success &&
-        factor.matrixLLT().diagonal().minCoeff() > kSafePivot) {
-      root_ = Eigen::MatrixXd(factor.matrixU()) * own.asDiagonal();
-      residual_.head(n) = factor.matrixL().solve(per_own.cwiseProduct(problem_.gradient()));
+    if (const auto scaled = SafeFactorOf(problem_.information())) {
+      root_ =
+          Eigen::MatrixXd(scaled->factor.matrixU()) * scaled->per_own.cwiseInverse().asDiagonal();
+      residual_.head(n) =
+          scaled->factor.matrixL().solve(scaled->per_own.cwiseProduct(problem_.gradient()));
     } else if (n > 0) {
       FindRootBySpectrum();
     }

@@ -186,7 +186,8 @@ void WriteRegression(YamlText& out, const SweepRegression& regression) {
   for (const RegressionTerm& term : regression.terms) {
     out << "          - { term: " << Quoted{term.name} << ", unit: " << Quoted{term.unit}
         << ", chosen: " << (term.chosen ? "true" : "false") << ", value: " << term.coefficient
-        << ", sigma: " << term.sigma << ", f: " << term.f << ", p_value: " << term.p_value;
+        << ", sigma: " << term.sigma;
+    if (std::isfinite(term.f)) out << ", f: " << term.f << ", p_value: " << term.p_value;
     if (!term.why.empty()) out << ", why: " << Quoted{term.why};
     out << " }\n";
   }
@@ -650,8 +651,11 @@ void ReadRegression(YamlReader reader, SweepRegression* regression) {
     item.Require("chosen", &term.chosen);
     ReadNumber(item.RequireChild("value"), &term.coefficient);
     ReadNumber(item.RequireChild("sigma"), &term.sigma);
-    ReadNumber(item.RequireChild("f"), &term.f);
-    ReadNumber(item.RequireChild("p_value"), &term.p_value);
+    term.f = term.p_value = std::numeric_limits<double>::quiet_NaN();
+    if (YamlReader f = item.Child("f")) {
+      ReadNumber(f, &term.f);
+      ReadNumber(item.RequireChild("p_value"), &term.p_value);
+    }
     item.Optional("why", &term.why);
     item.RejectUnknown();
   }

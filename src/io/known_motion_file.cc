@@ -72,7 +72,9 @@ void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) 
   YamlReader pose = item.Child(pose_key);
   YamlReader first = item.Child("first");
   YamlReader last = item.Child("last");
-  const bool has_times = item.Child("start_s") || item.Child("end_s");
+  const bool has_start = static_cast<bool>(item.Child("start_s"));
+  const bool has_end = static_cast<bool>(item.Child("end_s"));
+  const bool has_times = has_start || has_end;
   if (has_times && (pose || first || last)) {
     item.Fail(
         "a time, rows and a pose exclude each other; keep `start_s` and `end_s`, `first` and "

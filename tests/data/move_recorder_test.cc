@@ -120,6 +120,15 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
   ASSERT_TRUE(saturated);
   EXPECT_THAT(saturated->moves[0].fault, HasSubstr("gyroscope z reads its extreme of 95 counts"));
 
+  // An axis that only turns one way, read in steps as coarse as its noise: its other extreme is its
+  // reading at rest.
+  const auto one_way = Collect([](std::int64_t row, MemoryStream* stream) {
+    constexpr double kResolution = 0.01;
+    stream->Add(row * kStepNs, kResolution * (Rate(row) / kResolution).array().round().matrix());
+  });
+  ASSERT_TRUE(one_way) << one_way.error().message;
+  for (const RecordedMove& move : one_way->moves) EXPECT_THAT(move.fault, IsEmpty());
+
   const auto stuck = Collect([](std::int64_t row, MemoryStream* stream) {
     stream->Add(row * kStepNs, Rate(row > 510 && row < 530 ? 510 : row));
   });

@@ -104,8 +104,6 @@ struct ThermalOptions {
   bool order_auto = false;
   /// So are the rate terms: entered and removed one by one.
   bool rate_auto = false;
-  /// So is the order of the matrix; of poses at several temperatures alone.
-  bool matrix_auto = false;
   /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// As many as held-out error speaks for.
