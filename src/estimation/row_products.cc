@@ -88,6 +88,19 @@ TRUETRIAD_WIDE_REGISTERS void MultiplyInBlocks(const RowProduct& p) {
   }
 }
 
+RowProduct TransposedInto(const StackedRows& a, const StackedRows& b, StackedRows* out) {
+  RowProduct product;
+  product.a = a.data();
+  product.a_row = 1;
+  product.a_column = a.cols();
+  product.b = b.data();
+  product.b_row = product.out_row = product.columns = b.cols();
+  product.out = out->data();
+  product.rows = a.cols();
+  product.inner = a.rows();
+  return product;
+}
+
 bool FillsABlock(const RowProduct& p) { return p.rows >= kBlockRows && p.columns >= kBlockColumns; }
 
 }  // namespace
@@ -110,17 +123,8 @@ void AddTile(const RowTile& tile) {
 
 Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b) {
   StackedRows out(a.cols(), b.cols());
-  const RowProduct product{a.data(),
-                           1,
-                           a.cols(),
-                           b.data(),
-                           b.cols(),
-                           out.data(),
-                           b.cols(),
-                           a.cols(),
-                           a.rows(),
-                           b.cols(),
-                           true};
+  RowProduct product = TransposedInto(a, b, &out);
+  product.upper_only = true;
   if (!FillsABlock(product)) return a.transpose() * b;
   MultiplyInBlocks(product);
   return out.selfadjointView<Eigen::Upper>();
@@ -128,16 +132,7 @@ Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b) {
 
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b) {
   StackedRows out(a.cols(), b.cols());
-  const RowProduct product{a.data(),
-                           1,
-                           a.cols(),
-                           b.data(),
-                           b.cols(),
-                           out.data(),
-                           b.cols(),
-                           a.cols(),
-                           a.rows(),
-                           b.cols()};
+  const RowProduct product = TransposedInto(a, b, &out);
   if (!FillsABlock(product)) return a.transpose() * b;
   MultiplyInBlocks(product);
   return out;
