@@ -157,14 +157,16 @@ void ReadFixed(YamlReader reader, TriadOptions* options, bool* identity) {
   reader.RejectUnknown();
 }
 
-/// A whole number from zero to `most`.
-void ReadOrder(YamlReader reader, int most, int* order) {
-  int value = 0;
-  if (!reader.Read(&value)) return;
+/// A whole number from zero to `most`, or `auto`: any of them.
+void ReadOrder(YamlReader reader, int most, int* order, bool* is_auto) {
+  if (!reader) return;
+  *is_auto = IsWord(reader, "auto");
+  int value = most;
+  if (!*is_auto && !reader.Read(&value)) return;
   if (value >= 0 && value <= most) {
     *order = value;
   } else {
-    reader.Fail("an order of 0 (none) to " + std::to_string(most) + " is expected");
+    reader.Fail("an order of 0 (none) to " + std::to_string(most) + ", or auto, is expected");
   }
 }
 
@@ -194,15 +196,21 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
     *thermal = ThermalOptions();
     return;
   }
-  if (YamlReader order = reader.Child("bias_order"); IsWord(order, "auto")) {
-    thermal->order_auto = true;
-    thermal->bias_order = ThermalOptions::kMaxBiasOrder;
-  } else if (order) {
-    thermal->order_auto = false;
-    ReadOrder(order, ThermalOptions::kMaxBiasOrder, &thermal->bias_order);
+  ReadOrder(reader.Child("bias_order"),
+            ThermalOptions::kMaxBiasOrder,
+            &thermal->bias_order,
+            &thermal->bias_order_auto);
+  ReadOrder(reader.Child("matrix_order"),
+            ThermalOptions::kMaxMatrixOrder,
+            &thermal->matrix_order,
+            &thermal->matrix_order_auto);
+  if (YamlReader matrix = reader.Child("matrix"); IsWord(matrix, "auto")) {
+    thermal->matrix_auto = true;
+    thermal->matrix = ThermalMatrix::kFull;
+  } else if (matrix) {
+    thermal->matrix_auto = false;
+    ReadChoice(matrix, ThermalMatrices(), &thermal->matrix);
   }
-  ReadOrder(reader.Child("matrix_order"), ThermalOptions::kMaxMatrixOrder, &thermal->matrix_order);
-  ReadChoice(reader.Child("matrix"), ThermalMatrices(), &thermal->matrix);
   if (YamlReader rate = reader.Child("rate"); IsWord(rate, "auto")) {
     thermal->rate_auto = true;
     thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = true;
@@ -601,8 +609,8 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
       const ThermalOptions& thermal = options.triads[triad].thermal;
       if (!thermal.needs_sweep()) continue;
       fail("sensors." + std::string(TriadName(triad)) +
-           ".thermal: knots, lags and `auto` need a sweep, `poses: { sweep: auto }`; name the "
-           "terms");
+           ".thermal: knots, lags and a regression need a sweep, `poses: { sweep: auto }`; remove "
+           "them");
     }
     return;
   }

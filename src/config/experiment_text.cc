@@ -39,24 +39,42 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
   out.Close();
 }
 
-void WriteThermal(ResolvedText& out, const ThermalOptions& thermal) {
+std::string RatesText(const ThermalOptions& thermal) {
+  if (thermal.rate_auto) return "auto";
   std::string rates;
   for (const auto& [term, name] : kRateTerms.entries) {
     if (thermal.*term) rates.append(rates.empty() ? "" : ", ").append(name);
   }
+  return "[" + rates + "]";
+}
+
+// One that was open as it was chosen.
+void WriteChoice(ResolvedText& out,
+                 std::string_view key,
+                 const std::string& asked,
+                 const std::string& chosen) {
+  if (asked == chosen) {
+    out.Line(key, asked);
+  } else {
+    out.ChosenLine(key, chosen);
+  }
+}
+
+void WriteThermal(ResolvedText& out, const ThermalOptions& thermal, const ThermalOptions& chosen) {
   out.Open("thermal");
-  if (thermal.order_auto) {
-    out.Line("bias_order", "auto");
-  } else {
-    out.Line("bias_order", thermal.bias_order);
-  }
-  out.Line("matrix_order", thermal.matrix_order);
-  out.Line("matrix", ThermalMatrixName(thermal.matrix));
-  if (thermal.rate_auto) {
-    out.Line("rate", "auto");
-  } else {
-    out.Line("rate", "[", rates, "]");
-  }
+  const auto write = [&](std::string_view key, auto text) {
+    WriteChoice(out, key, text(thermal), text(chosen));
+  };
+  write("bias_order", [](const ThermalOptions& terms) {
+    return terms.bias_order_auto ? "auto" : std::to_string(terms.bias_order);
+  });
+  write("matrix_order", [](const ThermalOptions& terms) {
+    return terms.matrix_order_auto ? "auto" : std::to_string(terms.matrix_order);
+  });
+  write("matrix", [](const ThermalOptions& terms) {
+    return terms.matrix_auto ? "auto" : std::string(ThermalMatrixName(terms.matrix));
+  });
+  write("rate", RatesText);
   if (thermal.lags_auto) {
     out.Line("lag", "auto");
   } else if (thermal.lags > 0) {
@@ -91,11 +109,7 @@ void WriteModel(ResolvedText& out,
                 const TriadOptions& chosen) {
   const auto write =
       [&](std::string_view key, const auto& as_asked, const auto& as_chosen, auto name) {
-        if (as_asked == as_chosen) {
-          out.Line(key, name(as_asked));
-        } else {
-          out.ChosenLine(key, name(as_chosen));
-        }
+        WriteChoice(out, key, std::string(name(as_asked)), std::string(name(as_chosen)));
       };
   write("model", asked.model, chosen.model, MatrixModelName);
   if (triad == Triad::kAccelerometer) {
@@ -146,7 +160,7 @@ void WriteSensor(ResolvedText& out,
     if (options.fixed_bias) out.Line("bias", *options.fixed_bias);
     out.Close();
   }
-  if (options.thermal.any()) WriteThermal(out, options.thermal);
+  if (options.thermal.any()) WriteThermal(out, options.thermal, chosen.triads[triad].thermal);
   if (draft.time_offset_s[triad] != 0.0) out.Line("time_offset_s", draft.time_offset_s[triad]);
   out.Close();
 }

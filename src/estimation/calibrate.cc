@@ -18,6 +18,7 @@
 #include "estimation/noise_settling.h"
 #include "estimation/observability.h"
 #include "estimation/reduced_system.h"
+#include "estimation/soak.h"
 #include "estimation/start.h"
 #include "estimation/sweep/calibrate_sweep.h"
 #include "estimation/verdict.h"
@@ -36,30 +37,15 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// The poses at the temperature that most of them share, within a share of the range.
+// The poses at the temperature that most of them share.
 PoseSet AtOneTemperature(const PoseSet& poses) {
-  constexpr double kSameSetting = 0.05;
-  std::vector<double> temperatures;
-  for (const StaticPose& pose : poses.poses) {
-    if (pose.temperature_degc) temperatures.push_back(*pose.temperature_degc);
-  }
-  PoseSet chosen = poses;
-  if (temperatures.empty()) return chosen;
-  std::sort(temperatures.begin(), temperatures.end());
-  const double width = kSameSetting * (temperatures.back() - temperatures.front());
-  double low = temperatures.front();
-  std::ptrdiff_t most = 0;
-  for (auto first = temperatures.begin(); first != temperatures.end(); ++first) {
-    const auto count = std::upper_bound(first, temperatures.end(), *first + width) - first;
-    if (count <= most) continue;
-    most = count;
-    low = *first;
-  }
-  std::erase_if(chosen.poses, [&](const StaticPose& pose) {
-    return !pose.temperature_degc || *pose.temperature_degc < low ||
-           *pose.temperature_degc > low + width;
-  });
-  return chosen;
+  const std::vector<std::vector<std::size_t>> settings = PosesByTemperature(poses);
+  if (settings.empty()) return poses;
+  const auto most =
+      std::max_element(settings.begin(), settings.end(), [](const auto& a, const auto& b) {
+        return a.size() < b.size();
+      });
+  return PosesAmong(poses, *most);
 }
 
 // With temperature terms also from the poses of one temperature: over all of them a unit that
@@ -156,31 +142,6 @@ CalibrateOptions WithStraightAxes(CalibrateOptions options) {
     if (triad.asymmetry == Wanted::kYes) triad.asymmetry = Wanted::kNo;
   }
   return options;
-}
-
-// The graph that `options` ask for, at the solution of one without some of their terms.
-PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& plain) {
-  StartValues start;
-  start.reference = plain.reference();
-  start.level_from_fixture = plain.level_from_fixture;
-  for (const Triad triad : kTriads) {
-    if (!plain.layout.Has(triad)) continue;
-    start.models[triad] = {plain.sensitivity(triad), plain.bias(triad)};
-  }
-  PoseGraph graph = plain;
-  LayOutParameters(options, start, &graph);
-  graph.nodes = plain.nodes;  // with the attitudes that they have
-  const std::vector<std::string> from = ParameterNames(plain.layout);
-  const std::vector<std::string> to = ParameterNames(graph.layout);
-  for (std::size_t i = 0; i < to.size(); ++i) {
-    const auto found = std::find(from.begin(), from.end(), to[i]);
-    if (found == from.end()) continue;
-    graph.shared[static_cast<Eigen::Index>(i)] = plain.shared[found - from.begin()];
-  }
-  for (IncrementEdge& edge : graph.increments) edge.Integrate(graph.layout, graph.shared.data());
-  graph.integrated_at = graph.shared;
-  AddPriors(options, &graph);
-  return graph;
 }
 
 // Whether the poses tell all that is free, by the noise that the graph is weighted with.
@@ -314,7 +275,9 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
   if (!options.HasChoice()) return CalibrateAs(poses, options, nullptr);
   return CalibrateWithChoice(
-      options, [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
+      options,
+      static_cast<int>(PosesByTemperature(poses).size()),
+      [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
         return CalibrateAs(poses, settled_options, settled);
       });
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -87,13 +88,6 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   return turns;
 }
 
-bool TellsHeading(const PoseNode& node) {
-  return node.kind == PoseKind::kHeld || node.has_attitude_prior ||
-         std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
-           return seen.triad == Triad::kMagnetometer;
-         });
-}
-
 // Poses at the ends of a turn have a whole rotation each; where nothing in a chain of turns tells
 // its heading, that of its first pose is held.
 void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
@@ -101,8 +95,8 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
   for (std::size_t begin = 0; begin < nodes->size();) {
     std::size_t end = begin;
-    bool tells_heading = TellsHeading((*nodes)[begin]);
-    while (linked[end]) tells_heading = TellsHeading((*nodes)[++end]) || tells_heading;
+    bool tells_heading = (*nodes)[begin].TellsHeading();
+    while (linked[end]) tells_heading = (*nodes)[++end].TellsHeading() || tells_heading;
     for (std::size_t k = begin; k <= end && end > begin; ++k) {
       if ((*nodes)[k].kind == PoseKind::kDirection) (*nodes)[k].kind = PoseKind::kRotation;
     }
@@ -115,7 +109,7 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
 Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   bool heading_is_held = false;  // of the chain that the node belongs to
   for (const PoseNode& node : nodes) {
-    heading_is_held = node.holds_heading || (heading_is_held && !TellsHeading(node));
+    heading_is_held = node.holds_heading || (heading_is_held && !node.TellsHeading());
     const bool is_seen = std::any_of(
         node.observations.begin(), node.observations.end(), [](const Observation& seen) {
           return seen.triad == Triad::kGyroscope;
@@ -365,6 +359,57 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     layout.basis.col(static_cast<Eigen::Index>(i)) = columns[i];
   }
   SetStartAttitudes(start, graph);
+}
+
+std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part) {
+  const std::vector<std::string> names = ParameterNames(whole);
+  std::vector<int> places;
+  for (const std::string& name : ParameterNames(part)) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    places.push_back(found == names.end() ? -1 : static_cast<int>(found - names.begin()));
+  }
+  return places;
+}
+
+PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) {
+  StartValues start;
+  start.reference = solved.reference();
+  start.level_from_fixture = solved.level_from_fixture;
+  for (const Triad triad : kTriads) {
+    if (!solved.layout.Has(triad)) continue;
+    const std::optional<Eigen::Matrix3d>& held = options.triads[triad].fixed_sensitivity;
+    start.models[triad] = {held ? *held : Eigen::Matrix3d(solved.sensitivity(triad)),
+                           solved.bias(triad)};
+  }
+  PoseGraph graph = solved;
+  LayOutParameters(options, start, &graph);
+  graph.nodes = solved.nodes;  // with the attitudes that they have
+  const SharedLayout& layout = graph.layout;
+  const std::vector<int> places = PlacesIn(solved.layout, layout);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i] < 0) continue;
+    graph.shared[static_cast<Eigen::Index>(i)] = solved.shared[places[i]];
+  }
+  const auto keep_what_is_free = [&graph, &layout](int at) {
+    const Eigen::MatrixXd basis = layout.basis.middleRows<9>(at);
+    const Eigen::Matrix<double, 9, 1> entries = graph.shared.segment<9>(at);
+    graph.shared.segment<9>(at) = basis * (basis.transpose() * entries);
+  };
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    if (options.triads[triad].fixed_sensitivity) {
+      graph.shared.segment<9>(layout.sensitivity[triad]) =
+          options.triads[triad].fixed_sensitivity->reshaped();
+    } else {
+      keep_what_is_free(layout.sensitivity[triad]);
+    }
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) keep_what_is_free(thermal.matrix_at(i));
+  }
+  for (IncrementEdge& edge : graph.increments) edge.Integrate(layout, graph.shared.data());
+  graph.integrated_at = graph.shared;
+  AddPriors(options, &graph);
+  return graph;
 }
 
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {

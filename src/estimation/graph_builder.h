@@ -33,6 +33,13 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
 // nothing else tells. After LayOutParameters.
 void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
+// The graph that `options` ask for, at that point of it which is nearest to a solution with other
+// terms: parameters of one name have one value, as far as `options` leave them free.
+PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved);
+
+// Where each free entry of `part` stands in `whole`, by name; -1 where there is none.
+std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part);
+
 // What is known beforehand of the free entries.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 

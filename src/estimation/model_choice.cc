@@ -2,12 +2,14 @@
 #include "estimation/model_choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -15,6 +17,7 @@
 #include "estimation/graph_builder.h"
 #include "estimation/messages.h"
 #include "estimation/quality.h"
+#include "estimation/soak.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
@@ -26,168 +29,304 @@ constexpr double kLevel = 0.01;
 // nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
 // a model that is too small is wrong without saying so, one that is too large has large σ.
 constexpr double kLeastDof = 10.0;
+// What poses of one temperature have in common is taken for real at this level: to overlook it lets
+// in terms that are not there, to see it where it is not only takes away some power.
+constexpr double kScatterLevel = 0.1;
 // Far more than there are terms: a choice that goes round in circles ends somewhere.
-constexpr int kMostSteps = 32;
+constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What may be there or not, beyond the matrix.
-struct HigherTerm {
-  Wanted TriadOptions::*wanted;
-  const char* name;
+// One way in which a part of a triad's model can be.
+struct Level {
+  std::string words;
+  std::function<void(TriadOptions*)> set;
 };
-// In the order in which they go when the poses do not determine them all.
-constexpr std::array<HigherTerm, 3> kHigherTerms = {{
-    {&TriadOptions::quadratic, "quadratic term"},
-    {&TriadOptions::asymmetry, "asymmetry"},
-    {&TriadOptions::g_sensitivity, "g-sensitivity"},
-}};
 
-// A choice that was made: models and terms, none of them open.
-using Choice = CalibrateOptions;
+enum class PartKind {
+  kMatrix,        // of the reference temperature, which no model is without
+  kTerm,          // there or not
+  kThermalTerm,   // so, in the rate of temperature
+  kOrder,         // in temperature
+  kThermalShape,  // of the matrix in temperature, where it has an order
+};
 
-// The matrix models of a triad that differ, smallest first; one when nothing is open.
-std::vector<MatrixModel> MatrixModels(const CalibrateOptions& wanted, Triad triad) {
+// A part of a triad's model that is open: levels of which each holds the one before.
+struct OpenPart {
+  Triad triad = Triad::kAccelerometer;
+  PartKind kind = PartKind::kTerm;
+  std::vector<Level> levels;
+};
+
+// The level of every open part.
+using Choice = std::vector<std::size_t>;
+
+// The matrix models of a triad that differ, smallest first.
+std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
-  if (sensor.model != MatrixModel::kAuto) return {sensor.model};
-  if (sensor.fixed_sensitivity) return {MatrixModel::kFull};
   std::vector<MatrixModel> models;
-  if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
-  models.push_back(MatrixModel::kDiagonal);
-  const bool frame_is_free = wanted.attitudes.kind == AttitudeKind::kNone;
-  if (triad != LeadingTriad(wanted) || !frame_is_free) models.push_back(MatrixModel::kSymmetric);
+  if (!sensor.fixed_sensitivity) {
+    if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
+    models.push_back(MatrixModel::kDiagonal);
+    const bool frame_is_free = wanted.attitudes.kind == AttitudeKind::kNone;
+    if (triad != LeadingTriad(wanted) || !frame_is_free) models.push_back(MatrixModel::kSymmetric);
+  }
   models.push_back(MatrixModel::kFull);
-  return models;
-}
-
-void SetMatrixModel(const CalibrateOptions& wanted,
-                    Triad triad,
-                    MatrixModel model,
-                    Choice* choice) {
-  TriadOptions& sensor = choice->triads[triad];
-  sensor.model = model;
-  sensor.fixed_sensitivity = wanted.triads[triad].fixed_sensitivity;
-  if (model == MatrixModel::kBias && !sensor.fixed_sensitivity) {
-    sensor.fixed_sensitivity = sensor.nominal_sensitivity;
+  std::vector<Level> levels;
+  for (const MatrixModel model : models) {
+    levels.push_back({std::string(MatrixModelName(model)), [model](TriadOptions* options) {
+                        options->model = model;
+                        if (model != MatrixModel::kBias) return;
+                        options->fixed_sensitivity = options->nominal_sensitivity;
+                      }});
   }
+  return levels;
 }
 
-Choice LargestModel(const CalibrateOptions& wanted) {
-  Choice choice = wanted;
-  for (const Triad triad : kTriads) {
-    SetMatrixModel(wanted, triad, MatrixModels(wanted, triad).back(), &choice);
-    for (const HigherTerm& term : kHigherTerms) {
-      Wanted& value = choice.triads[triad].*term.wanted;
-      if (value == Wanted::kAuto) value = Wanted::kYes;
+template <typename Set>
+std::vector<Level> TermLevels(const std::string& name, Set set) {
+  return {{name, [set](TriadOptions* options) { set(options, false); }},
+          {name, [set](TriadOptions* options) { set(options, true); }}};
+}
+
+std::vector<Level> OrderLevels(const std::string& name, int most, int ThermalOptions::*order) {
+  std::vector<Level> levels;
+  for (int i = 0; i <= most; ++i) {
+    levels.push_back({name + " of order " + std::to_string(i) + " in tau",
+                      [order, i](TriadOptions* options) { options->thermal.*order = i; }});
+  }
+  return levels;
+}
+
+std::vector<Level> ShapeLevels() {
+  std::vector<Level> levels;
+  for (const ThermalMatrix shape :
+       {ThermalMatrix::kScale, ThermalMatrix::kDiagonal, ThermalMatrix::kFull}) {
+    levels.push_back({"matrix " + std::string(ThermalMatrixName(shape)) + " in tau",
+                      [shape](TriadOptions* options) { options->thermal.matrix = shape; }});
+  }
+  return levels;
+}
+
+// The highest order that poses at so many temperatures can speak for. One that goes through all of
+// them is predicted by none of them; a straight line or a parabola is taken for it where there are
+// no more to be had.
+int HighestOrder(int temperatures) {
+  return temperatures <= 3 ? temperatures - 1 : temperatures - 2;
+}
+
+// In the order in which they shrink when the poses do not determine them all. `temperatures`: at
+// which the poses were taken.
+std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatures) {
+  std::vector<OpenPart> parts;
+  // The gyroscope first: it is seen through the others' eyes.
+  const auto add_where = [&](const auto& is_open, PartKind kind, const auto& levels) {
+    for (const Triad triad : {Triad::kGyroscope, Triad::kMagnetometer, Triad::kAccelerometer}) {
+      const TriadOptions& sensor = wanted.triads[triad];
+      if (sensor.enabled && is_open(sensor)) parts.push_back({triad, kind, levels(triad)});
     }
+  };
+  const auto order_levels = [&](const char* name, int ThermalOptions::*order) {
+    return [&wanted, temperatures, name, order](Triad triad) {
+      const int most = wanted.triads[triad].thermal.*order;
+      // Without any temperature the calibration itself says so.
+      return OrderLevels(
+          name, temperatures > 0 ? std::min(most, HighestOrder(temperatures)) : most, order);
+    };
+  };
+  for (const auto& [term, name] : {std::pair(&ThermalOptions::rate_cross, "tau T'"),
+                                   std::pair(&ThermalOptions::rate_quadratic, "T'^2"),
+                                   std::pair(&ThermalOptions::rate_linear, "T'")}) {
+    add_where([](const TriadOptions& sensor) { return sensor.thermal.rate_auto; },
+              PartKind::kThermalTerm,
+              [term = term, name = name](Triad) {
+                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
+                  options->thermal.*term = is_there;
+                });
+              });
   }
-  return choice;
+  add_where(
+      [](const TriadOptions& sensor) {
+        return sensor.thermal.matrix_auto && sensor.thermal.matrix_order > 0;
+      },
+      PartKind::kThermalShape,
+      [](Triad) { return ShapeLevels(); });
+  add_where([](const TriadOptions& sensor) { return sensor.thermal.matrix_order_auto; },
+            PartKind::kOrder,
+            order_levels("matrix", &ThermalOptions::matrix_order));
+  add_where([](const TriadOptions& sensor) { return sensor.thermal.bias_order_auto; },
+            PartKind::kOrder,
+            order_levels("bias", &ThermalOptions::bias_order));
+  for (const auto& [term, name] : {std::pair(&TriadOptions::quadratic, "quadratic term"),
+                                   std::pair(&TriadOptions::asymmetry, "asymmetry"),
+                                   std::pair(&TriadOptions::g_sensitivity, "g-sensitivity")}) {
+    add_where([term = term](const TriadOptions& sensor) { return sensor.*term == Wanted::kAuto; },
+              PartKind::kTerm,
+              [term = term, name = name](Triad) {
+                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
+                  options->*term = is_there ? Wanted::kYes : Wanted::kNo;
+                });
+              });
+  }
+  add_where([](const TriadOptions& sensor) { return sensor.model == MatrixModel::kAuto; },
+            PartKind::kMatrix,
+            [&wanted](Triad triad) { return MatrixLevels(wanted, triad); });
+  return parts;
 }
 
-// A model that differs by one term.
+bool IsThermal(const OpenPart& part) {
+  return part.kind != PartKind::kMatrix && part.kind != PartKind::kTerm;
+}
+
+// A model that differs by one step.
 struct Neighbour {
   Choice choice;
   std::string description;
   bool is_larger = false;
+  std::optional<Triad> thermal_triad;  // where the step is one of a triad's temperature terms
 };
 
-std::vector<Neighbour> NeighboursOf(const CalibrateOptions& wanted, const Choice& choice) {
-  std::vector<Neighbour> neighbours;
-  for (const Triad triad : kTriads) {
-    if (!wanted.triads[triad].enabled) continue;
-    const std::string name(TriadName(triad));
-    const std::vector<MatrixModel> models = MatrixModels(wanted, triad);
-    const auto at = std::find(models.begin(), models.end(), choice.triads[triad].model);
-    for (const auto other : {at - 1, at + 1}) {
-      if (other < models.begin() || other >= models.end()) continue;
-      Neighbour& neighbour = neighbours.emplace_back();
-      neighbour.choice = choice;
-      SetMatrixModel(wanted, triad, *other, &neighbour.choice);
-      neighbour.description = name + " " + std::string(MatrixModelName(*other));
-      neighbour.is_larger = other > at;
-    }
-    for (const HigherTerm& term : kHigherTerms) {
-      if (wanted.triads[triad].*term.wanted != Wanted::kAuto) continue;
-      Neighbour& neighbour = neighbours.emplace_back();
-      neighbour.choice = choice;
-      Wanted& value = neighbour.choice.triads[triad].*term.wanted;
-      neighbour.is_larger = value == Wanted::kNo;
-      value = neighbour.is_larger ? Wanted::kYes : Wanted::kNo;
-      neighbour.description = name + (neighbour.is_larger ? " with " : " without ") + term.name;
-    }
-  }
-  return neighbours;
-}
+// The models to choose from.
+class Models {
+ public:
+  Models(const CalibrateOptions& wanted, int temperatures)
+      : wanted_(wanted), temperatures_(temperatures), parts_(OpenPartsOf(wanted, temperatures)) {}
 
-// "accelerometer full; gyroscope full, g-sensitivity": what was open, as it was chosen.
-std::string DescriptionOf(const CalibrateOptions& wanted, const Choice& choice) {
-  std::string text;
-  for (const Triad triad : kTriads) {
-    const TriadOptions& sensor = wanted.triads[triad];
-    std::string terms;
-    for (const HigherTerm& term : kHigherTerms) {
-      if (choice.triads[triad].*term.wanted == Wanted::kYes) terms += std::string(", ") + term.name;
-    }
-    const bool is_open = sensor.model == MatrixModel::kAuto ||
-                         std::any_of(kHigherTerms.begin(), kHigherTerms.end(), [&](const auto& t) {
-                           return sensor.*t.wanted == Wanted::kAuto;
-                         });
-    if (!sensor.enabled || !is_open) continue;
-    if (!text.empty()) text += "; ";
-    text.append(TriadName(triad)).append(" ");
-    text.append(MatrixModelName(choice.triads[triad].model)).append(terms);
+  Choice Largest() const {
+    Choice choice;
+    for (const OpenPart& part : parts_) choice.push_back(part.levels.size() - 1);
+    return choice;
   }
-  return text;
-}
+
+  // Something in temperature is open, and there are several.
+  bool HasThermalChoice() const {
+    return temperatures_ > 1 && std::any_of(parts_.begin(), parts_.end(), IsThermal);
+  }
+
+  // With nothing open.
+  CalibrateOptions OptionsOf(const Choice& choice) const {
+    CalibrateOptions options = wanted_;
+    for (TriadOptions& sensor : options.triads) {
+      ThermalOptions& thermal = sensor.thermal;
+      thermal.bias_order_auto = thermal.rate_auto = false;
+      thermal.matrix_order_auto = thermal.matrix_auto = false;
+    }
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      parts_[i].levels[choice[i]].set(&options.triads[parts_[i].triad]);
+    }
+    return options;
+  }
+
+  // "accelerometer full; gyroscope full, g-sensitivity": what was open, as it was chosen.
+  std::string DescriptionOf(const Choice& choice) const {
+    const CalibrateOptions options = OptionsOf(choice);
+    std::string text;
+    for (const Triad triad : kTriads) {
+      std::string terms;
+      bool is_open = false;
+      // From the matrix to the terms beyond it.
+      for (std::size_t i = parts_.size(); i-- > 0;) {
+        if (parts_[i].triad != triad) continue;
+        is_open = true;
+        const bool is_there = parts_[i].kind == PartKind::kOrder || (IsTerm(i) && choice[i] > 0) ||
+                              (parts_[i].kind == PartKind::kThermalShape && Matters(i, options));
+        if (is_there) terms += ", " + parts_[i].levels[choice[i]].words;
+      }
+      if (!is_open) continue;
+      if (!text.empty()) text += "; ";
+      text.append(TriadName(triad)).append(" ");
+      text.append(MatrixModelName(options.triads[triad].model)).append(terms);
+    }
+    return text;
+  }
+
+  std::vector<Neighbour> NeighboursOf(const Choice& choice) const {
+    const CalibrateOptions options = OptionsOf(choice);
+    std::vector<Neighbour> neighbours;
+    for (std::size_t i = parts_.size(); i-- > 0;) {
+      if (!Matters(i, options)) continue;
+      for (const bool is_larger : {false, true}) {
+        if (is_larger ? choice[i] + 1 == parts_[i].levels.size() : choice[i] == 0) continue;
+        Neighbour& neighbour = neighbours.emplace_back();
+        neighbour.choice = choice;
+        neighbour.choice[i] += is_larger ? 1 : -1;
+        neighbour.is_larger = is_larger;
+        if (IsThermal(parts_[i])) neighbour.thermal_triad = parts_[i].triad;
+        neighbour.description = DescriptionOfStep(i, neighbour.choice[i]);
+      }
+    }
+    return neighbours;
+  }
+
+  // Takes away what the poses may not determine, one step of one part. False where nothing is left
+  // to take.
+  bool Shrink(bool keep_matrices, Choice* choice) const {
+    const CalibrateOptions options = OptionsOf(*choice);
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if ((*choice)[i] == 0 || (keep_matrices && parts_[i].kind == PartKind::kMatrix)) continue;
+      // Higher orders before the shape of the first.
+      const ThermalOptions& thermal = options.triads[parts_[i].triad].thermal;
+      if (parts_[i].kind == PartKind::kThermalShape && thermal.matrix_order != 1 &&
+          wanted_.triads[parts_[i].triad].thermal.matrix_order_auto) {
+        continue;
+      }
+      --(*choice)[i];
+      return true;
+    }
+    return false;
+  }
+
+  // What the least models that a choice does without would add to it: "gyroscope T'".
+  std::string Missing(const Choice& choice) const {
+    const CalibrateOptions options = OptionsOf(choice);
+    std::string text;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (choice[i] + 1 >= parts_[i].levels.size() || !Matters(i, options)) continue;
+      if (!text.empty()) text += ", ";
+      text.append(TriadName(parts_[i].triad))
+          .append(" ")
+          .append(parts_[i].levels[choice[i] + 1].words);
+    }
+    return text;
+  }
+
+ private:
+  bool IsTerm(std::size_t part) const {
+    return parts_[part].kind == PartKind::kTerm || parts_[part].kind == PartKind::kThermalTerm;
+  }
+
+  bool Matters(std::size_t part, const CalibrateOptions& options) const {
+    return parts_[part].kind != PartKind::kThermalShape ||
+           options.triads[parts_[part].triad].thermal.matrix_order > 0;
+  }
+
+  // "gyroscope without g-sensitivity", "accelerometer diagonal".
+  std::string DescriptionOfStep(std::size_t part, std::size_t level) const {
+    std::string text(TriadName(parts_[part].triad));
+    if (IsTerm(part)) text += level > 0 ? " with" : " without";
+    return text + " " + parts_[part].levels[level].words;
+  }
+
+  const CalibrateOptions& wanted_;
+  int temperatures_ = 0;
+  std::vector<OpenPart> parts_;
+};
 
 // One solution with the noise and the weights of the largest model.
 struct Fit {
   PoseGraph graph;
   double chi2 = kInfinity;
-  std::optional<std::optional<double>> held_out;  // set once it was asked for
+  // Set once they were asked for.
+  std::optional<std::optional<double>> held_out;
+  std::optional<std::vector<TemperatureSetting>> settings;
   int parameters() const { return graph.layout.free_size(); }
 };
 
-// The places in `larger` of the entries of `smaller`, by name; -1 where there is none.
-std::vector<int> PlacesIn(const SharedLayout& larger, const SharedLayout& smaller) {
-  const std::vector<std::string> names = ParameterNames(larger);
-  std::vector<int> places;
-  for (const std::string& name : ParameterNames(smaller)) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    places.push_back(found == names.end() ? -1 : static_cast<int>(found - names.begin()));
+int HighestOrderOf(const SharedLayout& layout) {
+  int highest = 0;
+  for (const ThermalBlock& block : layout.thermal) {
+    highest = std::max({highest, block.terms.bias_order, block.terms.matrix_order});
   }
-  return places;
-}
-
-// The graph of a smaller model, at that point of it which is nearest to the larger one's optimum.
-PoseGraph Restricted(const PoseGraph& larger, const Choice& choice) {
-  StartValues start;
-  start.reference = larger.reference();
-  for (const Triad triad : kTriads) {
-    if (!larger.layout.Has(triad)) continue;
-    const std::optional<Eigen::Matrix3d>& held = choice.triads[triad].fixed_sensitivity;
-    start.models[triad] = {held ? *held : Eigen::Matrix3d(larger.sensitivity(triad)),
-                           larger.bias(triad)};
-  }
-  PoseGraph graph = larger;
-  LayOutParameters(choice, start, &graph);
-  graph.nodes = larger.nodes;  // with the attitudes that they have
-  const std::vector<int> places = PlacesIn(larger.layout, graph.layout);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    graph.shared[static_cast<Eigen::Index>(i)] = larger.shared[places[i]];
-  }
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    const int at = graph.layout.sensitivity[triad];
-    Eigen::VectorXd entries = start.models[triad]->sensitivity.reshaped();
-    if (!choice.triads[triad].fixed_sensitivity) {
-      const Eigen::MatrixXd basis = graph.layout.basis.middleRows<9>(at);
-      entries = basis * (basis.transpose() * entries);
-    }
-    graph.shared.segment<9>(at) = entries;
-  }
-  for (IncrementEdge& edge : graph.increments) edge.Integrate(graph.layout, graph.shared.data());
-  AddPriors(choice, &graph);
-  return graph;
+  return highest;
 }
 
 // Directions of the larger model's free coordinates, at its optimum, that the smaller one lacks.
@@ -215,35 +354,32 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
 // Everything that candidates are compared by.
 class Candidates {
  public:
-  Candidates(const CalibrateOptions& wanted, const Choice& largest, SettledModel settled)
-      : wanted_(wanted), largest_choice_(largest), noise_(std::move(settled.noise)) {
-    for (const PoseNode& node : settled.graph.nodes) {
+  Candidates(const Models& models, const Choice& largest, int folds, SettledModel settled)
+      : models_(models),
+        largest_choice_(largest),
+        noise_(std::move(settled.noise)),
+        largest_(std::move(settled.graph)) {
+    for (const PoseNode& node : largest_.nodes) {
       for (const Observation& seen : node.observations) rows_ += seen.rejected ? 0 : 3;
     }
-    for (const IncrementEdge& edge : settled.graph.increments) rows_ += edge.rejected ? 0 : 3;
-    largest_ = settled.graph;
-    Fit& fit = fits_[DescriptionOf(wanted_, largest)];
-    fit.graph = std::move(settled.graph);
+    for (const IncrementEdge& edge : largest_.increments) rows_ += edge.rejected ? 0 : 3;
+    // Poses at one temperature drift together: others tell what a polynomial is worth.
+    groups_ = models.HasThermalChoice() && folds > 0 ? GroupsOfSettings(largest_)
+                                                     : GroupsOfPosesAndTurns(largest_, folds);
+    Fit& fit = fits_[largest];
+    fit.graph = largest_;
     Solve(&fit);
   }
 
   // Whether it is part of the largest model.
   bool Holds(const Choice& choice) const {
-    for (const Triad triad : kTriads) {
-      const TriadOptions& sensor = choice.triads[triad];
-      const TriadOptions& most = largest_choice_.triads[triad];
-      if (sensor.model > most.model) return false;
-      for (const HigherTerm& term : kHigherTerms) {
-        if (sensor.*term.wanted == Wanted::kYes && most.*term.wanted != Wanted::kYes) return false;
-      }
-    }
-    return true;
+    return std::equal(choice.begin(), choice.end(), largest_choice_.begin(), std::less_equal<>());
   }
 
   Fit& FitOf(const Choice& choice) {
-    const auto [found, is_new] = fits_.try_emplace(DescriptionOf(wanted_, choice));
+    const auto [found, is_new] = fits_.try_emplace(choice);
     if (is_new) {
-      found->second.graph = Restricted(largest_, choice);
+      found->second.graph = WithTermsOf(models_.OptionsOf(choice), largest_);
       Solve(&found->second);
     }
     return found->second;
@@ -254,20 +390,36 @@ class Candidates {
   }
 
   const std::optional<double>& HeldOutOf(Fit* fit) const {
-    if (!fit->held_out) fit->held_out = HeldOutError(fit->graph, wanted_.cross_validation_folds);
+    if (fit->held_out) return *fit->held_out;
+    fit->held_out.emplace();
+    // Without one of the temperatures a polynomial needs one more than its order.
+    if (!models_.HasThermalChoice() ||
+        HighestOrderOf(fit->graph.layout) + 2 <= static_cast<int>(groups_.size())) {
+      *fit->held_out = HeldOutError(fit->graph, groups_);
+    }
     return *fit->held_out;
   }
 
-  // Probability of the likelihood ratio of two nested models.
-  double PValue(const Fit& larger, const Fit& smaller) const {
-    const Eigen::MatrixXd tested = TestedDirections(larger.graph, smaller.graph);
+  // Probability of the likelihood ratio of two nested models, of which `step` leads from one to the
+  // other. What the poses of one temperature have in common is no evidence for a term in
+  // temperature: where they do, it is held against their scatter.
+  double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {
+    const Eigen::MatrixXd tested = TestedDirections(larger->graph, smaller.graph);
     const double count = static_cast<double>(tested.cols());
-    const double ratio = std::max(smaller.chi2 - larger.chi2, 0.0);
+    const double ratio = std::max(smaller.chi2 - larger->chi2, 0.0);
     if (count < 1.0) return 1.0;
     if (!std::isfinite(ratio)) return 0.0;
     const JointTest test =
-        KenwardRogerTest(noise_.estimate, ReducedSystem(larger.graph), larger.graph, tested);
-    return 1.0 - FisherCdf(test.scale * ratio / count, count, test.dof);
+        KenwardRogerTest(noise_.estimate, ReducedSystem(larger->graph), larger->graph, tested);
+    const double p = 1.0 - FisherCdf(test.scale * ratio / count, count, test.dof);
+    if (!step.thermal_triad || p >= kLevel) return p;
+    if (!larger->settings) larger->settings = FindTemperatureSettings(larger->graph);
+    const SettingScatter scatter =
+        ScatterOf(*larger->settings,
+                  *step.thermal_triad,
+                  larger->graph.layout.thermal[*step.thermal_triad].terms.bias_order);
+    if (scatter.p_value >= kScatterLevel) return p;
+    return std::max(p, 1.0 - FisherCdf(ratio / count / scatter.ratio, count, scatter.dof));
   }
 
   // Whether all three say that the larger of two models is worth its parameters.
@@ -286,25 +438,26 @@ class Candidates {
       fit->chi2 = 2.0 * outcome.final_cost;
   }
 
-  const CalibrateOptions& wanted_;
+  const Models& models_;
   Choice largest_choice_;
+  std::vector<HeldOutGroup> groups_;
   NoiseState noise_;
   PoseGraph largest_;
   int rows_ = 0;
-  std::map<std::string, Fit> fits_;  // by description; nodes of a map stay where they are
+  std::map<Choice, Fit> fits_;  // nodes of a map stay where they are
 };
 
 // One step: takes away the term that is worth least, else adds the one that is worth most. False
 // where neither changes the choice.
-bool Improve(const CalibrateOptions& wanted, Candidates* candidates, Choice* choice) {
+bool Improve(const Models& models, Candidates* candidates, Choice* choice) {
   Fit& present = candidates->FitOf(*choice);
-  const std::vector<Neighbour> neighbours = NeighboursOf(wanted, *choice);
+  const std::vector<Neighbour> neighbours = models.NeighboursOf(*choice);
   const Neighbour* worst = nullptr;
   double largest_p = -1.0;
   for (const Neighbour& neighbour : neighbours) {
     if (neighbour.is_larger) continue;
     Fit& smaller = candidates->FitOf(neighbour.choice);
-    const double p = candidates->PValue(present, smaller);
+    const double p = candidates->PValue(&present, smaller, neighbour);
     if (p <= largest_p || candidates->IsWorthIt(&present, &smaller, p)) continue;
     largest_p = p;
     worst = &neighbour;
@@ -314,7 +467,7 @@ bool Improve(const CalibrateOptions& wanted, Candidates* candidates, Choice* cho
   for (const Neighbour& neighbour : neighbours) {
     if (worst != nullptr || !neighbour.is_larger || !candidates->Holds(neighbour.choice)) continue;
     Fit& larger = candidates->FitOf(neighbour.choice);
-    const double p = candidates->PValue(larger, present);
+    const double p = candidates->PValue(&larger, present, neighbour);
     if (p >= smallest_p || !candidates->IsWorthIt(&larger, &present, p)) continue;
     smallest_p = p;
     best = &neighbour;
@@ -325,7 +478,7 @@ bool Improve(const CalibrateOptions& wanted, Candidates* candidates, Choice* cho
 }
 
 // The chosen model, then those that differ from it by one step.
-std::vector<ModelAlternative> AlternativesTo(const CalibrateOptions& wanted,
+std::vector<ModelAlternative> AlternativesTo(const Models& models,
                                              const Choice& choice,
                                              Candidates* candidates) {
   std::vector<ModelAlternative> alternatives;
@@ -339,53 +492,32 @@ std::vector<ModelAlternative> AlternativesTo(const CalibrateOptions& wanted,
     return alternative;
   };
   Fit& chosen = candidates->FitOf(choice);
-  add(DescriptionOf(wanted, choice), &chosen).chosen = true;
-  for (const Neighbour& neighbour : NeighboursOf(wanted, choice)) {
+  add(models.DescriptionOf(choice), &chosen).chosen = true;
+  for (const Neighbour& neighbour : models.NeighboursOf(choice)) {
     if (!candidates->Holds(neighbour.choice)) continue;
     Fit& fit = candidates->FitOf(neighbour.choice);
-    add(neighbour.description, &fit).p_value =
-        neighbour.is_larger ? candidates->PValue(fit, chosen) : candidates->PValue(chosen, fit);
+    add(neighbour.description, &fit).p_value = neighbour.is_larger
+                                                   ? candidates->PValue(&fit, chosen, neighbour)
+                                                   : candidates->PValue(&chosen, fit, neighbour);
   }
   return alternatives;
-}
-
-// Takes away what the poses may not determine: one term, or a step of a matrix. False where nothing
-// is left to take.
-bool Shrink(const CalibrateOptions& wanted, bool higher_terms_only, Choice* choice) {
-  for (const HigherTerm& term : kHigherTerms) {
-    for (const Triad triad : kTriads) {
-      if (wanted.triads[triad].*term.wanted != Wanted::kAuto) continue;
-      Wanted& value = choice->triads[triad].*term.wanted;
-      if (value == Wanted::kNo) continue;
-      value = Wanted::kNo;
-      return true;
-    }
-  }
-  if (higher_terms_only) return false;
-  for (const Triad triad : {Triad::kGyroscope, Triad::kMagnetometer, Triad::kAccelerometer}) {
-    if (!wanted.triads[triad].enabled) continue;
-    const std::vector<MatrixModel> models = MatrixModels(wanted, triad);
-    const auto at = std::find(models.begin(), models.end(), choice->triads[triad].model);
-    if (at == models.begin()) continue;
-    SetMatrixModel(wanted, triad, *(at - 1), choice);
-    return true;
-  }
-  return false;
 }
 
 }  // namespace
 
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
+                                               int temperatures,
                                                const CalibrateOnce& calibrate) {
-  Choice choice = LargestModel(options);
+  const Models models(options, temperatures);
+  Choice choice = models.Largest();
   SettledModel settled;
   for (;;) {
-    Result<CalibrationSummary> summary = calibrate(choice, &settled);
+    Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), &settled);
     if (!summary || options.initialise.only) return summary;
     const bool usable = summary->calibration.IsUsable();
     const bool few = summary->calibration.quality.dof < kLeastDof;
     if (usable && !few) break;
-    if (Shrink(options, usable, &choice)) continue;
+    if (models.Shrink(usable, &choice)) continue;
     if (usable) {
       summary->calibration.messages.push_back(Format(
           "`auto`: %.0f residual degrees of freedom are too few to weigh models; the largest "
@@ -394,12 +526,23 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     }
     return summary;
   }
-  Candidates candidates(options, choice, std::move(settled));
-  for (int step = 0; step < kMostSteps && Improve(options, &candidates, &choice); ++step) {
+  const std::string missing = models.Missing(choice);
+  Candidates candidates(models, choice, options.cross_validation_folds, std::move(settled));
+  for (int step = 0; step < kMostSteps && Improve(models, &candidates, &choice); ++step) {
   }
-  Result<CalibrationSummary> summary = calibrate(choice, nullptr);
+  Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), nullptr);
   if (!summary) return summary;
-  summary->calibration.quality.model_choice = AlternativesTo(options, choice, &candidates);
+  if (!missing.empty()) {
+    summary->calibration.messages.push_back(
+        "`auto`: not weighed, since the poses do not determine it or leave too little to judge it "
+        "by: " +
+        missing);
+  }
+  if (temperatures == 1 && options.HasThermal()) {
+    summary->calibration.messages.emplace_back(
+        "`auto`: all poses were taken at about one temperature, which says nothing about others");
+  }
+  summary->calibration.quality.model_choice = AlternativesTo(models, choice, &candidates);
   return summary;
 }
 

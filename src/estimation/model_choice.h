@@ -25,15 +25,21 @@ using CalibrateOnce =
 // Settles what `options` leave to be chosen, and calibrates with it.
 //
 // Models are nested: the matrix of a triad from bias over diagonal and symmetric to full (for the
-// leading triad in a free frame symmetric is full in another gauge), and each higher term is there
-// or not. The largest model that the poses determine is calibrated first; its weights and its noise
-// are then those of every candidate, so that they differ in nothing but their terms. From there
-// terms are taken away, the least significant first. One stays only if all three say so:
+// leading triad in a free frame symmetric is full in another gauge), a matrix in temperature from
+// one share for all gains over a gain an axis to full, polynomials in temperature from order 0 to
+// what the number of `temperatures` that the poses were taken at can speak for, and each higher
+// term and rate term is there or not. The largest model that the poses determine is calibrated
+// first; its weights and its noise are then those of every candidate, so that they differ in
+// nothing but their terms. From there terms are taken away, the least significant first. One stays
+// only if all three say so:
 //
 //   likelihood ratio   what it lowers -2 log L by cannot be chance: F after Kenward and Roger 1997
-//                      where the noise was estimated, else χ², at 1 %
+//                      where the noise was estimated, else χ², at 1 %; of a term in temperature
+//                      F against what the poses of one temperature have in common, where they do
 //   BIC                -2 log L + k ln n is lower with it, n rows of poses and turns
-//   held-out error     held-out poses and turns are predicted better with it
+//   held-out error     held-out poses and turns are predicted better with it; where something in
+//                      temperature is open those of one temperature after the other: what drifts
+//                      between them looks like a term to the poses
 //
 // What was taken away may come back when the same three say so without it. At most some dozens of
 // solutions, each of a graph that starts at the larger model's optimum; the same poses give the
@@ -43,6 +49,7 @@ using CalibrateOnce =
 // is that of the smallest one that was tried; where the poses leave too few degrees of freedom to
 // weigh anything, that of the largest matrices they determine, and it says so.
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
+                                               int temperatures,
                                                const CalibrateOnce& calibrate);
 
 }  // namespace truetriad

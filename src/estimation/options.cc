@@ -52,12 +52,14 @@ bool ThermalOptions::any() const {
          needs_sweep();
 }
 bool ThermalOptions::needs_sweep() const {
-  return is_open() || lags > 0 || !knots_degc.empty() || find_knots > 0 || has_regression();
+  return lags_auto || lags > 0 || !knots_degc.empty() || find_knots > 0 || has_regression();
 }
 bool ThermalOptions::has_regression() const {
   return std::find(regression.begin(), regression.end(), true) != regression.end();
 }
-bool ThermalOptions::is_open() const { return order_auto || rate_auto || lags_auto; }
+bool ThermalOptions::is_open() const {
+  return bias_order_auto || rate_auto || matrix_order_auto || (matrix_auto && matrix_order > 0);
+}
 
 std::string_view MatrixModelName(MatrixModel model) { return kModels.Name(model); }
 std::optional<MatrixModel> MatrixModelFromName(std::string_view name) { return kModels.Find(name); }
@@ -89,10 +91,11 @@ bool CalibrateOptions::HasThermal() const {
 }
 
 bool CalibrateOptions::HasChoice() const {
-  return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
+  return std::any_of(triads.begin(), triads.end(), [this](const TriadOptions& triad) {
     return triad.enabled &&
-           (triad.model == MatrixModel::kAuto || triad.g_sensitivity == Wanted::kAuto ||
-            triad.quadratic == Wanted::kAuto || triad.asymmetry == Wanted::kAuto);
+           ((triad.thermal.is_open() && !sweep) || triad.model == MatrixModel::kAuto ||
+            triad.g_sensitivity == Wanted::kAuto || triad.quadratic == Wanted::kAuto ||
+            triad.asymmetry == Wanted::kAuto);
   });
 }
 
@@ -139,7 +142,7 @@ Status CalibrateOptions::Validate() const {
                   " must lie between 0 and " + std::to_string(most));
     };
     require(sweep || !sensor.thermal.needs_sweep(),
-            name + ": knots, lags and terms that are chosen need a sweep; name the terms");
+            name + ": knots, lags and a regression need a sweep");
     require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
     require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estimation/pose_node.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -15,6 +16,13 @@ namespace {
 constexpr double kHeldHeadingRad = 1e-3;
 
 }  // namespace
+
+bool PoseNode::TellsHeading() const {
+  return kind == PoseKind::kHeld || has_attitude_prior ||
+         std::any_of(observations.begin(), observations.end(), [](const Observation& seen) {
+           return seen.triad == Triad::kMagnetometer;
+         });
+}
 
 TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
                                           const double* shared,

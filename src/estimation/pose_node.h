@@ -108,6 +108,9 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
+  // Whether anything that it sees or was told says how it stands about the vertical.
+  bool TellsHeading() const;
+
   // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
   // table, it is not counted.
   bool SeesEarthRate(const SharedLayout& layout) const {

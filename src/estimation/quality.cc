@@ -13,24 +13,6 @@
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
-namespace {
-
-// Running root mean square.
-struct RootMeanSquare {
-  double sum = 0.0;
-  int count = 0;
-  void Add(double value) {
-    sum += value * value;
-    ++count;
-  }
-  std::optional<double> value() const {
-    if (count == 0) return std::nullopt;
-    return std::sqrt(sum / count);
-  }
-};
-
-}  // namespace
-
 double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double strength) {
   return model.TruthFromRaw(reading).norm() - strength;
 }
@@ -161,25 +143,38 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& t
   return result;
 }
 
-std::optional<double> HeldOutError(const PoseGraph& graph, int folds) {
-  if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
+std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds) {
+  const auto is_enough = [folds](std::size_t count) {
+    return count >= 2 * static_cast<std::size_t>(folds);
+  };
+  std::vector<HeldOutGroup> groups;
+  if (folds < 2 || !is_enough(graph.nodes.size())) return groups;
+  const auto step = static_cast<std::size_t>(folds);
+  for (std::size_t fold = 0; fold < step; ++fold) {
+    HeldOutGroup& group = groups.emplace_back();
+    for (std::size_t k = fold; k < graph.nodes.size(); k += step) group.nodes.push_back(k);
+  }
+  for (std::size_t fold = 0; fold < step && is_enough(graph.increments.size()); ++fold) {
+    HeldOutGroup& group = groups.emplace_back();
+    for (std::size_t i = fold; i < graph.increments.size(); i += step) {
+      group.increments.push_back(i);
+    }
+  }
+  return groups;
+}
+
+std::optional<double> HeldOutError(const PoseGraph& graph,
+                                   const std::vector<HeldOutGroup>& groups) {
   RootMeanSquare error;
-  const auto is_left_out = [folds](std::size_t index, int fold) {
-    return static_cast<int>(index) % folds == fold;
-  };
-  const auto solve = [](PoseGraph* part) {
-    SolveGraph(part, kRoundTolerance);
-    return ReducedSystem(*part).rank() == part->layout.free_size();
-  };
-  for (int fold = 0; fold < folds; ++fold) {
+  for (const HeldOutGroup& group : groups) {
     PoseGraph part = graph;
-    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-      if (!is_left_out(k, fold)) continue;
+    for (const std::size_t k : group.nodes) {
       for (Observation& seen : part.nodes[k].observations) seen.weight = kRejectedWeight;
     }
-    if (!solve(&part)) return std::nullopt;
-    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-      if (!is_left_out(k, fold)) continue;
+    for (const std::size_t i : group.increments) part.increments[i].weight = kRejectedWeight;
+    SolveGraph(&part, kRoundTolerance);
+    if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
+    for (const std::size_t k : group.nodes) {
       PoseResidual12 residual;
       part.nodes[k].Evaluate(
           part.layout, part.shared.data(), part.nodes[k].state.data(), &residual, nullptr, nullptr);
@@ -190,17 +185,9 @@ std::optional<double> HeldOutError(const PoseGraph& graph, int folds) {
         row += 3;
       }
     }
-  }
-  if (graph.increments.size() < 2 * static_cast<std::size_t>(folds)) return error.value();
-  for (int fold = 0; fold < folds; ++fold) {
-    PoseGraph part = graph;
-    for (std::size_t i = 0; i < graph.increments.size(); ++i) {
-      if (is_left_out(i, fold)) part.increments[i].weight = kRejectedWeight;
-    }
-    if (!solve(&part)) return std::nullopt;
-    for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    for (const std::size_t i : group.increments) {
       const IncrementEdge& edge = graph.increments[i];
-      if (!is_left_out(i, fold) || edge.rejected) continue;
+      if (edge.rejected) continue;
       Eigen::Vector3d residual;
       part.increments[i].Evaluate(part.layout,
                                   part.shared.data(),

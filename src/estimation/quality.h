@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "estimation/graph.h"
@@ -12,6 +15,20 @@
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {
+
+// Running root mean square.
+struct RootMeanSquare {
+  double sum = 0.0;
+  int count = 0;
+  void Add(double value) {
+    sum += value * value;
+    ++count;
+  }
+  std::optional<double> value() const {
+    if (count == 0) return std::nullopt;
+    return std::sqrt(sum / count);
+  }
+};
 
 // Norm of a corrected reading minus the reference strength, true unit.
 double NormError(const TriadModel<double>& model, const Eigen::Vector3d& reading, double strength);
@@ -29,11 +46,19 @@ void FillPoseQuality(const PoseGraph& graph,
 // determined.
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds);
 
-// RMS of held-out residuals in units of their noise: poses, then turns, left out in folds of every
-// n-th, compared with where the rest of the graph puts them; weights and noise held. A pose that no
-// turn ties to others is put where it fits best, so that the parameters alone are tested. Unset
-// when there are too few, or a fold would not be determined.
-std::optional<double> HeldOutError(const PoseGraph& graph, int folds);
+// What is left out together.
+struct HeldOutGroup {
+  std::vector<std::size_t> nodes, increments;
+};
+
+// Every n-th pose, then every n-th turn, of n folds. Empty when there are too few.
+std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds);
+
+// RMS of held-out residuals in units of their noise: each group left out in turn and compared with
+// where the rest of the graph puts it; weights and noise held. A pose that no turn ties to others
+// is put where it fits best, so that the parameters alone are tested. Unset without groups, or when
+// a rest would not be determined.
+std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
 // Judges the wanted limits. Error (usage): an unknown name or one that needs SI units.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,

@@ -17,6 +17,7 @@
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
 #include "estimation/quality.h"
+#include "estimation/soak.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -262,8 +263,15 @@ std::string WordsOf(const SettledRun& run, const MagnetometerChange& change) {
       text += "either " + bias + ", or " + world;
       break;
   }
-  return text + Format(" (by chance: %.1g); take the run again, or the poses of one side alone",
-                       change.p_value);
+  text += Format(" (by chance: %.1g)", change.p_value);
+  const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
+  if (range && (*range)[1] - (*range)[0] > kMuchTemperatureDegc) {
+    text += Format(
+        "; the temperature changed by %.0f degC, too: temperature terms that are "
+        "missing, or of too low an order, look the same",
+        (*range)[1] - (*range)[0]);
+  }
+  return text + "; take the run again, or the poses of one side alone";
 }
 
 // Whether a change makes the result another than its σ say: what is stated lies between before and
@@ -323,6 +331,24 @@ void SayThermalRemarks(const SettledRun& run, Messages* messages) {
   }
 }
 
+// Drift between the temperatures, or an order that is too low: neither is part of σ.
+void SayScatterOfSettings(const SettledRun& run,
+                          const Calibration& calibration,
+                          Messages* messages) {
+  for (const Triad triad : kTriads) {
+    const SettingScatter scatter = ScatterOf(calibration.quality.temperature_settings,
+                                             triad,
+                                             run.options.triads[triad].thermal.bias_order);
+    if (scatter.p_value >= kRefusedChange) continue;
+    messages->push_back(std::string(TriadName(triad)) +
+                        Format(": the poses of one temperature share %.2g ", scatter.rms_raw) +
+                        calibration.sensors[triad]->input_unit +
+                        " of bias that the temperature terms do not explain and their σ do not "
+                        "count: the bias drifts from one temperature to the next by more than the "
+                        "noise, or the order is too low");
+  }
+}
+
 // The parameters whose variance came out negative, the first few; empty when none did.
 std::string WithoutVariance(const NamedCovariance& covariance) {
   constexpr int kNamed = 3;
@@ -370,7 +396,10 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
         Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
                coverage.largest_gap_deg));
   }
-  if (options.HasThermal()) SayThermalRemarks(run, messages);
+  if (options.HasThermal()) {
+    SayThermalRemarks(run, messages);
+    SayScatterOfSettings(run, calibration, messages);
+  }
   if (run.poses.temperature_range_degc && !options.HasThermal()) {
     const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
     std::string range_text = Format("recorded at %.1f", range[0]);
@@ -533,6 +562,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   calibration->covariance = solution.covariance;
   StateSensors(run, solution, calibration);
   quality.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
+  quality.temperature_settings = FindTemperatureSettings(graph);
   quality.clock_offsets = FindClockOffsets(run.poses, graph);
   SayRemarks(run, *calibration, &calibration->messages);
   return StateLimits(options, run.poses, calibration);

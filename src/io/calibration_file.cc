@@ -269,6 +269,21 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     if (model.held_out) out << ", held_out: " << *model.held_out;
     out << " }\n";
   }
+  if (!quality.temperature_settings.empty()) {
+    out << "  # Of the poses at one temperature alone: bias x y z, its sigma and what it is beyond "
+           "the "
+           "terms, raw unit; RMS at "
+           "the "
+           "reference temperature's calibration and at their own.\n";
+    WriteItem(out, "temperature_settings", false);
+  }
+  for (const TemperatureSetting& setting : quality.temperature_settings) {
+    out << "    - { sensor: " << TriadName(setting.triad) << ", degc: " << setting.degc
+        << ", poses: " << setting.poses << ", bias: " << setting.bias_raw
+        << ", bias_sigma: " << setting.bias_sigma_raw
+        << ", beyond_terms: " << setting.beyond_terms_raw << ", rms_before: " << setting.rms_before
+        << ", rms_after: " << setting.rms_after << " }\n";
+  }
   WriteItem(out, "rejected_poses", quality.rejected_poses.empty());
   for (const RejectedPose& rejected : quality.rejected_poses) {
     out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
@@ -769,6 +784,18 @@ void ReadQuality(YamlReader reader, Quality* quality) {
          {std::pair("p_value", &model.p_value), std::pair("held_out", &model.held_out)}) {
       if (double number = 0.0; ReadNumber(item.Child(key), &number)) *value = number;
     }
+    item.RejectUnknown();
+  }
+  for (YamlReader& item : reader.Child("temperature_settings").Items()) {
+    TemperatureSetting& setting = quality->temperature_settings.emplace_back();
+    ReadWord(item.RequireChild("sensor"), TriadFromName, &setting.triad);
+    ReadNumber(item.RequireChild("degc"), &setting.degc);
+    item.Require("poses", &setting.poses);
+    ReadVector(item.RequireChild("bias"), &setting.bias_raw);
+    ReadVector(item.RequireChild("bias_sigma"), &setting.bias_sigma_raw);
+    ReadVector(item.RequireChild("beyond_terms"), &setting.beyond_terms_raw);
+    ReadNumber(item.RequireChild("rms_before"), &setting.rms_before);
+    ReadNumber(item.RequireChild("rms_after"), &setting.rms_after);
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {

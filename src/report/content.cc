@@ -11,6 +11,7 @@
 
 #include "report/format.h"
 #include "report/parameter_table.h"
+#include "report/soak_content.h"
 #include "report/sweep_content.h"
 #include "truetriad/math/distributions.h"
 
@@ -213,10 +214,11 @@ Section ModelChoiceSection(const Quality& quality) {
   Section section{SectionKind::kModelChoice, "Choice of the model", {}};
   if (quality.model_choice.empty()) return section;
   section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
-  section.blocks.emplace_back(
-      std::string("Below the chosen model those that differ from it by one step. A term is there "
-                  "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
-                  "lower error of held-out poses and turns (RMS, in units of their noise)."));
+  section.blocks.emplace_back(std::string(
+      "Below the chosen model those that differ from it by one step. A term is there "
+      "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
+      "lower error of held-out poses and turns (RMS, in units of their noise; where terms in "
+      "temperature are chosen, of one temperature after the other)."));
   Table table{{"model", "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
   for (const ModelAlternative& model : quality.model_choice) {
     const bool is_tiny = model.p_value && *model.p_value < 1e-12;
@@ -452,6 +454,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
   for (Section& section : std::vector<Section>{LimitsSection(calibration),
                                                MessagesSection(calibration),
                                                ParametersSection(calibration),
+                                               SoakSection(calibration),
                                                SweepSection(calibration),
                                                WeakDirectionsSection(quality),
                                                ModelChoiceSection(quality),

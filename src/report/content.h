@@ -40,6 +40,7 @@ enum class SectionKind {
   kLimits,
   kMessages,
   kParameters,
+  kSoak,
   kSweep,
   kWeakDirections,
   kModelChoice,
@@ -54,9 +55,10 @@ struct Section {
   std::vector<Block> blocks;
 };
 
-/// The sections in reading order: limits, messages, parameters with σ, weak directions, choice of
-/// the model, held-out error, residuals, coverage; one with nothing to say is left out. A
-/// calibration that is not usable has no parameters section, whatever numbers it carries.
+/// The sections in reading order: limits, messages, parameters with σ, temperature, weak
+/// directions, choice of the model, held-out error, residuals, coverage; one with nothing to say is
+/// left out. A calibration that is not usable has no parameters section, whatever numbers it
+/// carries.
 std::vector<Section> SectionsOf(const Calibration& calibration);
 
 /// Serial, model, software, inputs, gauge: one row each.

@@ -8,9 +8,11 @@
 #include <variant>
 #include <vector>
 
+#include "report/chart_frame.h"
 #include "report/charts.h"
 #include "report/content.h"
 #include "report/page.h"
+#include "report/soak_content.h"
 #include "report/svg.h"
 #include "report/sweep_charts.h"
 #include "report/table.h"
@@ -49,6 +51,15 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
             TriadTitle(triad) +
                 ": |C(y - b)| - reference of each pose. Shaded: ±2σ of the noise used for the "
                 "weights. Crosses: rejected poses; beyond the scale they sit on its edge.");
+      }
+      return html;
+    case SectionKind::kSoak:
+      for (const Triad triad : kTriads) {
+        for (int axis = 0; axis < 3; ++axis) {
+          html += Figure(SoakChart(calibration, triad, axis),
+                         "The bias that the poses at one temperature show by themselves (dots, "
+                         "±2σ) and what the terms say (line, ±2σ shaded).");
+        }
       }
       return html;
     case SectionKind::kSweep:
@@ -101,7 +112,9 @@ std::string CalibrationHtml(const Calibration& calibration) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
   const std::string_view style =
-      calibration.quality.sweep.empty() ? std::string_view() : kSweepStyle;
+      calibration.quality.sweep.empty() && calibration.quality.temperature_settings.empty()
+          ? std::string_view()
+          : kFitStyle;
   return HtmlPage(title, verdict, html + "</section>\n", style);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
@@ -11,9 +10,6 @@ namespace truetriad {
 
 // The figures of a temperature sweep, as inline SVG; the empty string when there is nothing to
 // draw.
-
-/// Rules that the figures need beside those of the page.
-extern const std::string_view kSweepStyle;
 
 /// One axis: windows against temperature with the fit and ±2σ about it, and over time what the fit
 /// leaves.

@@ -211,6 +211,33 @@ TEST_F(SimulateVerb, GivesASoakThatCalibratesToItsTruth) {
   }
 }
 
+// Turns between rests at one temperature are found among those of all.
+TEST_F(SimulateVerb, GivesASoakOfAGyroscopeWhoseTermsAreChosen) {
+  ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
+  const Finished run = RunTruetriad(
+      {"calibrate",
+       "--config=" + kExperiments + "thermal-soak.yaml",
+       "--input=" + folder_.Path("soak/recording.yaml"),
+       "--set=poses.file=" + folder_.Path("soak/poses.yaml") +
+           ",sensors.gyroscope.thermal={ bias_order: auto, matrix_order: auto, rate: auto }",
+       "--output=" + folder_.Path("found")});
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("Over temperature"));
+  const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  // The unit's own: a parabola and gains, a straight line and gains.
+  EXPECT_THAT(found->quality.model_choice.front().description,
+              StartsWith("accelerometer full, bias of order 2 in tau, matrix of order 1 "
+                         "in tau, matrix diagonal in tau; gyroscope full, bias of order "
+                         "1 in tau, matrix of order 1 in tau"));
+  EXPECT_THAT(found->config_yaml, HasSubstr("bias_order: 2  # chosen by auto"));
+  EXPECT_EQ(found->quality.temperature_settings.size(), 10U);
+  const Finished compare = RunTruetriad({"compare",
+                                         "--a=" + folder_.Path("soak/truth.yaml"),
+                                         "--b=" + folder_.Path("found/calibration.yaml")});
+  EXPECT_THAT(compare.out, StartsWith("AGREE")) << compare.out;
+}
+
 TEST_F(SimulateVerb, GivesARateTableThatCalibratesToItsTruth) {
   // A bias that drifts is no truth to compare with.
   ASSERT_EQ(Simulate(kScenarios + "turntable-rates.yaml",

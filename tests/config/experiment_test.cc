@@ -424,6 +424,21 @@ TEST_F(ExperimentConfig, ResolvesWhatWasChosenAndSaysSo) {
   EXPECT_EQ(LoadWell(text).options.triads[Triad::kAccelerometer].model, MatrixModel::kDiagonal);
 }
 
+TEST_F(ExperimentConfig, ResolvesTemperatureTermsAsTheyWereChosen) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\nsensors: { accelerometer: { thermal: { bias_order: auto, rate: auto } } }\n");
+  CalibrateOptions chosen = experiment.options;
+  ThermalOptions& thermal = chosen.triads[Triad::kAccelerometer].thermal;
+  thermal = ThermalOptions();
+  thermal.bias_order = 2;
+  thermal.rate_linear = true;
+  const std::string text = ResolvedWithChoice(experiment, chosen);
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("bias_order: 2  # chosen by auto"),
+                    HasSubstr("rate: [linear]  # chosen by auto")));
+  EXPECT_FALSE(LoadWell(text).options.HasChoice());
+}
+
 TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {
   const Result<Experiment> experiment = Load(
       "experiment: 1\nsensors:\n  accelerometer:\n"
@@ -514,6 +529,23 @@ TEST_F(ExperimentConfig, ReadsPresetsAsStrictly) {
   EXPECT_THAT(ErrorOf(head + "{ magnetometer: { preset: none.yaml } }\n"), HasSubstr("none.yaml"));
 }
 
+TEST_F(ExperimentConfig, LeavesTemperatureTermsOfPosesOpen) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\nsensors: { accelerometer: { thermal: { bias_order: auto, matrix_order: auto, "
+      "matrix: auto, rate: auto } } }\n");
+  const ThermalOptions& thermal = experiment.options.triads[Triad::kAccelerometer].thermal;
+  EXPECT_TRUE(thermal.bias_order_auto && thermal.matrix_order_auto && thermal.matrix_auto);
+  EXPECT_TRUE(thermal.rate_auto);
+  EXPECT_EQ(thermal.bias_order, ThermalOptions::kMaxBiasOrder);
+  EXPECT_EQ(thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
+  EXPECT_TRUE(experiment.options.HasChoice());
+  EXPECT_THAT(experiment.resolved_yaml,
+              AllOf(HasSubstr("bias_order: auto"),
+                    HasSubstr("matrix_order: auto"),
+                    HasSubstr("matrix: auto"),
+                    HasSubstr("rate: auto")));
+}
+
 TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
   const std::string sensors =
       "experiment: 1\nsensors: { gyroscope: { thermal: { bias_order: auto, rate: auto, lag: 2 } } "
@@ -524,7 +556,7 @@ TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
   ASSERT_TRUE(experiment.options.sweep);
   EXPECT_EQ(experiment.options.cross_validation_folds, 14);
   const ThermalOptions& thermal = experiment.options.triads[Triad::kGyroscope].thermal;
-  EXPECT_TRUE(thermal.order_auto && thermal.rate_auto && !thermal.lags_auto);
+  EXPECT_TRUE(thermal.bias_order_auto && thermal.rate_auto && !thermal.lags_auto);
   EXPECT_EQ(thermal.lags, 2);
   // What it resolves to says the same.
   EXPECT_THAT(experiment.resolved_yaml,
@@ -541,7 +573,7 @@ TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
               AllOf(HasSubstr("static: \"a.yaml\""), Not(HasSubstr("temperature_degc"))));
   EXPECT_THAT(LoadWell(with_static + "reference: { temperature_degc: 20 }\n").resolved_yaml,
               HasSubstr("temperature_degc: 20"));
-  EXPECT_THAT(ErrorOf(sensors), HasSubstr("knots, lags and `auto` need a sweep"));
+  EXPECT_THAT(ErrorOf(sensors), HasSubstr("knots, lags and a regression need a sweep"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: { window_s: 10, window_samples: 5 } }\n"),
               HasSubstr("exclude each other"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: hourly }\n"), HasSubstr("`auto` is expected"));

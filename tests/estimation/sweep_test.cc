@@ -366,7 +366,7 @@ TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
   sweep.legs = {{60.0, 0.06}, {-10.0, 0.06}};
   sweep.terms.bias = {{1e-3, -2e-3, 5e-4}};
   ThermalOptions terms = Polynomial(7);
-  terms.order_auto = true;
+  terms.bias_order_auto = true;
   int more = 0, count = 0;
   while (count < 201) {
     const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
@@ -384,7 +384,7 @@ TEST(CalibrateSweep, ChoosesTheTermsThatAreThere) {
   Sweep sweep = SweepWithRates();
   sweep.terms.rate_quadratic.reset(), sweep.terms.rate_cross.reset();
   ThermalOptions terms = SevenTerms();
-  terms.order_auto = terms.rate_auto = true;
+  terms.bias_order_auto = terms.rate_auto = true;
   terms.bias_order = ThermalOptions::kMaxBiasOrder;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   for (const SweepAxis& axis : calibration.quality.sweep) {

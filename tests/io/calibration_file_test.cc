@@ -98,6 +98,14 @@ Calibration Awkward() {
   quality.pose_residuals = {
       {1, Triad::kAccelerometer, {0.1, -0.2, 0.3}, 1e-3, kNan, 0.9, 1.0, {0.6, 0.0, -0.8}}};
   quality.limits = {{"accelerometer.bias", 0.5, 0.1, 0.01, true}};
+  quality.temperature_settings = {{Triad::kMagnetometer,
+                                   -17.0 / 3.0,
+                                   12,
+                                   {0.1, -0.2, 1.0 / 3.0},
+                                   {1e-9, 2.0, 3.0},
+                                   {-1e-17, 0.0, 0.7},
+                                   0.3,
+                                   1.0 / 7.0}};
   SweepAxis axis;
   axis.triad = Triad::kGyroscope;
   axis.axis = 2;

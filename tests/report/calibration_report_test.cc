@@ -113,6 +113,29 @@ TEST(CalibrationText, ShowsTemperatureTermsWithTheirUnitsAndRange) {
   EXPECT_THAT(text, HasSubstr("above 25 °C; calibrated from -10 to 60 °C"));
 }
 
+TEST(CalibrationReport, ShowsTheBiasAtEachTemperature) {
+  Calibration calibration = SampleCalibration();
+  ThermalTerms& thermal = calibration.sensors[Triad::kAccelerometer]->thermal.emplace();
+  thermal.range_degc = {-20.0, 65.0};
+  thermal.bias = {{1e-3, 0.0, 0.0}};
+  EXPECT_THAT(CalibrationHtml(calibration), Not(HasSubstr("Over temperature")));
+  for (const double degc : {-20.0, 25.0, 65.0}) {
+    calibration.quality.temperature_settings.push_back({Triad::kAccelerometer,
+                                                        degc,
+                                                        12,
+                                                        {0.1, 0.2, 0.3},
+                                                        {1e-3, 1e-3, 1e-3},
+                                                        {2.5e-3, 0.0, 0.0},
+                                                        0.31,
+                                                        1e-3});
+  }
+  const std::string text = CalibrationText(calibration);
+  EXPECT_THAT(text, HasSubstr("Over temperature"));
+  EXPECT_THAT(text, HasSubstr("-20.0 °C"));
+  EXPECT_THAT(text, HasSubstr("0.0025 ± 0.0010"));
+  EXPECT_THAT(CalibrationHtml(calibration), HasSubstr("Accelerometer y: bias over temperature"));
+}
+
 TEST(CalibrationText, SaysWhenALimitIsExceeded) {
   Calibration c = SampleCalibration();
   c.within_limits = false;

@@ -178,5 +178,66 @@ TEST(PlannedSigma, OverTemperatureAgreesWithTheErrors) {
   EXPECT_NEAR(std::sqrt(mean_square), 1.0, 0.05);
 }
 
+// What a unit is like in temperature, with all terms open.
+struct Drift {
+  const char* name;
+  const char* row;
+  int bias_order, matrix_order;
+  double wander = 0.0;  // of the bias from one temperature to the next, m/s^2
+};
+
+constexpr Drift kDrifts[] = {
+    {"Nothing", "nothing", 0, 0},
+    {"Linear", "bias τ", 1, 0},
+    // Three times the noise of a pose; what the poses of one temperature share has no excess.
+    {"LinearAndWandering", "bias τ, wandering by 10 mm/s² between temperatures", 1, 0, 0.01},
+    {"LinearWithMatrix", "bias τ, matrix τ", 1, 1},
+    {"Cubic", "bias τ³, matrix τ", 3, 1},
+};
+
+class SoakChoice : public ::testing::TestWithParam<Drift> {};
+
+TEST_P(SoakChoice, IsWhatTheUnitIsLike) {
+  constexpr Triad kAccel = Triad::kAccelerometer;
+  const Drift& drift = GetParam();
+  const int runs = IsNightly() ? 1000 : 60;
+  int right = 0;
+  int larger = 0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(100'000 + static_cast<std::uint64_t>(run));
+    ThermalOptions terms;
+    terms.bias_order = drift.bias_order;
+    terms.matrix_order = drift.matrix_order;
+    Soak soak = MakeSoak(terms, 12, false, &random);
+    PoseSet poses = trials::PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random);
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+      if (k % 12 == 0) offset = drift.wander * random.Normal3();
+      poses.poses[k].triads[kAccel]->mean_raw += offset;
+    }
+    ThermalOptions& open = soak.options.triads[kAccel].thermal;
+    open.bias_order = ThermalOptions::kMaxBiasOrder;
+    open.matrix_order = ThermalOptions::kMaxMatrixOrder;
+    open.bias_order_auto = open.matrix_order_auto = open.matrix_auto = true;
+    soak.options.triads[kAccel].excess = ExcessNoise::kEstimate;
+    soak.options.cross_validation_folds = 5;
+    const auto summary = Calibrate(poses, soak.options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    const ThermalOptions& chosen = summary->options.triads[kAccel].thermal;
+    if (chosen.bias_order == drift.bias_order && chosen.matrix_order == drift.matrix_order) ++right;
+    if (chosen.bias_order > drift.bias_order || chosen.matrix_order > drift.matrix_order) ++larger;
+  }
+  std::printf("@soak_choice | %s | %d | %.1f %% | %.1f %% |\n",
+              drift.row,
+              runs,
+              100.0 * right / runs,
+              100.0 * larger / runs);
+  EXPECT_GE(right, 0.95 * runs);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, SoakChoice, ::testing::ValuesIn(kDrifts), [](const auto& test) {
+  return std::string(test.param.name);
+});
+
 }  // namespace
 }  // namespace truetriad

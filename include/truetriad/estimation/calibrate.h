@@ -99,11 +99,14 @@ struct ThermalOptions {
   /// Bias by T', T'^2 and tau T'.
   bool rate_linear = false, rate_quadratic = false, rate_cross = false;
 
+  // Chosen by what significance and held-out error speak for, up to what is stated above.
+  bool bias_order_auto = false;
+  bool rate_auto = false;  ///< Entered and removed one by one.
+  // Of poses alone: a sweep tells nothing about the sensitivity.
+  bool matrix_order_auto = false;
+  bool matrix_auto = false;  ///< From one share for all gains over a gain an axis to `matrix`.
+
   // Of a sweep (CalibrateOptions::sweep) alone.
-  /// The order of the bias is the one that held-out error and significance speak for.
-  bool order_auto = false;
-  /// So are the rate terms: entered and removed one by one.
-  bool rate_auto = false;
   /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// As many as held-out error speaks for.
@@ -125,7 +128,7 @@ struct ThermalOptions {
   bool has_factor(RegressionFactor factor) const {
     return regression[static_cast<std::size_t>(factor)];
   }
-  /// Something is left to be chosen.
+  /// Orders, rates or the shape of the matrix are left to be chosen.
   bool is_open() const;
 };
 

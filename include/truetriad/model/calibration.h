@@ -201,6 +201,21 @@ struct ModelAlternative {
   std::optional<double> held_out;
 };
 
+/// Poses of one triad at about one temperature, and what they say by themselves against what the
+/// temperature terms of all say there.
+struct TemperatureSetting {
+  Triad triad = Triad::kAccelerometer;
+  double degc = 0.0;  ///< Mean over its poses.
+  int poses = 0;
+  /// From these poses alone, everything else held at the solution; raw unit.
+  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d bias_sigma_raw = Eigen::Vector3d::Zero();    ///< By the poses' noise, one σ.
+  Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw less the terms.
+  /// RMS of |C(y-b)| - reference, true unit: with the calibration at the reference temperature, and
+  /// with that at each pose's own. Of a gyroscope the reference is zero: it rests.
+  double rms_before = 0.0, rms_after = 0.0;
+};
+
 /// One set of temperature terms that was tried in a sweep.
 struct SweepStep {
   std::string terms;  ///< "tau, tau^2, T'".
@@ -292,7 +307,8 @@ struct Quality {
   std::vector<Coverage> coverage;
   std::vector<PoseResidual> pose_residuals;
   std::vector<LimitCheck> limits;
-  std::vector<SweepAxis> sweep;  ///< Empty but for temperature sweeps.
+  std::vector<TemperatureSetting> temperature_settings;  ///< Of triads with temperature terms.
+  std::vector<SweepAxis> sweep;                          ///< Empty but for temperature sweeps.
   std::vector<SweepWindow> sweep_windows;
 };
 

@@ -42,7 +42,7 @@ class Chooser {
   Chooser(SweepProblem* problem, int axis, const ThermalOptions& wanted)
       : problem_(*problem), axis_(axis), wanted_(wanted), allowed_(wanted) {
     allowed_.lags = 0;
-    allowed_.order_auto = allowed_.rate_auto = allowed_.lags_auto = false;
+    allowed_.bias_order_auto = allowed_.rate_auto = allowed_.lags_auto = false;
     shortest_s_ = std::max(2.0 * problem_.spacing_s(), 1.0);
     longest_s_ = kLongestLagShare * problem_.duration_s();
   }
@@ -103,7 +103,7 @@ class Chooser {
   // held-out error.
   void FindKnots() {
     ThermalOptions terms = allowed_;
-    terms.bias_order = wanted_.order_auto ? kPlainOrder : wanted_.bias_order;
+    terms.bias_order = wanted_.bias_order_auto ? kPlainOrder : wanted_.bias_order;
     const ThermalScale& scale = problem_.scale();
     for (int count = 0; count < wanted_.find_knots; ++count) {
       const std::vector<double> known = problem_.knots_degc();
@@ -260,7 +260,7 @@ class Chooser {
 
   ThermalOptions ChooseTerms(const SweepLags& lags, std::vector<SweepStep>* steps) {
     ThermalOptions terms = allowed_;
-    if (wanted_.order_auto) terms.bias_order = ChooseOrder(lags, steps);
+    if (wanted_.bias_order_auto) terms.bias_order = ChooseOrder(lags, steps);
     if (wanted_.rate_auto) ChooseRates(lags, &terms, steps);
     return terms;
   }

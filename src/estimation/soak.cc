@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estimation/soak.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "estimation/reduced_system.h"
+#include "truetriad/math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// Width of a setting, as a share of the range.
+constexpr double kSameSetting = 0.05;
+
+// Places of the temperatures in groups, coldest first.
+std::vector<std::vector<std::size_t>> GroupByTemperature(const std::vector<double>& degc) {
+  std::vector<std::size_t> order(degc.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&degc](auto a, auto b) { return degc[a] < degc[b]; });
+  std::vector<std::vector<std::size_t>> groups;
+  for (const std::size_t k : order) {
+    const double width = kSameSetting * (degc[order.back()] - degc[order.front()]);
+    if (groups.empty() || degc[k] > degc[groups.back().front()] + width) groups.emplace_back();
+    groups.back().push_back(k);
+  }
+  return groups;
+}
+
+std::vector<std::vector<std::size_t>> NodesByTemperature(const PoseGraph& graph) {
+  std::vector<double> degc;
+  for (const PoseNode& node : graph.nodes) degc.push_back(node.temperature_degc);
+  return GroupByTemperature(degc);
+}
+
+bool IsSeen(const PoseNode& node, Triad triad) {
+  return std::any_of(node.observations.begin(), node.observations.end(), [&](const auto& seen) {
+    return seen.triad == triad && !seen.rejected;
+  });
+}
+
+// The solution with some of its poses, and nothing free but the bias of one triad.
+PoseGraph WithBiasAlone(const PoseGraph& graph, std::vector<PoseNode> nodes, Triad triad) {
+  PoseGraph part = graph;
+  part.nodes = std::move(nodes);
+  for (PoseNode& node : part.nodes) {
+    // What a turn told of it before.
+    if (node.kind == PoseKind::kRotation && !node.TellsHeading()) node.holds_heading = true;
+  }
+  part.increments.clear();
+  part.priors.clear();
+  part.layout.basis = Eigen::MatrixXd::Zero(part.layout.size, 3);
+  part.layout.basis.middleRows<3>(part.layout.bias[triad]).setIdentity();
+  return part;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::size_t>> PosesByTemperature(const PoseSet& poses) {
+  std::vector<std::size_t> places;
+  std::vector<double> degc;
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    if (!poses.poses[k].temperature_degc) continue;
+    places.push_back(k);
+    degc.push_back(*poses.poses[k].temperature_degc);
+  }
+  std::vector<std::vector<std::size_t>> groups = GroupByTemperature(degc);
+  for (std::vector<std::size_t>& group : groups) {
+    for (std::size_t& k : group) k = places[k];
+    std::sort(group.begin(), group.end());
+  }
+  return groups;
+}
+
+PoseSet PosesAmong(const PoseSet& poses, const std::vector<std::size_t>& places) {
+  PoseSet chosen = poses;
+  chosen.poses.clear();
+  chosen.moves.clear();
+  for (const std::size_t k : places) chosen.poses.push_back(poses.poses[k]);
+  for (const RecordedMove& move : poses.moves) {
+    const auto from = std::find(places.begin(), places.end(), move.from);
+    if (from == places.end() || from + 1 == places.end() || *(from + 1) != move.from + 1) continue;
+    chosen.moves.push_back(move);
+    chosen.moves.back().from = static_cast<std::size_t>(from - places.begin());
+  }
+  return chosen;
+}
+
+std::vector<HeldOutGroup> GroupsOfSettings(const PoseGraph& graph) {
+  std::vector<HeldOutGroup> groups;
+  std::vector<std::size_t> group_of(graph.nodes.size());
+  for (std::vector<std::size_t>& nodes : NodesByTemperature(graph)) {
+    for (const std::size_t k : nodes) group_of[k] = groups.size();
+    groups.push_back({std::move(nodes), {}});
+  }
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    groups[group_of[graph.increments[i].from]].increments.push_back(i);
+  }
+  return groups;
+}
+
+std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph) {
+  std::vector<TemperatureSetting> settings;
+  const std::vector<std::vector<std::size_t>> groups = NodesByTemperature(graph);
+  for (const Triad triad : kTriads) {
+    if (graph.layout.thermal[triad].size() == 0) continue;
+    const TriadModel<double> at_reference =
+        graph.layout.ModelOf(triad, graph.shared.data(), ThermalFactors());
+    const double strength = WorldVector(triad, graph.reference()).norm();
+    for (const std::vector<std::size_t>& group : groups) {
+      std::vector<PoseNode> nodes;
+      Eigen::Vector3d bias = Eigen::Vector3d::Zero();
+      TemperatureSetting setting;
+      setting.triad = triad;
+      RootMeanSquare before, after;
+      for (const std::size_t k : group) {
+        const PoseNode& node = graph.nodes[k];
+        if (node.role != PoseRole::kRest || !IsSeen(node, triad)) continue;
+        const TriadModel<double> model = graph.ModelAt(triad, node);
+        bias += model.bias;
+        setting.degc += node.temperature_degc;
+        for (const Observation& seen : node.observations) {
+          if (seen.triad != triad) continue;
+          before.Add(NormError(at_reference, seen.mean_raw, strength));
+          after.Add(NormError(model, seen.mean_raw, strength));
+        }
+        nodes.push_back(node);
+      }
+      if (nodes.empty()) continue;
+      setting.poses = static_cast<int>(nodes.size());
+      setting.degc /= setting.poses;
+      setting.rms_before = *before.value();
+      setting.rms_after = *after.value();
+      const ReducedSystem system(WithBiasAlone(graph, std::move(nodes), triad));
+      if (system.rank() < system.size()) continue;
+      setting.beyond_terms_raw = system.step();
+      setting.bias_raw = bias / setting.poses + setting.beyond_terms_raw;
+      setting.bias_sigma_raw = system.covariance().diagonal().cwiseSqrt();
+      settings.push_back(setting);
+    }
+  }
+  return settings;
+}
+
+SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
+                         Triad triad,
+                         int bias_order) {
+  SettingScatter scatter;
+  int count = 0;
+  double squares = 0.0;
+  double chi2 = 0.0;
+  for (const TemperatureSetting& setting : settings) {
+    if (setting.triad != triad) continue;
+    ++count;
+    squares += setting.beyond_terms_raw.squaredNorm() - setting.bias_sigma_raw.squaredNorm();
+    chi2 += setting.beyond_terms_raw.cwiseQuotient(setting.bias_sigma_raw).squaredNorm();
+  }
+  scatter.dof = 3.0 * (count - 1 - bias_order);
+  if (scatter.dof <= 0.0) return scatter;
+  scatter.ratio = chi2 / scatter.dof;
+  scatter.p_value = 1.0 - ChiSquareCdf(chi2, scatter.dof);
+  scatter.rms_raw = std::sqrt(std::max(squares, 0.0) / (3.0 * count));
+  return scatter;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <string_view>
+
+#include "report/format.h"
+#include "report/svg.h"
+
+namespace truetriad {
+
+/// Rules that figures of data against a fit need beside those of the page.
+inline constexpr std::string_view kFitStyle =
+    "svg .fit{fill:none;stroke:#c62828;stroke-width:1.3}svg .dot{fill:#1f5fbf;fill-opacity:.6}"
+    "svg .bar{stroke:#1f5fbf;stroke-width:1}";
+
+/// The range of what is drawn along an axis.
+struct Range {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void Add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double span() const { return std::max(high - low, 1e-300); }
+};
+
+/// A frame with its scales.
+class Frame {
+ public:
+  Frame(Svg& svg, double left, double width, const Range& x, const Range& y)
+      : svg_(svg), left_(left), width_(width), x_(x), y_(y) {}
+  static constexpr double kTop = 28.0, kHeight = 190.0;
+
+  double X(double value) const { return left_ + (value - x_.low) / x_.span() * width_; }
+  double Y(double value) const { return kTop + (y_.high - value) / y_.span() * kHeight; }
+
+  void Draw(const std::string& title, const std::string& x_title) {
+    svg_.Rectangle(left_, kTop, width_, kHeight, "frame");
+    constexpr int kTicks = 4;
+    for (int i = 0; i <= kTicks; ++i) {
+      const double x = x_.low + i * x_.span() / kTicks, y = y_.low + i * y_.span() / kTicks;
+      svg_.Line(left_, Y(y), left_ + width_, Y(y), "grid");
+      svg_.Text(left_ - 5.0, Y(y) + 4.0, Significant(y, 3), "end");
+      svg_.Text(X(x), kTop + kHeight + 15.0, Significant(x, 3), "middle");
+    }
+    svg_.Text(left_, kTop - 8.0, title, "start title");
+    svg_.Text(left_ + width_, kTop + kHeight + 30.0, x_title, "end");
+  }
+
+ private:
+  Svg& svg_;
+  double left_, width_;
+  Range x_, y_;
+};
+
+}  // namespace truetriad
