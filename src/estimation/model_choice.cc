@@ -447,9 +447,26 @@ class Candidates {
   std::map<Choice, Fit> fits_;  // nodes of a map stay where they are
 };
 
-// One step: takes away the term that is worth least, else adds the one that is worth most. False
+// What a model is worth; `p_value` of the step that leads to it.
+ModelAlternative Described(const std::string& description,
+                           Fit* fit,
+                           std::optional<double> p_value,
+                           const Candidates& candidates) {
+  ModelAlternative alternative;
+  alternative.description = description;
+  alternative.parameters = fit->parameters();
+  alternative.minus_2_log_l = fit->chi2;
+  alternative.p_value = p_value;
+  alternative.bic = candidates.BicOf(*fit);
+  alternative.held_out = candidates.HeldOutOf(fit);
+  return alternative;
+}
+
+// One step: takes away the term that is worth least, else adds the one that is worth most. Unset
 // where neither changes the choice.
-bool Improve(const Models& models, Candidates* candidates, Choice* choice) {
+std::optional<ModelAlternative> Improve(const Models& models,
+                                        Candidates* candidates,
+                                        Choice* choice) {
   Fit& present = candidates->FitOf(*choice);
   const std::vector<Neighbour> neighbours = models.NeighboursOf(*choice);
   const Neighbour* worst = nullptr;
@@ -472,33 +489,29 @@ bool Improve(const Models& models, Candidates* candidates, Choice* choice) {
     smallest_p = p;
     best = &neighbour;
   }
-  if (worst == nullptr && best == nullptr) return false;
-  *choice = (worst != nullptr ? worst : best)->choice;
-  return true;
+  const Neighbour* step = worst != nullptr ? worst : best;
+  if (step == nullptr) return std::nullopt;
+  *choice = step->choice;
+  return Described(step->description,
+                   &candidates->FitOf(*choice),
+                   worst != nullptr ? largest_p : smallest_p,
+                   *candidates);
 }
 
 // The chosen model, then those that differ from it by one step.
 std::vector<ModelAlternative> AlternativesTo(const Models& models,
                                              const Choice& choice,
                                              Candidates* candidates) {
-  std::vector<ModelAlternative> alternatives;
-  const auto add = [&](const std::string& description, Fit* fit) -> ModelAlternative& {
-    ModelAlternative& alternative = alternatives.emplace_back();
-    alternative.description = description;
-    alternative.parameters = fit->parameters();
-    alternative.minus_2_log_l = fit->chi2;
-    alternative.bic = candidates->BicOf(*fit);
-    alternative.held_out = candidates->HeldOutOf(fit);
-    return alternative;
-  };
   Fit& chosen = candidates->FitOf(choice);
-  add(models.DescriptionOf(choice), &chosen).chosen = true;
+  std::vector<ModelAlternative> alternatives = {
+      Described(models.DescriptionOf(choice), &chosen, std::nullopt, *candidates)};
+  alternatives.front().chosen = true;
   for (const Neighbour& neighbour : models.NeighboursOf(choice)) {
     if (!candidates->Holds(neighbour.choice)) continue;
     Fit& fit = candidates->FitOf(neighbour.choice);
-    add(neighbour.description, &fit).p_value = neighbour.is_larger
-                                                   ? candidates->PValue(&fit, chosen, neighbour)
-                                                   : candidates->PValue(&chosen, fit, neighbour);
+    const double p = neighbour.is_larger ? candidates->PValue(&fit, chosen, neighbour)
+                                         : candidates->PValue(&chosen, fit, neighbour);
+    alternatives.push_back(Described(neighbour.description, &fit, p, *candidates));
   }
   return alternatives;
 }
@@ -528,7 +541,12 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
   }
   const std::string missing = models.Missing(choice);
   Candidates candidates(models, choice, options.cross_validation_folds, std::move(settled));
-  for (int step = 0; step < kMostSteps && Improve(models, &candidates, &choice); ++step) {
+  std::vector<ModelAlternative> steps = {
+      Described(models.DescriptionOf(choice), &candidates.FitOf(choice), std::nullopt, candidates)};
+  for (int i = 0; i < kMostSteps; ++i) {
+    auto step = Improve(models, &candidates, &choice);
+    if (!step) break;
+    steps.push_back(*std::move(step));
   }
   Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), nullptr);
   if (!summary) return summary;
@@ -542,6 +560,7 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     summary->calibration.messages.emplace_back(
         "`auto`: all poses were taken at about one temperature, which says nothing about others");
   }
+  summary->calibration.quality.model_steps = std::move(steps);
   summary->calibration.quality.model_choice = AlternativesTo(models, choice, &candidates);
   return summary;
 }

@@ -3,15 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
-#include "estimation/reduced_system.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {
 
+// What poses of one temperature have in common is drift where noise makes so much of it in one of a
+// hundred runs.
+constexpr double kDriftLevel = 0.01;
 // Width of a setting, as a share of the range.
 constexpr double kSameSetting = 0.05;
 
@@ -150,19 +153,53 @@ SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
   SettingScatter scatter;
   int count = 0;
   double squares = 0.0;
+  double noise = 0.0;
   double chi2 = 0.0;
   for (const TemperatureSetting& setting : settings) {
     if (setting.triad != triad) continue;
     ++count;
-    squares += setting.beyond_terms_raw.squaredNorm() - setting.bias_sigma_raw.squaredNorm();
+    squares += setting.beyond_terms_raw.squaredNorm();
+    noise += setting.bias_sigma_raw.squaredNorm();
     chi2 += setting.beyond_terms_raw.cwiseQuotient(setting.bias_sigma_raw).squaredNorm();
   }
   scatter.dof = 3.0 * (count - 1 - bias_order);
   if (scatter.dof <= 0.0) return scatter;
   scatter.ratio = chi2 / scatter.dof;
   scatter.p_value = 1.0 - ChiSquareCdf(chi2, scatter.dof);
-  scatter.rms_raw = std::sqrt(std::max(squares, 0.0) / (3.0 * count));
+  scatter.variance_raw = std::max(squares / scatter.dof - noise / (3.0 * count), 0.0);
   return scatter;
+}
+
+DriftCovariance FindDriftCovariance(const PoseGraph& graph,
+                                    const ReducedSystem& system,
+                                    const std::vector<TemperatureSetting>& settings) {
+  DriftCovariance drift;
+  drift.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
+  drift.dof = std::numeric_limits<double>::infinity();
+  for (const Triad triad : kTriads) {
+    const ThermalBlock& thermal = graph.layout.thermal[triad];
+    if (thermal.size() == 0) continue;
+    const SettingScatter scatter = ScatterOf(settings, triad, thermal.terms.bias_order);
+    if (scatter.p_value >= kDriftLevel || scatter.variance_raw <= 0.0) continue;
+    drift.sigma_raw[triad] = std::sqrt(scatter.variance_raw);
+    drift.dof = std::min(drift.dof, scatter.dof);
+    for (const std::vector<std::size_t>& group : NodesByTemperature(graph)) {
+      // An offset o of the group's readings is one of its residuals by -o: the solution moves by
+      // M^-1 G o.
+      Eigen::MatrixXd G = Eigen::MatrixXd::Zero(system.size(), 3);
+      for (const std::size_t k : group) {
+        if (graph.nodes[k].role != PoseRole::kRest) continue;
+        Eigen::Index row = system.factors()[k].row;
+        for (const Observation& seen : graph.nodes[k].observations) {
+          if (seen.triad == triad) G += system.B().middleRows<3>(row).transpose();
+          row += 3;
+        }
+      }
+      const Eigen::MatrixXd moved = system.covariance() * G;
+      drift.covariance += scatter.variance_raw * moved * moved.transpose();
+    }
+  }
+  return drift;
 }
 
 }  // namespace truetriad

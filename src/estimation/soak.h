@@ -6,6 +6,7 @@
 
 #include "estimation/graph.h"
 #include "estimation/quality.h"
+#include "estimation/reduced_system.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 
@@ -29,11 +30,23 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph);
 struct SettingScatter {
   double ratio = 1.0;  // its χ² by the poses' noise over its degrees of freedom
   double dof = 0.0;    // three axes for each temperature that the bias' polynomial does not use up
-  double p_value = 1.0;  // that noise makes so much; 1 where there are no degrees of freedom
-  double rms_raw = 0.0;  // beyond what the noise makes
+  double p_value = 1.0;       // that noise makes so much; 1 where there are no degrees of freedom
+  double variance_raw = 0.0;  // of an axis, beyond what the noise makes
 };
 SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
                          Triad triad,
                          int bias_order);
+
+// What temperature terms and all else are less certain by where the bias drifts from one
+// temperature to the next: the solution is linear in what the poses of a temperature have in
+// common. Of the free shared coordinates.
+struct DriftCovariance {
+  Eigen::MatrixXd covariance;
+  double dof = 0.0;  // that the drift is known with; infinite where there is none
+  PerTriad<double> sigma_raw{{0.0, 0.0, 0.0}};
+};
+DriftCovariance FindDriftCovariance(const PoseGraph& graph,
+                                    const ReducedSystem& system,
+                                    const std::vector<TemperatureSetting>& settings);
 
 }  // namespace truetriad

@@ -331,21 +331,16 @@ void SayThermalRemarks(const SettledRun& run, Messages* messages) {
   }
 }
 
-// Drift between the temperatures, or an order that is too low: neither is part of σ.
-void SayScatterOfSettings(const SettledRun& run,
-                          const Calibration& calibration,
-                          Messages* messages) {
+// Drift from one temperature to the next, or an order that is too low.
+void SayDrift(const DriftCovariance& drift, const Calibration& calibration, Messages* messages) {
   for (const Triad triad : kTriads) {
-    const SettingScatter scatter = ScatterOf(calibration.quality.temperature_settings,
-                                             triad,
-                                             run.options.triads[triad].thermal.bias_order);
-    if (scatter.p_value >= kRefusedChange) continue;
-    messages->push_back(std::string(TriadName(triad)) +
-                        Format(": the poses of one temperature share %.2g ", scatter.rms_raw) +
-                        calibration.sensors[triad]->input_unit +
-                        " of bias that the temperature terms do not explain and their σ do not "
-                        "count: the bias drifts from one temperature to the next by more than the "
-                        "noise, or the order is too low");
+    if (drift.sigma_raw[triad] <= 0.0) continue;
+    messages->push_back(
+        std::string(TriadName(triad)) +
+        Format(": the poses of one temperature share %.2g ", drift.sigma_raw[triad]) +
+        calibration.sensors[triad]->input_unit +
+        " of bias (σ) that the temperature terms do not explain: the bias drifts "
+        "from one temperature to the next, or the order is too low; σ count it");
   }
 }
 
@@ -396,10 +391,7 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
         Format(": no pose within %.0f deg of one direction; nothing checks the model on that side",
                coverage.largest_gap_deg));
   }
-  if (options.HasThermal()) {
-    SayThermalRemarks(run, messages);
-    SayScatterOfSettings(run, calibration, messages);
-  }
+  if (options.HasThermal()) SayThermalRemarks(run, messages);
   if (run.poses.temperature_range_degc && !options.HasThermal()) {
     const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
     std::string range_text = Format("recorded at %.1f", range[0]);
@@ -494,25 +486,26 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.poses = CountRests(graph);
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
-  quality.effective_dof = joint.dof;
+  quality.temperature_settings = FindTemperatureSettings(graph);
+  const DriftCovariance drift = FindDriftCovariance(graph, system, quality.temperature_settings);
+  quality.effective_dof = std::min(joint.dof, drift.dof);
+  // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
+  const Eigen::MatrixXd covariance =
+      AdjustedCovariance(run.noise.estimate, system) / joint.scale + drift.covariance;
   StateReference(options, graph, &calibration->reference);
 
   Observability observability =
       AnalyseObservability(graph, system.shared(), options.observable_sigma);
   quality.weak_directions = std::move(observability.weak_directions);
 
-  // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
-  PresentedSolution solution =
-      SolvedFrame(graph, AdjustedCovariance(run.noise.estimate, system) / joint.scale);
+  PresentedSolution solution = SolvedFrame(graph, covariance);
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
   const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
   if (Wants(options, Triad::kGyroscope)) {
-    quality.turns = CheckTurns(run.poses,
-                               graph,
-                               AdjustedCovariance(run.noise.estimate, system) / joint.scale,
-                               run.noise.excess[NoiseComponent::kTurn]);
+    quality.turns =
+        CheckTurns(run.poses, graph, covariance, run.noise.excess[NoiseComponent::kTurn]);
   }
   StateChi2(run, system, quality.dof, &quality);
 
@@ -562,9 +555,9 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   calibration->covariance = solution.covariance;
   StateSensors(run, solution, calibration);
   quality.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
-  quality.temperature_settings = FindTemperatureSettings(graph);
   quality.clock_offsets = FindClockOffsets(run.poses, graph);
   SayRemarks(run, *calibration, &calibration->messages);
+  SayDrift(drift, *calibration, &calibration->messages);
   return StateLimits(options, run.poses, calibration);
 }
 

@@ -233,6 +233,18 @@ void WriteSweep(YamlText& out, const Quality& quality) {
   }
 }
 
+void WriteModels(YamlText& out, const char* key, const std::vector<ModelAlternative>& models) {
+  if (!models.empty()) WriteItem(out, key, false);
+  for (const ModelAlternative& model : models) {
+    out << "    - { model: " << Quoted{model.description} << ", chosen: " << model.chosen
+        << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
+    if (model.p_value) out << ", p_value: " << *model.p_value;
+    out << ", bic: " << model.bic;
+    if (model.held_out) out << ", held_out: " << *model.held_out;
+    out << " }\n";
+  }
+}
+
 void WriteQuality(YamlText& out, const Quality& quality) {
   out << "quality:\n  poses: " << quality.poses << "\n  residual_rms: ";
   WritePerTriad(out, quality.residual_rms);
@@ -260,15 +272,8 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   } else {
     out << "  held_out: null\n";
   }
-  if (!quality.model_choice.empty()) out << "  model_choice:\n";
-  for (const ModelAlternative& model : quality.model_choice) {
-    out << "    - { model: " << Quoted{model.description} << ", chosen: " << model.chosen
-        << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
-    if (model.p_value) out << ", p_value: " << *model.p_value;
-    out << ", bic: " << model.bic;
-    if (model.held_out) out << ", held_out: " << *model.held_out;
-    out << " }\n";
-  }
+  WriteModels(out, "model_choice", quality.model_choice);
+  WriteModels(out, "model_steps", quality.model_steps);
   if (!quality.temperature_settings.empty()) {
     out << "  # Of the poses at one temperature alone: bias x y z, its sigma and what it is beyond "
            "the "
@@ -737,6 +742,22 @@ void ReadSweepWindow(YamlReader reader, SweepWindow* window) {
   window->fit_sigma_raw = Eigen::Vector3d(&numbers[9]);
 }
 
+void ReadModels(YamlReader reader, std::vector<ModelAlternative>* models) {
+  for (YamlReader& item : reader.Items()) {
+    ModelAlternative& model = models->emplace_back();
+    item.Require("model", &model.description);
+    item.Require("chosen", &model.chosen);
+    item.Require("parameters", &model.parameters);
+    ReadNumber(item.RequireChild("minus_2_log_l"), &model.minus_2_log_l);
+    ReadNumber(item.RequireChild("bic"), &model.bic);
+    for (const auto& [key, value] :
+         {std::pair("p_value", &model.p_value), std::pair("held_out", &model.held_out)}) {
+      if (double number = 0.0; ReadNumber(item.Child(key), &number)) *value = number;
+    }
+    item.RejectUnknown();
+  }
+}
+
 void ReadQuality(YamlReader reader, Quality* quality) {
   if (!reader) return;
   reader.Require("poses", &quality->poses);
@@ -773,19 +794,8 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     }
     held_out.RejectUnknown();
   }
-  for (YamlReader& item : reader.Child("model_choice").Items()) {
-    ModelAlternative& model = quality->model_choice.emplace_back();
-    item.Require("model", &model.description);
-    item.Require("chosen", &model.chosen);
-    item.Require("parameters", &model.parameters);
-    ReadNumber(item.RequireChild("minus_2_log_l"), &model.minus_2_log_l);
-    ReadNumber(item.RequireChild("bic"), &model.bic);
-    for (const auto& [key, value] :
-         {std::pair("p_value", &model.p_value), std::pair("held_out", &model.held_out)}) {
-      if (double number = 0.0; ReadNumber(item.Child(key), &number)) *value = number;
-    }
-    item.RejectUnknown();
-  }
+  ReadModels(reader.Child("model_choice"), &quality->model_choice);
+  ReadModels(reader.Child("model_steps"), &quality->model_steps);
   for (YamlReader& item : reader.Child("temperature_settings").Items()) {
     TemperatureSetting& setting = quality->temperature_settings.emplace_back();
     ReadWord(item.RequireChild("sensor"), TriadFromName, &setting.triad);

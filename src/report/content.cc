@@ -210,6 +210,20 @@ std::string Ratio(const std::optional<double>& numerator,
                                                         : "–";
 }
 
+Table ModelTable(const std::string& title, const std::vector<ModelAlternative>& models) {
+  Table table{{title, "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
+  for (const ModelAlternative& model : models) {
+    const bool is_tiny = model.p_value && *model.p_value < 1e-12;
+    table.rows.push_back({model.chosen ? "chosen" : model.description,
+                          std::to_string(model.parameters),
+                          Fixed(model.minus_2_log_l, 1),
+                          is_tiny ? "< 1e-12" : OptionalNumber(model.p_value),
+                          Fixed(model.bic, 1),
+                          model.held_out ? Significant(*model.held_out, 5) : "–"});
+  }
+  return table;
+}
+
 Section ModelChoiceSection(const Quality& quality) {
   Section section{SectionKind::kModelChoice, "Choice of the model", {}};
   if (quality.model_choice.empty()) return section;
@@ -219,17 +233,15 @@ Section ModelChoiceSection(const Quality& quality) {
       "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
       "lower error of held-out poses and turns (RMS, in units of their noise; where terms in "
       "temperature are chosen, of one temperature after the other)."));
-  Table table{{"model", "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
-  for (const ModelAlternative& model : quality.model_choice) {
-    const bool is_tiny = model.p_value && *model.p_value < 1e-12;
-    table.rows.push_back({model.chosen ? "chosen" : model.description,
-                          std::to_string(model.parameters),
-                          Fixed(model.minus_2_log_l, 1),
-                          is_tiny ? "< 1e-12" : OptionalNumber(model.p_value),
-                          Fixed(model.bic, 1),
-                          model.held_out ? Significant(*model.held_out, 5) : "–"});
+  section.blocks.emplace_back(ModelTable("model", quality.model_choice));
+  if (quality.model_steps.size() > 1) {
+    section.blocks.emplace_back("On the way there from the largest that the poses determine, " +
+                                quality.model_steps.front().description +
+                                ": what was taken away or came back, and the model after it.");
+    std::vector<ModelAlternative> steps = quality.model_steps;
+    steps.front().description = "start";
+    section.blocks.emplace_back(ModelTable("step", steps));
   }
-  section.blocks.emplace_back(std::move(table));
   return section;
 }
 

@@ -124,6 +124,23 @@ TEST(ModelChoice, ShowsWhatItWeighed) {
   }
 }
 
+TEST(ModelChoice, ShowsTheStepsThatLedThere) {
+  Random random(3);
+  const SyntheticUnit unit =
+      RandomUnit({.gain_low = 1.0, .gain_high = 1.0, .cross_axis = 0.0}, &random);
+  const Quality quality = Choose(unit, OpenOptions(unit)).calibration.quality;
+  const std::vector<ModelAlternative>& steps = quality.model_steps;
+  // A quadratic term, two steps of the accelerometer's matrix and three of the magnetometer's.
+  ASSERT_EQ(steps.size(), 7U);
+  EXPECT_EQ(steps.front().description, "accelerometer full, quadratic term; magnetometer full");
+  EXPECT_FALSE(steps.front().p_value);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    EXPECT_LT(steps[i].parameters, steps[i - 1].parameters);
+    EXPECT_GT(*steps[i].p_value, 0.0);
+  }
+  EXPECT_EQ(steps.back().bic, quality.model_choice.front().bic);
+}
+
 // Poses of an accelerometer alone, one degree of freedom each, less nine parameters.
 TEST(ModelChoice, WeighsNothingWhereFewPosesLeaveNothingToWeighWith) {
   Random random(3);

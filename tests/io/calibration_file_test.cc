@@ -93,6 +93,8 @@ Calibration Awkward() {
   quality.held_out->turns = HeldOutTurns{{0.1 + 0.2, 1e-17, 0.003}, 0.003, 1.0 / 7.0, 0.01};
   quality.model_choice = {{"gyroscope full, g-sensitivity", true, 12, 1e2 / 3.0, {}, 70.1, {}},
                           {"gyroscope \"bias\"", false, 3, kInfinity, 0.1, -2.0 / 7.0, 1e-300}};
+  quality.model_steps = {{"gyroscope with \"asymmetry\"", false, 15, 0.1, {}, 1.0 / 3.0, 7e-9},
+                         {"gyroscope without asymmetry", false, 12, 0.3, 0.4, 0.5, {}}};
   quality.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
   quality.pose_residuals = {

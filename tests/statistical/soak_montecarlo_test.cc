@@ -178,6 +178,53 @@ TEST(PlannedSigma, OverTemperatureAgreesWithTheErrors) {
   EXPECT_NEAR(std::sqrt(mean_square), 1.0, 0.05);
 }
 
+// Every pose of one temperature off by the same.
+void AddWander(double sigma, int attitudes_each, PoseSet* poses, Random* random) {
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < poses->poses.size(); ++k) {
+    if (k % static_cast<std::size_t>(attitudes_each) == 0) offset = sigma * random->Normal3();
+    poses->poses[k].triads[Triad::kAccelerometer]->mean_raw += offset;
+  }
+}
+
+// A bias that wanders from one temperature to the next by many times the noise of its poses is
+// counted in the σ of all that it moves.
+TEST(Soak, CountsABiasThatWandersBetweenTemperatures) {
+  const int runs = IsNightly() ? 1000 : 150;
+  int inside = 0;
+  int count = 0;
+  for (int run = 0; run < runs; ++run) {
+    Random random(110'000 + static_cast<std::uint64_t>(run));
+    ThermalOptions terms;
+    terms.bias_order = 1;
+    Soak soak = MakeSoak(terms, 12, false, &random);
+    soak.options.triads[Triad::kAccelerometer].excess = ExcessNoise::kEstimate;
+    PoseSet poses = trials::PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random);
+    AddWander(0.01, 12, &poses, &random);
+    const auto summary = Calibrate(poses, soak.options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << "run " << run;
+    const Calibration& calibration = summary->calibration;
+    const double factor = StudentQuantile(0.975, calibration.quality.effective_dof);
+    const Eigen::VectorXd error = trials::SoakErrors(calibration, soak);
+    for (Eigen::Index i = 0; i < error.size(); ++i) {
+      const double sigma = std::sqrt(calibration.covariance.matrix(i, i));
+      if (!(sigma > 0.0) || std::isnan(error[i])) continue;
+      ++count;
+      if (std::abs(error[i]) <= factor * sigma) ++inside;
+    }
+  }
+  const double share = static_cast<double>(inside) / count;
+  // The parameters of a run are correlated: as if a third of them were independent. 99.9 %.
+  const double margin = 3.29 * std::sqrt(0.05 * 0.95 / (count / 3.0));
+  std::printf(
+      "@drift | bias τ, wandering by 10 mm/s² between temperatures | %d | %.1f %% (95.0 ± "
+      "%.1f %%) |\n",
+      runs,
+      100.0 * share,
+      100.0 * margin);
+  EXPECT_NEAR(share, 0.95, margin);
+}
+
 // What a unit is like in temperature, with all terms open.
 struct Drift {
   const char* name;
@@ -210,11 +257,7 @@ TEST_P(SoakChoice, IsWhatTheUnitIsLike) {
     terms.matrix_order = drift.matrix_order;
     Soak soak = MakeSoak(terms, 12, false, &random);
     PoseSet poses = trials::PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random);
-    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-    for (std::size_t k = 0; k < poses.poses.size(); ++k) {
-      if (k % 12 == 0) offset = drift.wander * random.Normal3();
-      poses.poses[k].triads[kAccel]->mean_raw += offset;
-    }
+    AddWander(drift.wander, 12, &poses, &random);
     ThermalOptions& open = soak.options.triads[kAccel].thermal;
     open.bias_order = ThermalOptions::kMaxBiasOrder;
     open.matrix_order = ThermalOptions::kMaxMatrixOrder;

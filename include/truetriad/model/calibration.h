@@ -301,6 +301,9 @@ struct Quality {
   std::vector<WeakDirection> weak_directions;
   std::optional<HeldOut> held_out;
   std::vector<ModelAlternative> model_choice;  ///< Empty unless something was chosen; chosen first.
+  /// On the way there: the largest model, then what was taken away or came back, each with the
+  /// model after it and the p of that step.
+  std::vector<ModelAlternative> model_steps;
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;            ///< Those that were stated.
   std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests show them.
