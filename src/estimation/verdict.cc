@@ -358,10 +358,8 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
     std::string remark = RemarkOnHeldGyroscope(options, gyroscope->noise.turn_excess_sigma_rad);
     if (!remark.empty()) messages->push_back(std::move(remark));
   }
-  for (const ClockOffset& offset : quality.clock_offsets) {
-    if (std::string words = WordsOf(offset, run.poses); !words.empty()) {
-      messages->push_back(std::move(words));
-    }
+  if (std::string words = WordsOf(quality.clock_offsets, run.poses); !words.empty()) {
+    messages->push_back(std::move(words));
   }
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;

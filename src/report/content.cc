@@ -438,8 +438,9 @@ Verdict VerdictOf(const Calibration& calibration) {
               "The fit did not converge or does not explain the readings."};
     case Outcome::kNotEnough:
       return {Grade::kBad,
-              "NOT USABLE: not enough poses",
-              "The recording holds fewer poses than the parameters need."};
+              "NOT USABLE: not enough",
+              "The recording does not hold what the parameters need: " +
+                  (calibration.messages.empty() ? "too few poses." : calibration.messages.front())};
     case Outcome::kNotCalled:
       break;
   }
