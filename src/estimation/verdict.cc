@@ -33,13 +33,11 @@ constexpr double kOddGain = 5.0;
 // Within one pose; and the share of the recorded range without a rest that is worth a word.
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
-// A change of the magnetometer during the run, as a share of the field, that no use of it forgives,
-// and how many σ half of it must be: smaller ones are said and not refused.
-constexpr double kLeastHarmfulChange = 0.01;
-// A change is named when chance makes one in hundreds of runs; a run is refused for it when chance
-// makes it in one of ten thousand.
+// A change of the magnetometer during the run is named when chance makes one in hundreds of runs; a
+// run is refused for it when chance makes it in one of ten thousand, and it moves a number by as
+// much as the σ that is said.
 constexpr double kRefusedChange = 1e-4;
-constexpr double kBeyondSigma = 3.0;
+constexpr double kMovedSigmas = 1.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;
 // χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
@@ -224,12 +222,18 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
   return std::nullopt;
 }
 
-// "between pose 12 and pose 13 (at 61.2 s)".
+// "between pose 12 and pose 13 (61.2 s after the first)"; where others are as likely, "somewhere
+// between pose 10 and pose 14, most likely …".
 std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& change) {
-  const int before = run.graph.nodes[change.node - 1].number;
+  const auto between = [&](std::size_t first, std::size_t second) {
+    return "between pose " + std::to_string(run.graph.nodes[first].number) + " and pose " +
+           std::to_string(run.graph.nodes[second].number);
+  };
   const int after = run.graph.nodes[change.node].number;
-  std::string text =
-      "between pose " + std::to_string(before) + " and pose " + std::to_string(after);
+  std::string text = between(change.node - 1, change.node);
+  if (change.earliest < change.latest) {
+    text = "somewhere " + between(change.earliest - 1, change.latest) + ", most likely " + text;
+  }
   if (!run.poses.has_time) return text;
   for (const StaticPose& pose : run.poses.poses) {
     const std::int64_t begin_ns = run.poses.poses.front().start_ns;
@@ -262,21 +266,14 @@ std::string WordsOf(const SettledRun& run, const MagnetometerChange& change) {
       text += "either " + bias + ", or " + world;
       break;
   }
-  return text + Format(" (by chance: %.1g); take the run again, or the poses of one side alone",
-                       change.p_value);
+  return text + Format("; without it numbers are off by up to %.2g σ", change.effect_sigmas) +
+         Format(" (by chance: %.1g); take the run again, or the poses of one side alone",
+                change.p_value);
 }
 
-// Whether a change makes the result another than its σ say: what is stated lies between before and
-// after, and at best half of the change away from one of them.
-bool IsBeyondSigma(const SettledRun& run, const MagnetometerChange& change) {
-  const double strength = WorldVector(Triad::kMagnetometer, run.graph.reference()).norm();
-  const double bias = change.bias_ut.norm();
-  const double field = change.field_ut.norm();
-  const double size = change.kind == ChangeKind::kField  ? field
-                      : change.kind == ChangeKind::kBias ? bias
-                                                         : std::min(field, bias);
-  return change.p_value < kRefusedChange && size > kLeastHarmfulChange * strength &&
-         0.5 * size > kBeyondSigma * change.bias_sigma_ut;
+// Whether a change makes the result another than its σ say, before or after it.
+bool IsBeyondSigma(const MagnetometerChange& change) {
+  return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
 }
 
 // What makes temperature terms less than they seem.
@@ -517,7 +514,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   // First: what a change in the middle of the run does to the fit may look like anything else.
   if (const auto change = FindMagnetometerChange(graph, system, run.noise)) {
     calibration->messages.push_back(WordsOf(run, *change));
-    if (IsBeyondSigma(run, *change)) {
+    if (IsBeyondSigma(*change)) {
       calibration->outcome = Outcome::kNotConverged;
       return {};
     }
