@@ -55,11 +55,11 @@ inline constexpr double kChangeLevel = 0.01;
 //   M^-1 J^T D Z d      M^-1 J^T D (Z - Z_all) d        Z_all: columns of a step at the first pose
 //
 // Where the robust step has left out poses, all count again, solved again, with the noise as if
-// estimated, and are searched as well (three poses or more: instead): where what was left out lies
-// on one side, as a step looks to a robust fit, and where a change was found without them. Unset
-// without a change, with fewer than two poses on a side or eight in all, or with more poses than
-// people set down: neighbouring rows of a motion share what disturbs them, which this test would
-// take for a step. `settled_system`: of `settled`.
+// estimated, and are searched as well: where two or more were left out on one side, as a step looks
+// to a robust fit, and where a change was found without them. Unset without a change, with fewer
+// than two poses on a side or eight in all, or with more poses than people set down: neighbouring
+// rows of a motion share what disturbs them, which this test would take for a step.
+// `settled_system`: of `settled`.
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
                                                          const ReducedSystem& settled_system,
                                                          const NoiseState& noise);

@@ -83,7 +83,8 @@ TEST(MagnetometerChange, IsRarelySeenWhereThereIsNone) {
       refused += calibration.IsUsable() ? 0 : 1;
     }
     const std::string name = std::to_string(static_cast<int>(kind));
-    RecordProperty("alarms_of_400_" + name, alarms);
+    RecordProperty("alarms_" + name, alarms);
+    RecordProperty("refused_" + name, refused);
     EXPECT_LE(alarms, 11) << name;
     // At 1e-4 one refusal has a probability of 4 %, two of 0.1 %.
     EXPECT_LE(refused, 1) << name;
