@@ -154,6 +154,18 @@ bool LooksLeftOut(const std::vector<Place>& places, std::size_t first) {
          std::min(before, after) <= kLeftOutShare * std::max(before, after);
 }
 
+// A fit of the few poses that are left says nothing of the noise.
+bool IsMostlyLeftOut(const PoseGraph& graph) {
+  double rejected = 0.0, all = 0.0;
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      all += 1.0;
+      rejected += seen.rejected ? 1.0 : 0.0;
+    }
+  }
+  return rejected > kLeftOutShare * all;
+}
+
 // By how many σ a parameter is off at most without the step of `test`, see MagnetometerChange.
 double EffectOf(const StepTest& test,
                 const StepTest& at_first,
@@ -186,6 +198,9 @@ class ChangeSearch {
         places_(places),
         is_estimated_(is_estimated),
         own_(OwnResidualsOf(graph, system, places)) {
+    // Poses that scatter by more than the noise that was stated tell of no step by it.
+    is_estimated_ =
+        is_estimated || (own_.dof > 1.0 && 1.0 - ChiSquareCdf(own_.chi2, own_.dof) < kChangeLevel);
     std::vector<Eigen::Matrix3d> by_bias, by_field;
     for (const Place& place : places) {
       const PoseNode& node = graph.nodes[place.node];
@@ -293,8 +308,10 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   if (settled_system.rank() < settled_system.size()) return std::nullopt;
   std::vector<bool> allowed(places.size(), false);
   std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
-  std::optional<MagnetometerChange> found =
-      ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
+  std::optional<MagnetometerChange> found;
+  if (!IsMostlyLeftOut(settled)) {
+    found = ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
+  }
   if (rejected == 0) return found;
   // What was left out may be one side of a change, or a part of it.
   for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {

@@ -167,6 +167,7 @@ constexpr char kNotDetermined[] =
 struct Refusal {
   Outcome outcome = Outcome::kNotCalled;
   std::string message;
+  bool is_about_noise = false;
 };
 
 // In a flat and curved valley an optimiser may take steps so short that it thinks it is there. What
@@ -175,6 +176,44 @@ bool IsShort(const ReducedSystem& system) {
   const double chi2 = system.step().dot(system.information() * system.step());
   const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
   return chi2 > kShortChi2 && share > kShortShare;
+}
+
+// A sensor most of whose poses were left out, or so many that the others determine too little: its
+// noise was stated, and is not what the poses show. Empty where there is none.
+std::string WhyTooManyAreLeftOut(const SettledRun& run, bool determined) {
+  const double most = determined ? 0.5 : 0.25;
+  std::size_t tests = run.graph.increments.size();
+  for (const PoseNode& node : run.graph.nodes) tests += node.observations.size();
+  for (const Triad triad : kTriads) {
+    if (!Wants(run.options, triad)) continue;
+    const Eigen::Matrix3d C = run.graph.sensitivity(triad).inverse();
+    int rejected = 0, all = 0;
+    double variance = 0.0;
+    for (const PoseNode& node : run.graph.nodes) {
+      for (const Observation& seen : node.observations) {
+        if (seen.triad != triad || node.role != PoseRole::kRest) continue;
+        ++all;
+        rejected += seen.rejected ? 1 : 0;
+        variance += (C * seen.variance * C.transpose()).trace() / 3.0;
+      }
+    }
+    if (!(rejected > most * all)) continue;
+    const std::string name(TriadName(triad));
+    const bool is_estimated =
+        std::find(run.noise.estimated.begin(), run.noise.estimated.end(), PoseNoise(triad)) !=
+        run.noise.estimated.end();
+    const std::string noise =
+        Format(" of %.2g ", std::sqrt(variance / all)) + std::string(TruthUnitName(triad));
+    return name + ": " + std::to_string(rejected) + " of " + std::to_string(all) +
+           " poses were left out, being off by more than " + Format("%.1f σ", RejectedFrom(tests)) +
+           noise + "; so many are not disturbed, and what is left cannot be trusted: " +
+           (is_estimated
+                ? "the readings do not fit the model"
+                : "the poses scatter by more than that σ; let it be estimated "
+                  "(`sensors: { " +
+                      name + ": { noise: { excess: estimate } } }`), or state a larger noise");
+  }
+  return {};
 }
 
 std::optional<Refusal> WhyUnusable(const SettledRun& run,
@@ -212,7 +251,13 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
                      "at one temperature",
                      (*range)[1])};
     }
+    if (std::string words = WhyTooManyAreLeftOut(run, /*determined=*/false); !words.empty()) {
+      return Refusal{Outcome::kNotConverged, std::move(words), /*is_about_noise=*/true};
+    }
     return Refusal{Outcome::kNotObservable, kNotDetermined};
+  }
+  if (std::string words = WhyTooManyAreLeftOut(run, /*determined=*/true); !words.empty()) {
+    return Refusal{Outcome::kNotConverged, std::move(words), /*is_about_noise=*/true};
   }
   if (!run.converged || IsShort(system)) {
     return Refusal{
@@ -333,6 +378,25 @@ std::string WithoutVariance(const NamedCovariance& covariance) {
   return names + (count > kNamed ? ", …" : "");
 }
 
+// Triads whose readings hold no noise to speak of.
+void SayNoNoise(const SettledRun& run, const Calibration& calibration, Messages* messages) {
+  constexpr double kHardlyMore = 2.0;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const auto& sensor = calibration.sensors[triad];
+    const NoiseSource source = run.noise.source[triad];
+    if (!sensor || (source != NoiseSource::kStatic && source != NoiseSource::kResidual)) continue;
+    const double field = WorldVector(triad, run.graph.reference()).norm();
+    const Eigen::Vector3d sigma = sensor->model.Correction().cwiseAbs() * sensor->noise.sigma;
+    if (sigma.maxCoeff() + sensor->noise.excess_sigma > kHardlyMore * kLeastNoiseShare * field) {
+      continue;
+    }
+    messages->push_back(std::string(TriadName(triad)) +
+                        Format(": its readings hold no noise; σ are what %.0e of the field would "
+                               "make, and no estimate",
+                               kLeastNoiseShare));
+  }
+}
+
 // What the reader of a usable result should know besides its numbers.
 void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages* messages) {
   const CalibrateOptions& options = run.options;
@@ -358,6 +422,7 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
   if (std::string words = WordsOf(quality.clock_offsets, run.poses); !words.empty()) {
     messages->push_back(std::move(words));
   }
+  SayNoNoise(run, calibration, messages);
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
     messages->push_back(
@@ -521,6 +586,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   if (auto refusal = WhyUnusable(run, quality, system, observability.determined)) {
     calibration->outcome = refusal->outcome;
+    // More poses like those that were left out would not help.
+    if (refusal->is_about_noise) quality.weak_directions.clear();
     calibration->messages.push_back(std::move(refusal->message));
     return {};
   }

@@ -42,7 +42,9 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     text += std::string(from_motion ? "; the motion adds another "
                                     : "; the poses scatter by another ") +
             Significant(noise.excess_sigma, 2) + " " + TruthUnit(triad);
-    if (noise.excess_dof > 0.0) {
+    if (std::isinf(noise.excess_dof)) {
+      text += " (excess σ, as stated)";
+    } else if (noise.excess_dof > 0.0) {
       text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
     }
   }

@@ -153,6 +153,26 @@ INSTANTIATE_TEST_SUITE_P(Offsets,
                                   std::to_string(std::lround(1e3 * std::abs(late_s))) + "Ms";
                          });
 
+// Readings that are neither noisy nor rounded: σ next to nothing beside those that are stated.
+TEST_F(DisturbedRun, WithoutAnyNoiseIsStillDetermined) {
+  Simulate("consumer-9dof",
+           "seed=4,sensors.accelerometer.noise=none,sensors.accelerometer.resolution_mg=0,"
+           "sensors.gyroscope.noise=none,sensors.gyroscope.resolution_degps=0,"
+           "sensors.magnetometer.noise=none,sensors.magnetometer.resolution_ut=0");
+  for (const std::string experiment :
+       {"accelerometer-only.yaml", "magnetometer-only.yaml", "joint.yaml", "nine-axis.yaml"}) {
+    const Finished run = CalibrateIt(experiment);
+    ASSERT_EQ(run.exit_code, 0) << experiment << run.out << run.err;
+    const Calibration found = Result();
+    if (found.sensors[Triad::kMagnetometer]) {
+      EXPECT_THAT(found.messages, Contains(HasSubstr("magnetometer: its readings hold no noise")));
+    }
+  }
+  // As the file has it; the accelerometer creeps by its temperature, the magnetometer by nothing.
+  const Eigen::Vector3d bias_ut(12.4, -31.0, 7.7);
+  EXPECT_LT((Result().sensors[Triad::kMagnetometer]->model.bias - bias_ut).norm(), 1e-3);
+}
+
 TEST_F(DisturbedRun, LeavesOutARestInWhichAMagnetPasses) {
   Simulate("disturbed");
   const Finished run = CalibrateIt("nine-axis.yaml");
