@@ -153,6 +153,19 @@ INSTANTIATE_TEST_SUITE_P(Offsets,
                                   std::to_string(std::lround(1e3 * std::abs(late_s))) + "Ms";
                          });
 
+TEST_F(DisturbedRun, IsEvaluatedWithTheClocksOfItsCalibration) {
+  Simulate("late-magnetometer",
+           "sensors.accelerometer.sampling.clock_offset_ms=0,"
+           "sensors.magnetometer.sampling.clock_offset_ms=1000");
+  ASSERT_EQ(CalibrateIt("nine-axis.yaml", "sensors.magnetometer.time_offset_s=1").exit_code, 0);
+  const Finished run = RunTruetriad({"evaluate",
+                                     "--calibration=" + folder_.Path("result/calibration.yaml"),
+                                     "--input=" + folder_.Path("run/recording.yaml")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("magnetometer: 1 s taken off its times"));
+  EXPECT_THAT(run.out, Not(HasSubstr("its readings")));
+}
+
 // Readings that are neither noisy nor rounded: σ next to nothing beside those that are stated.
 TEST_F(DisturbedRun, WithoutAnyNoiseIsStillDetermined) {
   Simulate("consumer-9dof",
