@@ -24,6 +24,8 @@ constexpr std::ptrdiff_t kManyRejected = 2;
 // Of a step on one of its sides, and of that share on the other; more than this of all is no
 // handful of poses beside a magnet.
 constexpr double kLeftOutShare = 0.25;
+// Of residuals that are all that tells the noise.
+constexpr double kMostExplained = 0.9;
 // One explanation is named when its log likelihood is better by this: odds of 20.
 constexpr double kClearlyBetter = 6.0;
 // Below this share of the largest eigenvalue a component of a step is not seen.
@@ -251,6 +253,7 @@ class ChangeSearch {
     change.bias_ut = bias_[first].step;
     change.field_ut = field_[first].step;
     change.p_value = PValueAt(first);
+    change.explained_share = std::max(bias_[first].statistic, field_[first].statistic) / own_.chi2;
     if (better > kClearlyBetter) {
       change.kind = ChangeKind::kBias;
       change.effect_sigmas = by_bias;
@@ -312,6 +315,11 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   if (!IsMostlyLeftOut(settled)) {
     found = ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
   }
+  const bool is_table = noise.source[kMagnetometer] == NoiseSource::kResidual;
+  const auto is_too_little = [is_table](const std::optional<MagnetometerChange>& change) {
+    return is_table && change && change->explained_share < kMostExplained;
+  };
+  if (is_too_little(found)) found.reset();
   if (rejected == 0) return found;
   // What was left out may be one side of a change, or a part of it.
   for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
@@ -323,7 +331,8 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   if (whole_system.rank() == whole_system.size()) {
     const auto among_all =
         ChangeSearch(whole, whole_system, places, /*is_estimated=*/true).Find(allowed);
-    if (among_all && (!found || among_all->p_value <= found->p_value)) found = among_all;
+    if (among_all && !is_too_little(among_all) && (!found || among_all->p_value <= found->p_value))
+      found = among_all;
   }
   if (found) found->p_value = std::min(1.0, 2.0 * found->p_value);
   return found && found->p_value > kChangeLevel ? std::nullopt : found;

@@ -31,6 +31,8 @@ struct MagnetometerChange {
   // By how many σ some parameter is off for the poses before it, or for those after it, because
   // the solution has no such step; the lesser of both explanations where either will do.
   double effect_sigmas = 0.0;
+  // Of what the magnetometer's residuals amount to.
+  double explained_share = 0.0;
   // Probability of one as clear by chance, the best of all places and both kinds.
   double p_value = 1.0;
 };
