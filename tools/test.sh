@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Builds everything and runs all tests but the nightly ones. Arguments go to ctest.
-# With --nightly: the whole of the statistical tests instead, some minutes; further arguments go to
-# tools/bench/accuracy.py.
+# With --nightly: the long tests instead: a thousand damaged files for each converter, and the whole of
+# the statistical tests. Further arguments go to tools/bench/accuracy.py, which then runs alone.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,8 +11,16 @@ strict=OFF
 [[ "${CI:-}" == true ]] && strict=ON
 options=(-DTRUETRIAD_BUILD_TESTS=ON -DTRUETRIAD_WARNINGS_AS_ERRORS=$strict)
 if [[ "${1:-}" == --nightly ]]; then
-  tools/build.sh truetriad_statistical_test "${options[@]}"
-  exec tools/bench/accuracy.py "${@:2}"
+  if (($# > 1)); then
+    tools/build.sh truetriad_statistical_test "${options[@]}"
+    exec tools/bench/accuracy.py "${@:2}"
+  fi
+  tools/build.sh all "${options[@]}"
+  damaged=0
+  ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-regex nightly \
+    --tests-regex 'SurvivesAThousand|convert_node' || damaged=$?
+  tools/bench/accuracy.py
+  exit "$damaged"
 fi
 tools/build.sh all "${options[@]}"
 ctest --test-dir build --output-on-failure --parallel "$(nproc)" --label-exclude nightly "$@"

@@ -2,15 +2,19 @@
 #include "truetriad/data/pose_collection.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <utility>
 
+#include "data/clock_lags.h"
 #include "data/detected_poses.h"
 #include "data/given_poses.h"
 #include "data/known_motions.h"
 #include "data/move_recorder.h"
 #include "data/pose_statistics.h"
+#include "data/rest_movement.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
 
@@ -158,18 +162,36 @@ Status CheckRowsAreRests(const RecordingInfo& info,
       "tumbled, or leave the gyroscope out");
 }
 
+// How the unit was moved, as its sensors saw it: " (the gyroscope read up to 3.2 rad/s)".
+std::string MotionSeen(const PoseSet& set) {
+  std::string seen;
+  for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const StreamSummary* stream = set.Find(triad);
+    if (stream == nullptr || stream->samples == 0) continue;
+    const double range = (stream->maximum_raw - stream->minimum_raw).maxCoeff();
+    std::array<char, 64> number{};
+    std::snprintf(number.data(), number.size(), "%.3g ", range);
+    seen += (seen.empty() ? " (over it the " : ", the ") + std::string(TriadName(triad)) +
+            "'s readings spread over " + number.data() + stream->unit.name;
+  }
+  return seen.empty() ? seen : seen + ")";
+}
+
 Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
+  const bool has_both =
+      set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr;
+  std::array<char, 64> duration{};
+  std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
+  std::array<char, 64> least{};
+  std::snprintf(least.data(), least.size(), "%g s", options.min_duration_s);
   return NotEnoughError(
-      set.source + ": no rest was found in " + std::to_string(set.duration_s) +
-      " s; expected poses in which the unit is still for at least " +
-      std::to_string(options.min_duration_s) +
-      " s, and more so than in between: hold each pose longer, or say where the poses are "
-      "(`poses:`)" +
-      (set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr
-           ? "; a unit that is tumbled on purpose is followed by `poses: { motion: { spacing_s: "
-             "0.1 "
-             "} }`"
-           : ""));
+      set.source + ": no rest was found in " + duration.data() + MotionSeen(set) +
+      "; expected poses in which the unit is still for at least " + least.data() +
+      ", and more so than in between: hold each pose longer, or say where the poses are "
+      "(`poses:`); a unit that is tumbled on purpose " +
+      (has_both ? "is followed by `poses: { motion: { spacing_s: 0.1 } }`"
+                : "can be followed by `poses: { motion: { spacing_s: 0.1 } }` where the log has "
+                  "gyroscope and accelerometer"));
 }
 
 // Names the turns that tell nothing, those of one reason together.
@@ -259,6 +281,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                             info.has_time && info.Find(Triad::kGyroscope);
   MoveRecorder moves(*leading, SpansToKeep(selection));
   std::size_t rests_dropped = 0;
+  const bool compares_clocks = info.has_time && !motion && !sweep && info.streams.size() > 1;
+  ClockLagFinder clock_lags;
 
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
@@ -270,6 +294,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitors[block.triad]->Add(block));
       if (record_moves) moves.Add(block);
+      if (compares_clocks) clock_lags.Add(block);
       if (motion) AddToTrack(block, &set.tracks[block.triad]);
       if (sweep) sweep->Add(block);
     }
@@ -350,6 +375,11 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   for (std::size_t i = 0; i < set.poses.size(); ++i) {
     set.poses[i].number = static_cast<int>(i + 1);
   }
+  if (compares_clocks) {
+    std::string lags = WordsOfClockLags(clock_lags, &set);
+    if (!lags.empty()) set.warnings.push_back(std::move(lags));
+  }
+  if (RemoveMovingReadings(moments, &set)) FillCovariances(moments, resolution_raw, &set);
   TRUETRIAD_RETURN_IF_ERROR(rates.Finish(resolution_raw, &moments, &set));
   if (record_moves) {
     set.moves = moves.Moves(set);

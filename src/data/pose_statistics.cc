@@ -21,6 +21,9 @@ constexpr double kLongerBatchLevel = 1e-3;
 // than that is harmless.
 constexpr double kNoisierLevel = 1e-6;
 constexpr double kNoisierFactor = 1.5;
+// A long pose is kept in so many segments; the parts that are compared.
+constexpr std::size_t kMostSegments = 128;
+constexpr std::size_t kEighths = 8;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
   if (dof < kEnoughDof || than_dof < kEnoughDof || variance <= than) return false;
@@ -217,6 +220,7 @@ void TriadPoseAccumulator::Add(const TriadWindow& window) {
     if (first || high >= total_.maximum_raw[axis]) moments_.at_maximum[axis] += 1.0;
   }
   total_.Merge(window);
+  AddToSegments(window);
 
   // Two batches of one level make one of the next, like a binary counter.
   Eigen::Array3d mean = window.mean_raw.array();
@@ -242,12 +246,50 @@ void TriadPoseAccumulator::Break() {
   for (Level& level : levels_) level.has_half = false;
 }
 
+void TriadPoseAccumulator::Segment::Merge(const Segment& later) {
+  samples += later.samples;
+  if (samples > 0.0) mean += (later.mean - mean) * (later.samples / samples);
+}
+
+void TriadPoseAccumulator::AddToSegments(const TriadWindow& window) {
+  if (segments_.empty() || last_segment_windows_ == segment_windows_) {
+    if (segments_.size() == kMostSegments) {
+      for (std::size_t i = 0; i < kMostSegments / 2; ++i) {
+        segments_[i] = segments_[2 * i];
+        segments_[i].Merge(segments_[2 * i + 1]);
+      }
+      segments_.resize(kMostSegments / 2);
+      segment_windows_ *= 2;
+    }
+    segments_.emplace_back();
+    last_segment_windows_ = 0;
+  }
+  segments_.back().Merge({static_cast<double>(window.count), window.mean_raw});
+  ++last_segment_windows_;
+}
+
+std::vector<Eigen::Vector3d> TriadPoseAccumulator::Eighths() const {
+  if (segments_.size() < 2 * kEighths) return {};
+  std::vector<Eigen::Vector3d> eighths;
+  for (std::size_t part = 0; part < kEighths; ++part) {
+    Segment whole;
+    for (std::size_t i = part * segments_.size() / kEighths;
+         i < (part + 1) * segments_.size() / kEighths;
+         ++i) {
+      whole.Merge(segments_[i]);
+    }
+    eighths.emplace_back(whole.mean - total_.mean_raw);
+  }
+  return eighths;
+}
+
 TriadPoseMoments TriadPoseAccumulator::Finish() const {
   TriadPoseMoments moments = moments_;
   moments.count = total_.count;
   moments.mean_raw = total_.mean_raw;
   moments.minimum_raw = total_.minimum_raw;
   moments.maximum_raw = total_.maximum_raw;
+  moments.eighths_raw = Eighths();
   for (const Level& level : levels_) {
     const Line& line = level.line;
     if (line.count < 3.0) break;

@@ -44,6 +44,9 @@ struct TriadPoseMoments {
   Eigen::Array3d at_maximum = Eigen::Array3d::Zero();
   /// Batches of 1, 2, 4, … windows.
   std::vector<BatchScatter> batches;
+  /// Means of eighths of the pose, in order, about `mean_raw`; empty with fewer than two windows an
+  /// eighth.
+  std::vector<Eigen::Vector3d> eighths_raw;
 };
 
 /// Reduces the windows of one triad in one pose, in one pass.
@@ -56,6 +59,15 @@ class TriadPoseAccumulator {
   bool empty() const { return total_.count == 0; }
 
  private:
+  // Equally many windows on end.
+  struct Segment {
+    double samples = 0.0;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    void Merge(const Segment& later);
+  };
+  void AddToSegments(const TriadWindow& window);
+  std::vector<Eigen::Vector3d> Eighths() const;
+
   // Regression of batch means on batch number, updated one by one (West 1979).
   struct Line {
     double count = 0.0, samples = 0.0, time = 0.0, time_square = 0.0;
@@ -75,6 +87,8 @@ class TriadPoseAccumulator {
   TriadPoseMoments moments_;
   TriadWindow total_;
   std::vector<Level> levels_;
+  std::vector<Segment> segments_;  // The last one may be short of windows.
+  std::int64_t segment_windows_ = 1, last_segment_windows_ = 0;
 };
 
 /// Temperature of a pose: mean and least-squares rate.

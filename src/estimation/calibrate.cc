@@ -222,6 +222,10 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
   }
   NoiseState noise = ChooseNoise(poses, options, &calibration.messages);
   calibration.quality.poses = static_cast<int>(poses.poses.size());
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || poses.not_at_rest[triad].empty()) continue;
+    return Refuse(Outcome::kNotEnough, poses.not_at_rest[triad], std::move(summary));
+  }
   if (const Status counts = CheckPoseCounts(poses, options); !counts) {
     return Refuse(Outcome::kNotEnough, counts.error().message, std::move(summary));
   }

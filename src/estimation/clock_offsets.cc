@@ -249,7 +249,7 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
     used.emplace_back(&edge, &*recorded);
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!graph.layout.Has(triad)) continue;
+    if (!graph.layout.Has(triad) || poses.clock_lag_s[triad]) continue;
     std::vector<SeenMove> moves;
     for (std::size_t k = 0; k < used.size(); ++k) {
       const auto& [edge, move] = used[k];
@@ -267,19 +267,31 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
   return offsets;
 }
 
-std::string WordsOf(const ClockOffset& offset, const PoseSet& poses) {
+std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses) {
   const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
-  if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0) || !(offset.p_value < kSaidChance) ||
-      std::abs(offset.later_s) < 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s) {
-    return {};
+  if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return {};
+  std::string said, block;
+  const auto state = [&](Triad triad, double more_s) {
+    block += (block.empty() ? "" : ", ") + std::string(TriadName(triad)) +
+             Format(": { time_offset_s: %.5f }", poses.time_offset_s[triad] + more_s);
+  };
+  for (const ClockOffset& offset : offsets) {
+    if (!(offset.p_value < kSaidChance) ||
+        std::abs(offset.later_s) < 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s) {
+      continue;
+    }
+    said += (said.empty() ? "" : "; ") + std::string(TriadName(offset.triad)) +
+            Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
+            Format("± %.2f ms ", 1e3 * offset.sigma_s) +
+            (offset.later_s > 0.0 ? "later" : "earlier") + " than the gyroscope's";
+    state(offset.triad, offset.later_s);
   }
-  const std::string name(TriadName(offset.triad));
-  return name + Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
-         Format("± %.2f ms ", 1e3 * offset.sigma_s) + (offset.later_s > 0.0 ? "later" : "earlier") +
-         " than the gyroscope's, as the moves between the rests show; not allowed for: state "
-         "`sensors: { " +
-         name +
-         Format(": { time_offset_s: %.5f } }`", poses.time_offset_s[offset.triad] + offset.later_s);
+  for (const Triad triad : kTriads) {
+    if (poses.clock_lag_s[triad]) state(triad, *poses.clock_lag_s[triad]);
+  }
+  if (said.empty()) return {};
+  return said + ", as the moves between the rests show; not allowed for: state `sensors: { " +
+         block + " }`";
 }
 
 }  // namespace truetriad

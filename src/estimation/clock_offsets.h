@@ -22,8 +22,9 @@ namespace truetriad {
 // differs from move to move. A sensor without enough moves has none.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// What is to be said of an offset that is neither chance nor within a reading of the gyroscope;
-// empty of any other.
-std::string WordsOf(const ClockOffset& offset, const PoseSet& poses);
+// What is to be said of offsets that are neither chance nor within a reading of the gyroscope, with
+// all of them in one block to state; empty where none is. A triad whose readings are off by more
+// than moves can tell (PoseSet::clock_lag_s) is in the block as that has it.
+std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses);
 
 }  // namespace truetriad

@@ -15,13 +15,17 @@ namespace {
 
 constexpr Triad kMagnetometer = Triad::kMagnetometer;
 // Poses on each side of a change that tell it from a disturbed pose.
-constexpr std::size_t kFewestPoses = 4;
+constexpr std::size_t kFewestPoses = 2;
+// And in all: with fewer every step is as good as another.
+constexpr std::size_t kFewestInAll = 8;
 constexpr std::size_t kMostPoses = 200;
 // So many left out by the robust step may be one side of a change.
-constexpr std::ptrdiff_t kManyRejected = 3;
+constexpr std::ptrdiff_t kManyRejected = 2;
 // Of a step on one of its sides, and of that share on the other; more than this of all is no
 // handful of poses beside a magnet.
 constexpr double kLeftOutShare = 0.25;
+// Of residuals that are all that tells the noise.
+constexpr double kMostExplained = 0.9;
 // One explanation is named when its log likelihood is better by this: odds of 20.
 constexpr double kClearlyBetter = 6.0;
 // Below this share of the largest eigenvalue a component of a step is not seen.
@@ -52,6 +56,7 @@ struct StepTest {
   double statistic = 0.0;
   int rank = 0;
   Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> shared;  // J^T D Z
 };
 
 // The tests of a step at every place, in their order. `columns`: of each place the derivative of
@@ -86,6 +91,7 @@ std::vector<StepTest> TestSteps(const ReducedSystem& system,
     const Eigen::Matrix3d information = whole - shared.transpose() * (system.covariance() * shared);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
     StepTest& test = tests[i];
+    test.shared = shared;
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.eigenvalues()[axis];
       if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
@@ -150,85 +156,186 @@ bool LooksLeftOut(const std::vector<Place>& places, std::size_t first) {
          std::min(before, after) <= kLeftOutShare * std::max(before, after);
 }
 
+// A fit of the few poses that are left says nothing of the noise.
+bool IsMostlyLeftOut(const PoseGraph& graph) {
+  double rejected = 0.0, all = 0.0;
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      all += 1.0;
+      rejected += seen.rejected ? 1.0 : 0.0;
+    }
+  }
+  return rejected > kLeftOutShare * all;
+}
+
+// By how many σ a parameter is off at most without the step of `test`, see MagnetometerChange.
+double EffectOf(const StepTest& test,
+                const StepTest& at_first,
+                const PoseGraph& graph,
+                const ReducedSystem& system) {
+  const Eigen::MatrixXd& basis = graph.layout.basis;
+  const Eigen::ArrayXd sigma =
+      (basis * system.covariance()).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
+  const auto largest = [&](const Eigen::VectorXd& moved) {
+    const Eigen::ArrayXd off = (basis * (system.covariance() * moved)).array().abs();
+    double most = 0.0;
+    for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+      if (sigma[i] > 0.0) most = std::max(most, off[i] / sigma[i]);
+    }
+    return most;
+  };
+  return std::max(largest(test.shared * test.step),
+                  largest((test.shared - at_first.shared) * test.step));
+}
+
+// The search for a change in one solution of the graph.
+class ChangeSearch {
+ public:
+  ChangeSearch(const PoseGraph& graph,
+               const ReducedSystem& system,
+               const std::vector<Place>& places,
+               bool is_estimated)
+      : graph_(graph),
+        system_(system),
+        places_(places),
+        is_estimated_(is_estimated),
+        own_(OwnResidualsOf(graph, system, places)) {
+    // Poses that scatter by more than the noise that was stated tell of no step by it.
+    is_estimated_ =
+        is_estimated || (own_.dof > 1.0 && 1.0 - ChiSquareCdf(own_.chi2, own_.dof) < kChangeLevel);
+    std::vector<Eigen::Matrix3d> by_bias, by_field;
+    for (const Place& place : places) {
+      const PoseNode& node = graph.nodes[place.node];
+      const Eigen::Matrix3d S = graph.ModelAt(kMagnetometer, node).sensitivity;
+      by_bias.push_back(S);
+      by_field.push_back(node.kind == PoseKind::kDirection
+                             ? Eigen::Matrix3d::Zero()
+                             : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
+    }
+    bias_ = TestSteps(system, places, by_bias);
+    field_ = TestSteps(system, places, by_field);
+  }
+
+  // Of a change right before a place, the better of both kinds, shared out over all places.
+  double PValueAt(std::size_t first) const {
+    const double tests = 2.0 * static_cast<double>(places_.size() - 2 * kFewestPoses + 1);
+    return std::min(1.0, tests * std::min(PValue(bias_[first]), PValue(field_[first])));
+  }
+
+  // Twice the log likelihood that a change there adds.
+  double LikelihoodAt(std::size_t first) const {
+    return std::max(Likelihood(bias_[first]), Likelihood(field_[first]));
+  }
+
+  // The likeliest change at those places that are `allowed`; unset where it may be chance.
+  std::optional<MagnetometerChange> Find(const std::vector<bool>& allowed) const {
+    std::optional<std::size_t> best;
+    for (std::size_t first = 0; first < places_.size(); ++first) {
+      if (!allowed[first]) continue;
+      if (!best || LikelihoodAt(first) > LikelihoodAt(*best)) best = first;
+    }
+    if (!best || PValueAt(*best) > kChangeLevel) return std::nullopt;
+    MagnetometerChange found = At(*best);
+    for (std::size_t first = 0; first < places_.size(); ++first) {
+      if (!allowed[first] || LikelihoodAt(first) < LikelihoodAt(*best) - kClearlyBetter) continue;
+      found.earliest = std::min(found.earliest, places_[first].node);
+      found.latest = std::max(found.latest, places_[first].node);
+    }
+    return found;
+  }
+
+  MagnetometerChange At(std::size_t first) const {
+    const double better = Likelihood(bias_[first]) - Likelihood(field_[first]);
+    const double by_bias = EffectOf(bias_[first], bias_[0], graph_, system_);
+    const double by_field = EffectOf(field_[first], field_[0], graph_, system_);
+    MagnetometerChange change;
+    change.node = change.earliest = change.latest = places_[first].node;
+    change.bias_ut = bias_[first].step;
+    change.field_ut = field_[first].step;
+    change.p_value = PValueAt(first);
+    change.explained_share = std::max(bias_[first].statistic, field_[first].statistic) / own_.chi2;
+    if (better > kClearlyBetter) {
+      change.kind = ChangeKind::kBias;
+      change.effect_sigmas = by_bias;
+    } else if (better < -kClearlyBetter) {
+      change.kind = ChangeKind::kField;
+      change.effect_sigmas = by_field;
+    } else {
+      change.kind = ChangeKind::kEither;
+      change.effect_sigmas = std::min(by_bias, by_field);
+    }
+    return change;
+  }
+
+ private:
+  bool IsJudgedByRest(const StepTest& test) const {
+    return is_estimated_ && own_.dof - test.rank >= 1.0;
+  }
+  // What χ² is left without the step.
+  double Left(const StepTest& test) const {
+    return std::max(own_.chi2 - test.statistic, kLeastLeft * own_.chi2);
+  }
+  double PValue(const StepTest& test) const {
+    if (test.rank == 0) return 1.0;
+    if (!IsJudgedByRest(test)) return 1.0 - ChiSquareCdf(test.statistic, test.rank);
+    const double dof = own_.dof - test.rank;
+    return 1.0 - FisherCdf(test.statistic / test.rank / (Left(test) / dof), test.rank, dof);
+  }
+  double Likelihood(const StepTest& test) const {
+    return IsJudgedByRest(test) ? own_.dof * std::log1p(test.statistic / Left(test))
+                                : test.statistic;
+  }
+
+  const PoseGraph& graph_;
+  const ReducedSystem& system_;
+  const std::vector<Place>& places_;
+  bool is_estimated_;
+  OwnResiduals own_;
+  std::vector<StepTest> bias_, field_;
+};
+
 }  // namespace
 
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
                                                          const ReducedSystem& settled_system,
                                                          const NoiseState& noise) {
-  if (!settled.layout.Has(kMagnetometer) || noise.source[kMagnetometer] == NoiseSource::kResidual) {
-    return std::nullopt;
-  }
+  if (!settled.layout.Has(kMagnetometer) || noise.unknown) return std::nullopt;
   const std::vector<Place> places = PlacesOf(settled);
-  if (places.size() < 2 * kFewestPoses || places.size() > kMostPoses) return std::nullopt;
+  if (places.size() < kFewestInAll || places.size() > kMostPoses) return std::nullopt;
   const auto rejected = std::count_if(
       places.begin(), places.end(), [](const Place& place) { return place.rejected; });
-  const bool readmits = rejected >= kManyRejected;
-  std::optional<PoseGraph> whole;
-  std::optional<ReducedSystem> whole_system;
-  if (readmits) {
-    whole = WithoutWeights(settled, places);
-    whole_system.emplace(*whole);
-  }
-  const PoseGraph& graph = readmits ? *whole : settled;
-  const ReducedSystem& system = readmits ? *whole_system : settled_system;
-  if (system.rank() < system.size()) return std::nullopt;
-
-  std::vector<Eigen::Matrix3d> by_bias, by_field;
-  for (const Place& place : places) {
-    const PoseNode& node = graph.nodes[place.node];
-    const Eigen::Matrix3d S = graph.ModelAt(kMagnetometer, node).sensitivity;
-    by_bias.push_back(S);
-    by_field.push_back(node.kind == PoseKind::kDirection
-                           ? Eigen::Matrix3d::Zero()
-                           : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
-  }
-  const bool estimated = readmits || (noise.excess[kMagnetometer] > 0.0 &&
-                                      std::find(noise.estimated.begin(),
-                                                noise.estimated.end(),
-                                                PoseNoise(kMagnetometer)) != noise.estimated.end());
-  const OwnResiduals own = OwnResidualsOf(graph, system, places);
-  // T, and where the noise is estimated, in units of what scatters without the step.
-  const auto clearness = [&](const StepTest& test) {
-    if (!estimated || own.dof - test.rank < 1.0) return test.statistic;
-    const double left = std::max(own.chi2 - test.statistic, kLeastLeft * own.chi2);
-    return test.statistic / (left / (own.dof - test.rank));
-  };
-  const auto p_value = [&](const StepTest& test) {
-    if (test.rank == 0) return 1.0;
-    return estimated && own.dof - test.rank >= 1.0
-               ? 1.0 - FisherCdf(clearness(test) / test.rank, test.rank, own.dof - test.rank)
-               : 1.0 - ChiSquareCdf(test.statistic, test.rank);
-  };
-
-  const Eigen::MatrixXd rows = graph.layout.basis.middleRows<3>(graph.layout.bias[kMagnetometer]);
-  const double bias_sigma_ut =
-      ((rows * system.covariance() * rows.transpose()).diagonal().array().max(0.0).sqrt() /
-       graph.sensitivity(kMagnetometer).rowwise().norm().array())
-          .maxCoeff();
-  const double tests = 2.0 * static_cast<double>(places.size() - 2 * kFewestPoses + 1);
-  const std::vector<StepTest> bias_tests = TestSteps(system, places, by_bias);
-  const std::vector<StepTest> field_tests = TestSteps(system, places, by_field);
-  double clearest = 0.0;
+  const bool estimated =
+      noise.excess[kMagnetometer] > 0.0 &&
+      std::find(noise.estimated.begin(), noise.estimated.end(), PoseNoise(kMagnetometer)) !=
+          noise.estimated.end();
+  if (settled_system.rank() < settled_system.size()) return std::nullopt;
+  std::vector<bool> allowed(places.size(), false);
+  std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
   std::optional<MagnetometerChange> found;
-  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
-    if (readmits && !LooksLeftOut(places, first)) continue;
-    const StepTest& bias = bias_tests[first];
-    const StepTest& field = field_tests[first];
-    const double clear = std::max(clearness(bias), clearness(field));
-    const double p = std::min(1.0, tests * std::min(p_value(bias), p_value(field)));
-    if (p > kChangeLevel || clear <= clearest) continue;
-    clearest = clear;
-    const double better = clearness(bias) - clearness(field);
-    found = MagnetometerChange{places[first].node,
-                               better > kClearlyBetter    ? ChangeKind::kBias
-                               : better < -kClearlyBetter ? ChangeKind::kField
-                                                          : ChangeKind::kEither,
-                               bias.step,
-                               field.step,
-                               bias_sigma_ut,
-                               p};
+  if (!IsMostlyLeftOut(settled)) {
+    found = ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
   }
-  return found;
+  const bool is_table = noise.source[kMagnetometer] == NoiseSource::kResidual;
+  const auto is_too_little = [is_table](const std::optional<MagnetometerChange>& change) {
+    return is_table && change && change->explained_share < kMostExplained;
+  };
+  if (is_too_little(found)) found.reset();
+  if (rejected == 0) return found;
+  // What was left out may be one side of a change, or a part of it.
+  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
+    allowed[first] = (rejected >= kManyRejected && LooksLeftOut(places, first)) ||
+                     (found && places[first].node == found->node);
+  }
+  const PoseGraph whole = WithoutWeights(settled, places);
+  const ReducedSystem whole_system(whole);
+  if (whole_system.rank() == whole_system.size()) {
+    const auto among_all =
+        ChangeSearch(whole, whole_system, places, /*is_estimated=*/true).Find(allowed);
+    if (among_all && !is_too_little(among_all) && (!found || among_all->p_value <= found->p_value))
+      found = among_all;
+  }
+  if (found) found->p_value = std::min(1.0, 2.0 * found->p_value);
+  return found && found->p_value > kChangeLevel ? std::nullopt : found;
 }
 
 }  // namespace truetriad

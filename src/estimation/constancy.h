@@ -22,12 +22,17 @@ enum class ChangeKind {
 // The magnetometer's readings from one pose on are not those of the poses before.
 struct MagnetometerChange {
   std::size_t node = 0;  // the first pose after it
+  // The first and the last pose that are about as likely (odds of 20) to be that.
+  std::size_t earliest = 0, latest = 0;
   ChangeKind kind = ChangeKind::kEither;
   // What it is if it is that: of the bias in the body frame, of the field in the world frame, uT.
   Eigen::Vector3d bias_ut = Eigen::Vector3d::Zero();
   Eigen::Vector3d field_ut = Eigen::Vector3d::Zero();
-  // The largest σ of the bias' components where this was found, uT.
-  double bias_sigma_ut = 0.0;
+  // By how many σ some parameter is off for the poses before it, or for those after it, because
+  // the solution has no such step; the lesser of both explanations where either will do.
+  double effect_sigmas = 0.0;
+  // Of what the magnetometer's residuals amount to.
+  double explained_share = 0.0;
   // Probability of one as clear by chance, the best of all places and both kinds.
   double p_value = 1.0;
 };
@@ -42,14 +47,22 @@ inline constexpr double kChangeLevel = 0.01;
 //
 // P the projector of the whole graph (reduced_system.h), Z the columns of the step. Where the noise
 // was estimated from the same poses, which takes the step for noise, T is held against what is left
-// of the magnetometer's own residuals without it: F(rank, the rest). The level is shared out over
-// all places and both kinds (Bonferroni), so that it is kept whatever their correlation.
+// of the magnetometer's own residuals without it: F(rank, the rest); so it is where the residuals
+// are all that tells the noise, but there a change has to explain nine tenths of them, since in a
+// table of means neighbouring poses share what is off in them, which looks like a step. The level is
+// shared out over all places and both kinds
+// (Bonferroni), so that it is kept whatever their correlation.
 //
-// Where the robust step has left out three poses or more, all count again, solved again, with the
-// noise as if estimated, unless it was a handful on both sides: that is how a
-// step looks to a robust fit. Unset without a change, with fewer than four poses on a side, or with
-// more poses than people set down: neighbouring rows of a motion share what disturbs them, which
-// this test would take for a step.
+// A change d that the solution does not have moves its parameters, for the poses before and those
+// after it, by
+//
+//   M^-1 J^T D Z d      M^-1 J^T D (Z - Z_all) d        Z_all: columns of a step at the first pose
+//
+// Where the robust step has left out poses, all count again, solved again, with the noise as if
+// estimated, and are searched as well: where two or more were left out on one side, as a step looks
+// to a robust fit, and where a change was found without them. Unset without a change, with fewer
+// than two poses on a side or eight in all, or with more poses than people set down: neighbouring
+// rows of a motion share what disturbs them, which this test would take for a step.
 // `settled_system`: of `settled`.
 std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
                                                          const ReducedSystem& settled_system,

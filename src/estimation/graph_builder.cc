@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "estimation/known_motions.h"
 #include "estimation/moves.h"
+#include "estimation/noise.h"
 #include "estimation/observe.h"
 #include "truetriad/model/world.h"
 
@@ -146,6 +148,33 @@ double LeadingAxisSign(const CalibrateOptions& options) {
   return accelerometer.enabled && accelerometer.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
 }
 
+namespace {
+
+// Readings without noise still need weights that can be computed with, beside priors and other
+// sensors.
+void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  const auto for_each = [&](auto what) {
+    for (PoseNode& node : *nodes) {
+      for (Observation& seen : node.observations) {
+        if (seen.triad == triad) what(&seen);
+      }
+    }
+  };
+  for_each([&](const Observation* seen) {
+    low = low.min(seen->mean_raw.array());
+    high = high.max(seen->mean_raw.array());
+  });
+  const double least = kLeastNoiseShare * 0.5 * (high - low).maxCoeff();
+  if (!std::isfinite(least)) return;
+  for_each([&](Observation* seen) {
+    seen->rest_covariance.diagonal() = seen->rest_covariance.diagonal().cwiseMax(least * least);
+  });
+}
+
+}  // namespace
+
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          const PerTriad<NoiseSource>& sources) {
@@ -215,6 +244,11 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     LinkByTurns(poses, &nodes);
     if (options.reference.earth_rate) TRUETRIAD_RETURN_IF_ERROR(CheckHeadings(poses, nodes));
     TRUETRIAD_RETURN_IF_ERROR(AddKnownMotions(poses, options, sources, &nodes));
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (options.triads[triad].enabled && sources[triad] == NoiseSource::kStatic) {
+      RaiseRestNoise(triad, &nodes);
+    }
   }
   return nodes;
 }

@@ -292,6 +292,23 @@ Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
   return ratio.asDiagonal() * information * ratio.asDiagonal();
 }
 
+// What brings the diagonal of an information matrix to one: variances of turns (rad^2) and of
+// magnetometers (uT^2) differ by so much that elimination would take the smaller pivots for zeros.
+Eigen::VectorXd Balance(const Eigen::MatrixXd& information) {
+  Eigen::VectorXd balance(information.rows());
+  for (Eigen::Index s = 0; s < balance.size(); ++s) {
+    const double own = information(s, s);
+    balance[s] = own > 0.0 ? 1.0 / std::sqrt(own) : 1.0;
+  }
+  return balance;
+}
+
+Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd balance = Balance(information);
+  const Eigen::MatrixXd balanced = balance.asDiagonal() * information * balance.asDiagonal();
+  return balance.asDiagonal() * balanced.fullPivLu().inverse() * balance.asDiagonal();
+}
+
 // The step to the maximum of a likelihood with this score and information that takes no component
 // below its limit (≤ 0): those that it would take there stand on it, the others follow.
 Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
@@ -407,7 +424,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     rows.Take(*system);
     estimate.fisher = FisherOf(rows, AllProjected(rows, *system), *system);
   }
-  estimate.covariance = estimate.fisher.fullPivLu().inverse();
+  estimate.covariance = BalancedInverse(estimate.fisher);
   return estimate;
 }
 
@@ -420,7 +437,7 @@ void StateCurvatures(const PoseGraph& graph,
   rows.Take(system);
   const std::vector<StackedRows> projected = AllProjected(rows, system);
   estimate->fisher = FisherOf(rows, projected, system);
-  estimate->covariance = estimate->fisher.fullPivLu().inverse();
+  estimate->covariance = BalancedInverse(estimate->fisher);
   estimate->sensitivities.clear();
   for (std::size_t s = 0; s < count; ++s) {
     estimate->sensitivities.push_back(rows.Sensitivity(s));

@@ -48,6 +48,10 @@ struct ExcessVariance {
   double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
 };
 
+// What is counted as noise of a pose mean at least, as a share of the field: where there is less,
+// the weights differ by more than can be computed with.
+inline constexpr double kLeastNoiseShare = 1e-7;
+
 // The component of an observation; unset where the operator alone says how well it is known.
 std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -39,8 +40,6 @@ constexpr int kMinRobustDof = 6;
 constexpr double kLeastExcessDof = 0.5;
 // Share of the field strength that an unknown noise starts from.
 constexpr double kFirstNoiseShare = 1e-3;
-// Numerical floor of an estimated noise, as a share of the field strength.
-constexpr double kNoiseFloorShare = 1e-12;
 
 // Variance of a share of what a component's readings are like.
 double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& graph) {
@@ -55,7 +54,7 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
     if (!noise.IsFromResiduals(component)) continue;
-    floor[component] = ShareOfSignal(kNoiseFloorShare, component, graph);
+    floor[component] = ShareOfSignal(kLeastNoiseShare, component, graph);
   }
   return floor;
 }
@@ -73,30 +72,39 @@ bool IsSeen(const NoiseState& noise, const PoseGraph& graph, NoiseComponent comp
          ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
 }
 
+// The component that the residuals tell least about, of those about which they tell too little.
+std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph& graph) {
+  std::optional<NoiseComponent> least;
+  double least_dof = std::numeric_limits<double>::infinity();
+  for (const NoiseComponent component : noise.estimated) {
+    if (IsSeen(noise, graph, component)) continue;
+    const double dof = ExcessDegreesOfFreedom(noise.estimate, graph, component);
+    if (least && !(dof < least_dof)) continue;
+    least = component;
+    least_dof = dof;
+  }
+  return least;
+}
+
 // Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
-// information on the excess: its estimate would be noise, and so would every σ made from it.
+// information on the excess: its estimate would be noise, and so would every σ made from it. One
+// after the other: two that cannot be told apart are one that can be without the other.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
                              Messages* messages) {
-  std::vector<NoiseComponent> seen;
-  for (const NoiseComponent component : noise->estimated) {
-    if (IsSeen(*noise, *graph, component)) {
-      seen.push_back(component);
-      continue;
-    }
-    noise->excess[component] = 0.0;
+  while (const auto unseen = LeastSeen(*noise, *graph)) {
+    noise->excess[*unseen] = 0.0;
+    std::erase(noise->estimated, *unseen);
     messages->push_back(
-        NoiseComponentName(component) +
+        NoiseComponentName(*unseen) +
         ": these poses hold no information on pose-to-pose noise; σ rests on the noise inside "
         "rests alone (state `noise: { excess: { sigma: … } }` if you know it)");
+    ApplyExcess(noise->excess, graph);
+    system->Eliminate(*graph);
+    noise->estimate = ExcessEstimate{};
+    if (!noise->estimated.empty()) Estimate(noise, graph, system);
   }
-  if (seen.size() == noise->estimated.size()) return;
-  noise->estimated = std::move(seen);
-  ApplyExcess(noise->excess, graph);
-  system->Eliminate(*graph);
-  noise->estimate = ExcessEstimate{};
-  if (!noise->estimated.empty()) Estimate(noise, graph, system);
 }
 
 // A turn of a known angle: what was stated of it, not the excess, is most of its noise.
@@ -399,6 +407,11 @@ void SolveLog::Solve(double tolerance, PoseGraph* graph) {
   iterations += outcome.iterations;
   final_cost = outcome.final_cost;
   converged = outcome.converged;
+}
+
+double RejectedFrom(std::size_t tests) {
+  const double level = kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests, 1));
+  return std::sqrt(ChiSquareQuantile(1.0 - level, 1.0));
 }
 
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {

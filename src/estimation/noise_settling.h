@@ -50,6 +50,9 @@ struct SolveLog {
   void Solve(double tolerance, PoseGraph* graph);
 };
 
+// The σ of one normal number from which on the robust step leaves out one of so many.
+double RejectedFrom(std::size_t tests);
+
 // Rows and priors less unknowns; rejected observations do not count.
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
 

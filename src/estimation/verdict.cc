@@ -34,13 +34,11 @@ constexpr double kOddGain = 5.0;
 // Within one pose; and the share of the recorded range without a rest that is worth a word.
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
-// A change of the magnetometer during the run, as a share of the field, that no use of it forgives,
-// and how many σ half of it must be: smaller ones are said and not refused.
-constexpr double kLeastHarmfulChange = 0.01;
-// A change is named when chance makes one in hundreds of runs; a run is refused for it when chance
-// makes it in one of ten thousand.
+// A change of the magnetometer during the run is named when chance makes one in hundreds of runs; a
+// run is refused for it when chance makes it in one of ten thousand, and it moves a number by as
+// much as the σ that is said.
 constexpr double kRefusedChange = 1e-4;
-constexpr double kBeyondSigma = 3.0;
+constexpr double kMovedSigmas = 1.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;
 // χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
@@ -170,6 +168,7 @@ constexpr char kNotDetermined[] =
 struct Refusal {
   Outcome outcome = Outcome::kNotCalled;
   std::string message;
+  bool is_about_noise = false;
 };
 
 // In a flat and curved valley an optimiser may take steps so short that it thinks it is there. What
@@ -178,6 +177,44 @@ bool IsShort(const ReducedSystem& system) {
   const double chi2 = system.step().dot(system.information() * system.step());
   const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
   return chi2 > kShortChi2 && share > kShortShare;
+}
+
+// A sensor most of whose poses were left out, or so many that the others determine too little: its
+// noise was stated, and is not what the poses show. Empty where there is none.
+std::string WhyTooManyAreLeftOut(const SettledRun& run, bool determined) {
+  const double most = determined ? 0.5 : 0.25;
+  std::size_t tests = run.graph.increments.size();
+  for (const PoseNode& node : run.graph.nodes) tests += node.observations.size();
+  for (const Triad triad : kTriads) {
+    if (!Wants(run.options, triad)) continue;
+    const Eigen::Matrix3d C = run.graph.sensitivity(triad).inverse();
+    int rejected = 0, all = 0;
+    double variance = 0.0;
+    for (const PoseNode& node : run.graph.nodes) {
+      for (const Observation& seen : node.observations) {
+        if (seen.triad != triad || node.role != PoseRole::kRest) continue;
+        ++all;
+        rejected += seen.rejected ? 1 : 0;
+        variance += (C * seen.variance * C.transpose()).trace() / 3.0;
+      }
+    }
+    if (!(rejected > most * all)) continue;
+    const std::string name(TriadName(triad));
+    const bool is_estimated =
+        std::find(run.noise.estimated.begin(), run.noise.estimated.end(), PoseNoise(triad)) !=
+        run.noise.estimated.end();
+    const std::string noise =
+        Format(" of %.2g ", std::sqrt(variance / all)) + std::string(TruthUnitName(triad));
+    return name + ": " + std::to_string(rejected) + " of " + std::to_string(all) +
+           " poses were left out, being off by more than " + Format("%.1f σ", RejectedFrom(tests)) +
+           noise + "; so many are not disturbed, and what is left cannot be trusted: " +
+           (is_estimated
+                ? "the readings do not fit the model"
+                : "the poses scatter by more than that σ; let it be estimated "
+                  "(`sensors: { " +
+                      name + ": { noise: { excess: estimate } } }`), or state a larger noise");
+  }
+  return {};
 }
 
 std::optional<Refusal> WhyUnusable(const SettledRun& run,
@@ -215,7 +252,13 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
                      "at one temperature",
                      (*range)[1])};
     }
+    if (std::string words = WhyTooManyAreLeftOut(run, /*determined=*/false); !words.empty()) {
+      return Refusal{Outcome::kNotConverged, std::move(words), /*is_about_noise=*/true};
+    }
     return Refusal{Outcome::kNotObservable, kNotDetermined};
+  }
+  if (std::string words = WhyTooManyAreLeftOut(run, /*determined=*/true); !words.empty()) {
+    return Refusal{Outcome::kNotConverged, std::move(words), /*is_about_noise=*/true};
   }
   if (!run.converged || IsShort(system)) {
     return Refusal{
@@ -225,12 +268,18 @@ std::optional<Refusal> WhyUnusable(const SettledRun& run,
   return std::nullopt;
 }
 
-// "between pose 12 and pose 13 (at 61.2 s)".
+// "between pose 12 and pose 13 (61.2 s after the first)"; where others are as likely, "somewhere
+// between pose 10 and pose 14, most likely …".
 std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& change) {
-  const int before = run.graph.nodes[change.node - 1].number;
+  const auto between = [&](std::size_t first, std::size_t second) {
+    return "between pose " + std::to_string(run.graph.nodes[first].number) + " and pose " +
+           std::to_string(run.graph.nodes[second].number);
+  };
   const int after = run.graph.nodes[change.node].number;
-  std::string text =
-      "between pose " + std::to_string(before) + " and pose " + std::to_string(after);
+  std::string text = between(change.node - 1, change.node);
+  if (change.earliest < change.latest) {
+    text = "somewhere " + between(change.earliest - 1, change.latest) + ", most likely " + text;
+  }
   if (!run.poses.has_time) return text;
   for (const StaticPose& pose : run.poses.poses) {
     const std::int64_t begin_ns = run.poses.poses.front().start_ns;
@@ -263,28 +312,21 @@ std::string WordsOf(const SettledRun& run, const MagnetometerChange& change) {
       text += "either " + bias + ", or " + world;
       break;
   }
-  text += Format(" (by chance: %.1g)", change.p_value);
+  text += Format("; without it numbers are off by up to %.2g σ", change.effect_sigmas) +
+          Format(" (by chance: %.1g)", change.p_value);
   const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
   if (range && (*range)[1] - (*range)[0] > kMuchTemperatureDegc) {
     text += Format(
-        "; the temperature changed by %.0f degC, too: temperature terms that are "
-        "missing, or of too low an order, look the same",
+        "; the temperature changed by %.0f degC, too: temperature terms that are missing, or of "
+        "too low an order, look the same",
         (*range)[1] - (*range)[0]);
   }
   return text + "; take the run again, or the poses of one side alone";
 }
 
-// Whether a change makes the result another than its σ say: what is stated lies between before and
-// after, and at best half of the change away from one of them.
-bool IsBeyondSigma(const SettledRun& run, const MagnetometerChange& change) {
-  const double strength = WorldVector(Triad::kMagnetometer, run.graph.reference()).norm();
-  const double bias = change.bias_ut.norm();
-  const double field = change.field_ut.norm();
-  const double size = change.kind == ChangeKind::kField  ? field
-                      : change.kind == ChangeKind::kBias ? bias
-                                                         : std::min(field, bias);
-  return change.p_value < kRefusedChange && size > kLeastHarmfulChange * strength &&
-         0.5 * size > kBeyondSigma * change.bias_sigma_ut;
+// Whether a change makes the result another than its σ say, before or after it.
+bool IsBeyondSigma(const MagnetometerChange& change) {
+  return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
 }
 
 // What makes temperature terms less than they seem.
@@ -357,6 +399,25 @@ std::string WithoutVariance(const NamedCovariance& covariance) {
   return names + (count > kNamed ? ", …" : "");
 }
 
+// Triads whose readings hold no noise to speak of.
+void SayNoNoise(const SettledRun& run, const Calibration& calibration, Messages* messages) {
+  constexpr double kHardlyMore = 2.0;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const auto& sensor = calibration.sensors[triad];
+    const NoiseSource source = run.noise.source[triad];
+    if (!sensor || (source != NoiseSource::kStatic && source != NoiseSource::kResidual)) continue;
+    const double field = WorldVector(triad, run.graph.reference()).norm();
+    const Eigen::Vector3d sigma = sensor->model.Correction().cwiseAbs() * sensor->noise.sigma;
+    if (sigma.maxCoeff() + sensor->noise.excess_sigma > kHardlyMore * kLeastNoiseShare * field) {
+      continue;
+    }
+    messages->push_back(std::string(TriadName(triad)) +
+                        Format(": its readings hold no noise; σ are what %.0e of the field would "
+                               "make, and no estimate",
+                               kLeastNoiseShare));
+  }
+}
+
 // What the reader of a usable result should know besides its numbers.
 void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages* messages) {
   const CalibrateOptions& options = run.options;
@@ -379,11 +440,10 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
     std::string remark = RemarkOnHeldGyroscope(options, gyroscope->noise.turn_excess_sigma_rad);
     if (!remark.empty()) messages->push_back(std::move(remark));
   }
-  for (const ClockOffset& offset : quality.clock_offsets) {
-    if (std::string words = WordsOf(offset, run.poses); !words.empty()) {
-      messages->push_back(std::move(words));
-    }
+  if (std::string words = WordsOf(quality.clock_offsets, run.poses); !words.empty()) {
+    messages->push_back(std::move(words));
   }
+  SayNoNoise(run, calibration, messages);
   for (const Coverage& coverage : quality.coverage) {
     if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
     messages->push_back(
@@ -541,13 +601,15 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   // First: what a change in the middle of the run does to the fit may look like anything else.
   if (const auto change = FindMagnetometerChange(graph, system, run.noise)) {
     calibration->messages.push_back(WordsOf(run, *change));
-    if (IsBeyondSigma(run, *change)) {
+    if (IsBeyondSigma(*change)) {
       calibration->outcome = Outcome::kNotConverged;
       return {};
     }
   }
   if (auto refusal = WhyUnusable(run, quality, system, observability.determined)) {
     calibration->outcome = refusal->outcome;
+    // More poses like those that were left out would not help.
+    if (refusal->is_about_noise) quality.weak_directions.clear();
     calibration->messages.push_back(std::move(refusal->message));
     return {};
   }

@@ -102,8 +102,9 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
   if (sensor.si_per_count) out << "    si_per_count: " << *sensor.si_per_count << "\n";
   out << "    noise: { sigma: " << sensor.noise.sigma
       << ", source: " << NoiseSourceName(sensor.noise.source)
-      << ", excess_sigma: " << sensor.noise.excess_sigma
-      << ", excess_dof: " << sensor.noise.excess_dof;
+      << ", excess_sigma: " << sensor.noise.excess_sigma;
+  // Not estimated: there are none.
+  if (std::isfinite(sensor.noise.excess_dof)) out << ", excess_dof: " << sensor.noise.excess_dof;
   if (sensor.noise.turn_excess_sigma_rad > 0.0) {
     out << ", turn_excess_sigma_rad: " << sensor.noise.turn_excess_sigma_rad;
   }
@@ -509,7 +510,8 @@ void ReadNoise(YamlReader reader, TriadNoise* noise) {
   ReadVector(reader.RequireChild("sigma"), &noise->sigma);
   ReadWord(reader.RequireChild("source"), NoiseSourceFromName, &noise->source);
   ReadNumber(reader.RequireChild("excess_sigma"), &noise->excess_sigma);
-  ReadNumber(reader.RequireChild("excess_dof"), &noise->excess_dof);
+  noise->excess_dof = std::numeric_limits<double>::infinity();
+  if (YamlReader dof = reader.Child("excess_dof")) ReadNumber(dof, &noise->excess_dof);
   if (YamlReader turns = reader.Child("turn_excess_sigma_rad")) {
     ReadNumber(turns, &noise->turn_excess_sigma_rad);
   }

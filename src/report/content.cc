@@ -43,7 +43,9 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     text += std::string(from_motion ? "; the motion adds another "
                                     : "; the poses scatter by another ") +
             Significant(noise.excess_sigma, 2) + " " + TruthUnit(triad);
-    if (noise.excess_dof > 0.0) {
+    if (std::isinf(noise.excess_dof)) {
+      text += " (excess σ, as stated)";
+    } else if (noise.excess_dof > 0.0) {
       text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
     }
   }
@@ -452,8 +454,9 @@ Verdict VerdictOf(const Calibration& calibration) {
               "The fit did not converge or does not explain the readings."};
     case Outcome::kNotEnough:
       return {Grade::kBad,
-              "NOT USABLE: not enough poses",
-              "The recording holds fewer poses than the parameters need."};
+              "NOT USABLE: not enough",
+              "The recording does not hold what the parameters need: " +
+                  (calibration.messages.empty() ? "too few poses." : calibration.messages.front())};
     case Outcome::kNotCalled:
       break;
   }

@@ -31,6 +31,31 @@ PoseSet ExactPoses(const SyntheticUnit& unit, int count, Random* random) {
   return poses;
 }
 
+// Poses that scatter by fifty times the noise that is stated: nearly all are outliers by that, and
+// the few that are left fit each other by being few.
+TEST(CalibrateAccelMag, SaysThatTooManyPosesWereLeftOutInsteadOfAskingForMore) {
+  Random random(31);
+  const SyntheticUnit unit = trials::RandomUnit({}, &random);
+  SyntheticNoise noise = trials::ModelNoise();
+  noise.excess_sigma[Triad::kAccelerometer] = 0.15;
+  noise.excess_sigma[Triad::kMagnetometer] = 2.5;
+  const PoseSet poses = SimulatePoses(unit, RandomAttitudes(24, &random), noise, &random);
+  CalibrateOptions options = trials::JointOptions(unit);
+  const auto estimated = Calibrate(poses, options);
+  ASSERT_TRUE(estimated) << estimated.error().message;
+  EXPECT_TRUE(estimated->calibration.IsUsable());
+  for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotConverged);
+  EXPECT_TRUE(summary->calibration.quality.weak_directions.empty());
+  EXPECT_THAT(
+      summary->calibration.messages,
+      ::testing::Contains(::testing::AllOf(::testing::HasSubstr("of 24 poses were left out"),
+                                           ::testing::HasSubstr("3.7 σ of "),
+                                           ::testing::HasSubstr("excess: estimate"))));
+}
+
 TEST(CalibrateAccelMag, RecoversTruthExactlyWithoutNoise) {
   for (int seed = 0; seed < 20; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));

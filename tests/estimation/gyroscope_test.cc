@@ -17,6 +17,7 @@
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/math/distributions.h"
+#include "truetriad/math/random.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -493,14 +494,34 @@ TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
   const double counted_chi2 = summary->calibration.quality.reduced_chi2;
   EXPECT_LT(counted_chi2, 1e-3);
 
-  // Left out, it stays in the residuals of the rests, in the bias and in the pull of gravity, which
-  // takes its vertical part.
+  // Left out, the turns contradict what the other sensors see: nothing of that is usable.
   options.reference.earth_rate.reset();
   const auto ignored = Calibrate(poses, options);
   ASSERT_TRUE(ignored) << ignored.error().message;
   EXPECT_GT(ignored->calibration.quality.reduced_chi2, 1e3);
-  EXPECT_GT((*ignored->calibration.sensors[kGyro]->g_sensitivity - *expected.g_sensitivity).norm(),
-            0.01);
+  EXPECT_FALSE(ignored->calibration.IsUsable());
+}
+
+// Variances in uT^2, (rad/s)^2 and rad^2 side by side: each keeps its degrees of freedom.
+TEST(ExcessNoise, OfAMagnetometerHasDegreesOfFreedomBesideThatOfTurns) {
+  Scenario scenario = GyroscopeScenario({true, true, false});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-6);
+  scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  PoseSet poses = Collect(scenario);
+  const Eigen::Matrix3d S = TruthOf(scenario, 0).sensors[kMag]->model.sensitivity;
+  Random random(8);
+  for (StaticPose& pose : poses.poses) {
+    pose.triads[kMag]->mean_raw += S * random.Normal3();
+  }
+  CalibrateOptions options = OptionsFor(scenario);
+  for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kEstimate;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const double dof = summary->calibration.sensors[kMag]->noise.excess_dof;
+  EXPECT_GT(dof, 1.0);
+  EXPECT_LT(dof, 3.0 * static_cast<double>(poses.poses.size()));
 }
 
 // Without a given dip, its sign is that of the hemisphere: the side that the earth's rate has to be

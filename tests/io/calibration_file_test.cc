@@ -274,8 +274,16 @@ TEST(CalibrationFile, RefusesTemperatureTermsThatNoCalibrationWrites) {
 
 TEST(CalibrationFile, NamesAMissingKey) {
   EXPECT_THAT(ErrorOf(Edited("gauge: symmetric\n", "")), HasSubstr("gauge: is missing"));
-  EXPECT_THAT(ErrorOf(Edited(", excess_dof: .inf", "")),
-              HasSubstr("sensors.accelerometer.noise.excess_dof: is missing"));
+  EXPECT_THAT(ErrorOf(Edited(", excess_sigma: 0", "")),
+              HasSubstr("sensors.accelerometer.noise.excess_sigma: is missing"));
+}
+
+TEST(CalibrationFile, SaysNoDegreesOfFreedomOfAnExcessThatWasNotEstimated) {
+  const std::string whole = Edited("gauge: symmetric", "gauge: symmetric");
+  EXPECT_THAT(whole, Not(HasSubstr("excess_dof: .inf")));
+  const auto read = Reread(whole);
+  ASSERT_TRUE(read) << read.error().message;
+  EXPECT_TRUE(std::isinf(read->sensors[Triad::kAccelerometer]->noise.excess_dof));
 }
 
 TEST(CalibrationFile, RejectsAnUnknownKeyWithItsLine) {

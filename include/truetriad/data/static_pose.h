@@ -137,6 +137,11 @@ struct PoseSet {
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
   PerTriad<double> time_offset_s{};   ///< Has been taken off the times of the triad's readings.
+  /// By how much a triad's readings change later than those of the others all the same, where that
+  /// is tenths of a second and more.
+  PerTriad<std::optional<double>> clock_lag_s;
+  /// Why most rests are none for the triad, which then cannot be calibrated from them; or empty.
+  PerTriad<std::string> not_at_rest;
   std::string how;                    ///< "static detection", "every row", …
   std::vector<std::string> warnings;  ///< Clipping, stuck samples, gaps: what people should know.
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <string>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
+#include "truetriad/config/experiment.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
@@ -12,11 +14,30 @@
 namespace truetriad {
 namespace {
 
+/// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
+/// off these as well.
+Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
+  if (calibration.config_yaml.find("time_offset_s") == std::string::npos) return {};
+  const Result<Experiment> experiment = ReadExperiment(FLAGS_calibration);
+  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  config->time_offset_s = experiment->poses.time_offset_s;
+  for (const Triad triad : kTriads) {
+    const double offset_s = config->time_offset_s[triad];
+    if (offset_s == 0.0) continue;
+    std::fprintf(stderr,
+                 "%s: %g s taken off its times, as in the calibration\n",
+                 std::string(TriadName(triad)).c_str(),
+                 offset_s);
+  }
+  return {};
+}
+
 Result<int> Run(const std::vector<std::string>&) {
   Result<PosesConfig> config = ParsePoses(FLAGS_poses);
   TRUETRIAD_RETURN_IF_ERROR(config);
   const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(TakeClocks(*calibration, &*config));
   config->moves = calibration->sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/clock_lags.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include <glog/logging.h>
+
+namespace truetriad {
+namespace {
+
+constexpr std::int64_t kSlotNs = 100'000'000;
+constexpr double kSlotS = 1e-9 * static_cast<double>(kSlotNs);
+// Before the first reading seen: streams need not begin together.
+constexpr std::int64_t kSlotsBefore = 100;
+constexpr std::int64_t kMostSlots = 216'000;
+// A change is between neighbours, or a triad slower than the slots.
+constexpr std::int64_t kLongestGapSlots = 5;
+constexpr int kMostLag = 60;
+// A peak is this wide; a second one outside of it makes the lag ambiguous.
+constexpr int kPeakWidth = 10;
+constexpr double kClearCorrelation = 0.5;
+// Of log likelihoods, neighbouring slots counting as one for as long as a turn lasts.
+constexpr double kClearlyLikelier = 6.0;
+constexpr double kSlotsOfATurn = 12.0;
+// Half a minute tells something.
+constexpr int kFewestPairs = 300;
+// Of the largest change, squared: what is below is rest.
+constexpr double kRestShare = 1e-6;
+// What the moves between rests themselves tell better (estimation) is not said.
+constexpr double kSaidS = 0.25;
+
+float Ninetieth(std::vector<float> values) {
+  if (values.empty()) return 0.0F;
+  const auto at = static_cast<std::ptrdiff_t>(9 * values.size() / 10);
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+// log2 of the changes; NaN where there is none.
+std::vector<float> Logarithms(const std::vector<float>& change) {
+  std::vector<float> known;
+  for (const float value : change) {
+    if (value >= 0.0F) known.push_back(value);
+  }
+  const float floor = static_cast<float>(kRestShare) * Ninetieth(known);
+  std::vector<float> logs;
+  logs.reserve(change.size());
+  for (const float value : change) {
+    logs.push_back(value >= 0.0F && floor > 0.0F ? std::log2(value + floor) : std::nanf(""));
+  }
+  return logs;
+}
+
+struct Correlation {
+  double value = 0.0;
+  double pairs = 0.0;
+
+  double log_likelihood() const {
+    return -0.5 * pairs / kSlotsOfATurn * std::log(1.0 - std::min(value * value, 1.0 - 1e-9));
+  }
+};
+
+// Of a(t) with b(t + lag); 0 where there are too few pairs.
+Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>& b, int lag) {
+  double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
+  const auto first = static_cast<std::size_t>(std::max(0, -lag));
+  for (std::size_t i = first; i < a.size(); ++i) {
+    const std::size_t j = i + static_cast<std::size_t>(static_cast<std::ptrdiff_t>(lag));
+    if (j >= b.size()) break;
+    if (std::isnan(a[i]) || std::isnan(b[j])) continue;
+    const double x = a[i], y = b[j];
+    n += 1.0, sa += x, sb += y, saa += x * x, sbb += y * y, sab += x * y;
+  }
+  if (n < kFewestPairs) return {};
+  const double va = saa - sa * sa / n, vb = sbb - sb * sb / n;
+  if (!(va > 0.0) || !(vb > 0.0)) return {};
+  return {(sab - sa * sb / n) / std::sqrt(va * vb), n};
+}
+
+}  // namespace
+
+void ClockLagFinder::Close(Track* track) {
+  if (!(track->count > 0.0)) return;
+  const Eigen::Vector3d mean = track->sum / track->count;
+  if (track->slot >= 0 && track->slot < kMostSlots) {
+    track->change.resize(static_cast<std::size_t>(track->slot) + 1, -1.0F);
+    const std::int64_t gap = track->slot - track->last_slot;
+    if (track->last_slot >= 0 && gap <= kLongestGapSlots) {
+      track->change.back() = static_cast<float>((mean - track->last_mean).squaredNorm());
+    }
+  }
+  track->last_mean = mean;
+  track->last_slot = track->slot;
+  track->sum.setZero();
+  track->count = 0.0;
+}
+
+void ClockLagFinder::Add(const SampleBlock& block) {
+  if (block.x.empty()) return;
+  if (!started_) {
+    started_ = true;
+    origin_ns_ = block.time_ns.front() - kSlotsBefore * kSlotNs;
+  }
+  Track& track = tracks_[block.triad];
+  for (std::size_t i = 0; i < block.x.size(); ++i) {
+    const std::int64_t slot = std::max<std::int64_t>(block.time_ns[i] - origin_ns_, 0) / kSlotNs;
+    if (slot >= kMostSlots) break;
+    if (slot != track.slot) {
+      Close(&track);
+      track.slot = slot;
+    }
+    track.sum += Eigen::Vector3d(block.x[i], block.y[i], block.z[i]);
+    track.count += 1.0;
+  }
+}
+
+std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const {
+  const std::vector<float> a = Logarithms(tracks_[reference].change);
+  const std::vector<float> b = Logarithms(tracks_[triad].change);
+  std::array<Correlation, 2 * kMostLag + 1> correlation;
+  for (int lag = -kMostLag; lag <= kMostLag; ++lag) {
+    correlation[static_cast<std::size_t>(lag + kMostLag)] = CorrelationAt(a, b, lag);
+  }
+  const auto peak = std::max_element(
+      correlation.begin(), correlation.end(), [](const Correlation& one, const Correlation& other) {
+        return one.value < other.value;
+      });
+  const auto at = static_cast<int>(peak - correlation.begin());
+  VLOG(1) << TriadName(triad) << " against " << TriadName(reference) << ": correlation "
+          << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
+          << correlation[kMostLag].value << " at 0";
+  if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
+  for (int other = 0; other <= 2 * kMostLag; ++other) {
+    if (std::abs(other - at) <= kPeakWidth) continue;
+    const Correlation& rival = correlation[static_cast<std::size_t>(other)];
+    if (rival.value > 0.0 && rival.log_likelihood() > peak->log_likelihood() - kClearlyLikelier) {
+      return std::nullopt;
+    }
+  }
+  // The top of the parabola through the highest three.
+  const double before = (peak - 1)->value, after = (peak + 1)->value;
+  const double bend = before - 2.0 * peak->value + after;
+  const double beside = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+  return kSlotS * (static_cast<double>(at - kMostLag) + beside);
+}
+
+std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set) {
+  const bool has_gyroscope = set->Find(Triad::kGyroscope) != nullptr;
+  const Triad reference = has_gyroscope ? Triad::kGyroscope : Triad::kAccelerometer;
+  std::string said, block;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (triad == reference || set->Find(triad) == nullptr || set->Find(reference) == nullptr) {
+      continue;
+    }
+    const std::optional<double> lag_s = finder.LagOf(triad, reference);
+    if (!lag_s || std::abs(*lag_s) < kSaidS) continue;
+    set->clock_lag_s[triad] = *lag_s;
+    const std::string name(TriadName(triad));
+    std::array<char, 64> number{};
+    std::snprintf(number.data(), number.size(), "%.1f s ", std::abs(*lag_s));
+    said += (said.empty() ? "" : "; ") + name + ": its readings change " + number.data() +
+            (*lag_s > 0.0 ? "later" : "earlier") + " than the " +
+            std::string(TriadName(reference)) + "'s";
+    std::snprintf(number.data(), number.size(), "%.1f", set->time_offset_s[triad] + *lag_s);
+    block += (block.empty() ? "" : ", ") + name + ": { time_offset_s: " + number.data() + " }";
+  }
+  if (said.empty()) return {};
+  return said + ": the clocks differ; take it off with `sensors: { " + block +
+         " }` and run again, which finds what is left of it";
+}
+
+}  // namespace truetriad

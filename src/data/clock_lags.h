@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/triad.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+/// Whether one triad's readings change long after, or before, another's: seconds, not the
+/// milliseconds that a fit finds.
+///
+/// Of every tenth of a second it keeps by how much each triad's mean differs from the one before.
+/// Where the unit is turned now and then, the logarithms of two triads go up and down together,
+///
+///   r(lag) = corr(log c_reference(t), log c_triad(t + lag))
+///
+/// and the clearest lag is by how much the times of the triad are later. Six hours are kept.
+class ClockLagFinder {
+ public:
+  void Add(const SampleBlock& block);
+
+  /// By how much the times of `triad` are later than those of `reference`, s. Unset where no lag
+  /// of up to 6 s is clear: nothing moves, or the moves come at even intervals.
+  std::optional<double> LagOf(Triad triad, Triad reference) const;
+
+ private:
+  struct Track {
+    std::vector<float> change;  // of the mean since the slot before, squared; negative: none
+    std::int64_t slot = -1;     // that is open
+    double count = 0.0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Vector3d last_mean = Eigen::Vector3d::Zero();
+    std::int64_t last_slot = -1;
+  };
+  static void Close(Track* track);
+
+  bool started_ = false;
+  std::int64_t origin_ns_ = 0;
+  PerTriad<Track> tracks_;
+};
+
+/// Says of every triad by how much its times are off by tenths of a second and more, in one block
+/// that can be pasted; empty when none is. The gyroscope is the reference, without one the
+/// accelerometer. `set` needs its streams and the offsets that were taken off.
+std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set);
+
+}  // namespace truetriad
