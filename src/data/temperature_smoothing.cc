@@ -3,17 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include <Eigen/Dense>
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
 
+#include "data/coarse_thermometer.h"
 #include "data/thermometer.h"
 #include "truetriad/math/distributions.h"
-#include "truetriad/math/random.h"
 
 namespace truetriad {
 namespace {
@@ -28,6 +25,9 @@ constexpr double kRateNoiseShare = 0.01;
 constexpr double kWidestShare = 1.0 / 20.0;
 // Places where a coarse thermometer changes that are enough to follow them.
 constexpr std::size_t kFewestPlaces = 8;
+// With noise of this share of a step the mean of the readings is the temperature, within a
+// thirtieth of a step.
+constexpr double kDithered = 0.35;
 // Residuals beyond this many σ count for nothing.
 constexpr double kTukey = 6.0;
 constexpr int kRobustRounds = 2;
@@ -64,183 +64,6 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   }
   return change / (time_s.back() - time_s.front());
 }
-
-// Where the readings go from one step to the next, and the middles of steps that last long.
-Readings PlacesOfChange(const std::vector<double>& time_s,
-                        const std::vector<double>& degc,
-                        double step) {
-  Readings places;
-  // Steps need not be at whole multiples: kelvins are not in degC.
-  double base = 0.0;
-  for (std::size_t i = degc.size() - 1; i > 0; --i) {
-    if (degc[i] == degc[i - 1]) base = degc[i];
-  }
-  // A cell that holds a change has a mean between two steps.
-  const auto level = [step, base](double value) { return std::round((value - base) / step); };
-  std::vector<std::pair<double, double>> changes;
-  for (std::size_t i = 1; i < degc.size(); ++i) {
-    const double before = level(degc[i - 1]), after = level(degc[i]);
-    if (before == after) continue;
-    const double middle = base + 0.5 * (before + after) * step;
-    const double share =
-        degc[i] == degc[i - 1] ? 0.5 : (middle - degc[i - 1]) / (degc[i] - degc[i - 1]);
-    changes.emplace_back(time_s[i - 1] + std::clamp(share, 0.0, 1.0) * (time_s[i] - time_s[i - 1]),
-                         middle);
-  }
-  std::vector<double> lengths;
-  for (std::size_t c = 1; c < changes.size(); ++c) {
-    if (changes[c].second == changes[c - 1].second) continue;
-    lengths.push_back(changes[c].first - changes[c - 1].first);
-  }
-  const double usual = lengths.empty() ? time_s.back() - time_s.front() : Median(lengths);
-  // A step that lasts much longer than the others is one at which the temperature stays.
-  constexpr double kLong = 4.0;
-  const auto add_plateau = [&](double from, double to, bool is_open) {
-    if (to - from < kLong * usual) return;
-    const double end = is_open ? 0.0 : 2.0 * usual;
-    double value = 0.0;
-    std::size_t count = 0;
-    const auto first = std::lower_bound(time_s.begin(), time_s.end(), from) - time_s.begin();
-    const auto last = std::upper_bound(time_s.begin(), time_s.end(), to) - time_s.begin();
-    for (auto i = first; i < last; ++i, ++count) value += degc[static_cast<std::size_t>(i)];
-    if (count == 0) return;
-    value /= static_cast<double>(count);
-    const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
-    for (int p = 0; p < points; ++p) {
-      places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points, value);
-    }
-  };
-  double previous = time_s.front();
-  // Noise goes to and fro over the same place: one change, at the mean of them.
-  constexpr double kSamePlace = 0.15;
-  for (std::size_t c = 0; c < changes.size();) {
-    double sum = 0.0;
-    std::size_t next = c;
-    while (next < changes.size() && changes[next].second == changes[c].second &&
-           (next == c || changes[next].first - changes[next - 1].first < kSamePlace * usual)) {
-      sum += changes[next++].first;
-    }
-    const double time = sum / static_cast<double>(next - c);
-    add_plateau(previous, time, previous == time_s.front());
-    if (places.time_s.empty() || time > places.time_s.back()) places.Add(time, changes[c].second);
-    previous = time;
-    c = next;
-  }
-  add_plateau(previous, time_s.back(), true);
-  // Before the first change and after the last one the straight line on, as far as the reading
-  // there allows.
-  const auto end_point = [&](double time, double reading, std::size_t near, std::size_t far) {
-    const double slope =
-        (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);
-    const double line = places.degc[near] + slope * (time - places.time_s[near]);
-    const double middle = base + level(reading) * step;
-    return std::clamp(line, middle - 0.5 * step, middle + 0.5 * step);
-  };
-  const std::size_t count = places.time_s.size();
-  if (count < 2) return places;
-  const double first = end_point(time_s.front(), degc.front(), 0, 1);
-  const double last = end_point(time_s.back(), degc.back(), count - 1, count - 2);
-  if (places.time_s.back() + 0.5 * usual < time_s.back()) places.Add(time_s.back(), last);
-  if (time_s.front() + 0.5 * usual < places.time_s.front()) {
-    places.time_s.insert(places.time_s.begin(), time_s.front());
-    places.degc.insert(places.degc.begin(), first);
-    places.weight.push_back(1.0);
-  }
-  return places;
-}
-
-// A natural cubic smoothing spline through places of change, minimising
-//   sum (s(t_i) - y_i)^2 + lambda int s''^2                                  (Reinsch 1967)
-// with the lambda of least generalised cross-validation: the times at which a thermometer goes from
-// one step to the next err independently. Curved as sharply as that allows at a turning point.
-class Spline {
- public:
-  Spline(std::vector<double> time, const std::vector<double>& value) : time_(std::move(time)) {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    value_ = Eigen::Map<const Eigen::VectorXd>(value.data(), n);
-    const Eigen::VectorXd y = value_;
-    const Matrix Q = SecondDifferences();
-    Smooth(y, SecondDifferences(), Roughness());
-  }
-
-  // Value and slope; a straight line beyond the ends.
-  std::pair<double, double> At(double time) const {
-    const auto after = std::upper_bound(time_.begin(), time_.end(), time);
-    const auto i = std::clamp<Eigen::Index>(
-        after - time_.begin() - 1, 0, static_cast<Eigen::Index>(time_.size()) - 2);
-    const double begin = time_[static_cast<std::size_t>(i)];
-    const double h = time_[static_cast<std::size_t>(i) + 1] - begin;
-    const double inside = std::clamp(time, time_.front(), time_.back());
-    const double b = (inside - begin) / h, a = 1.0 - b;
-    const double value =
-        a * value_[i] + b * value_[i + 1] +
-        ((a * a * a - a) * curvature_[i] + (b * b * b - b) * curvature_[i + 1]) * h * h / 6.0;
-    const double slope =
-        (value_[i + 1] - value_[i]) / h +
-        ((3.0 * b * b - 1.0) * curvature_[i + 1] - (3.0 * a * a - 1.0) * curvature_[i]) * h / 6.0;
-    return {value + slope * (time - inside), slope};
-  }
-
- private:
-  using Matrix = Eigen::SparseMatrix<double>;
-
-  void Smooth(const Eigen::VectorXd& y, const Matrix& Q, const Matrix& R) {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    const Matrix QQ = Q.transpose() * Q;
-    // Random signs, always the same ones: their mean square gives the trace of the influence.
-    constexpr int kProbes = 24;
-    Random random(1);
-    Eigen::MatrixXd probes(n, kProbes);
-    for (double& sign : probes.reshaped()) sign = random.Normal() > 0.0 ? 1.0 : -1.0;
-    const double spacing = (time_.back() - time_.front()) / static_cast<double>(n - 1);
-    double least = std::numeric_limits<double>::infinity();
-    for (double decade = -4.0; decade <= 4.0; decade += 0.25) {
-      const double lambda = std::pow(10.0, decade) * std::pow(spacing, 3);
-      const Eigen::SimplicialLDLT<Matrix> solver(R + lambda * QQ);
-      const Eigen::VectorXd curvature = solver.solve(Q.transpose() * y);
-      const Eigen::VectorXd left = lambda * (Q * curvature);
-      const Eigen::MatrixXd left_probes = lambda * (Q * solver.solve(Q.transpose() * probes));
-      const double trace = probes.cwiseProduct(left_probes).sum() / kProbes;
-      const double score = left.squaredNorm() / (trace * trace);
-      if (!(score < least)) continue;
-      least = score;
-      value_ = y - left;
-      curvature_.setZero(n);
-      curvature_.segment(1, n - 2) = curvature;
-    }
-  }
-
-  double Gap(Eigen::Index i) const {
-    return time_[static_cast<std::size_t>(i) + 1] - time_[static_cast<std::size_t>(i)];
-  }
-  Matrix SecondDifferences() const {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    for (Eigen::Index j = 0; j + 2 < n; ++j) {
-      entries.emplace_back(j, j, 1.0 / Gap(j));
-      entries.emplace_back(j + 1, j, -1.0 / Gap(j) - 1.0 / Gap(j + 1));
-      entries.emplace_back(j + 2, j, 1.0 / Gap(j + 1));
-    }
-    Matrix Q(n, n - 2);
-    Q.setFromTriplets(entries.begin(), entries.end());
-    return Q;
-  }
-  Matrix Roughness() const {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    for (Eigen::Index j = 0; j + 2 < n; ++j) {
-      entries.emplace_back(j, j, (Gap(j) + Gap(j + 1)) / 3.0);
-      if (j + 3 < n) entries.emplace_back(j, j + 1, Gap(j + 1) / 6.0);
-      if (j > 0) entries.emplace_back(j, j - 1, Gap(j) / 6.0);
-    }
-    Matrix R(n - 2, n - 2);
-    R.setFromTriplets(entries.begin(), entries.end());
-    return R;
-  }
-
-  std::vector<double> time_;
-  Eigen::VectorXd value_, curvature_;
-};
 
 // Local parabola about `time`: value and slope. Reaches `half_width` to both sides, further on one
 // where the other is missing, and over at least four readings. `first` moves on with time.
@@ -301,19 +124,26 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double widest = kWidestShare * duration;
   Readings readings;
   if (step_degc > kCoarseShare * span) {
-    readings = PlacesOfChange(time_s, degc, step_degc);
-    if (readings.time_s.size() >= kFewestPlaces) {
-      track.step_degc = step_degc;
-      track.smoothing_s = std::min(widest, step_degc / rate);
-      const Spline spline(readings.time_s, readings.degc);
+    StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+    if (places.time_s.size() >= kFewestPlaces) {
+      const double spacing = duration / static_cast<double>(time_s.size() - 1);
+      const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
+      steps.At(time_s, &track.degc, &track.rate_degcps);
+      // What rounding adds, and the noise.
+      double square = 0.0;
       for (std::size_t i = 0; i < time_s.size(); ++i) {
-        const auto [value, slope] = spline.At(time_s[i]);
-        track.degc.push_back(std::clamp(value, degc[i] - step_degc, degc[i] + step_degc));
-        track.rate_degcps.push_back(slope);
+        square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
       }
-      return track;
+      const double noise_steps = std::sqrt(square) / step_degc;
+      if (noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered) {
+        track.step_degc = step_degc;
+        track.smoothing_s = std::min(widest, step_degc / rate);
+        for (std::size_t i = 0; i < time_s.size(); ++i) {
+          track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
+        }
+        return track;
+      }
     }
-    readings = Readings();
   }
   // A reading that is repeated until the next one is none but the first time.
   constexpr double kSlow = 4.0;
