@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -65,12 +66,17 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   return change / (time_s.back() - time_s.front());
 }
 
+// A local fit as it is, and its weights of the readings begin, begin + 1, ….
+struct LocalFit {
+  double value = 0.0, slope = 0.0;
+  std::size_t begin = 0;
+  std::vector<Eigen::Vector2d> weights;
+};
+
 // Local parabola about `time`: value and slope. Reaches `half_width` to both sides, further on one
 // where the other is missing, and over at least four readings. `first` moves on with time.
-std::pair<double, double> FitAbout(const Readings& readings,
-                                   double time,
-                                   double half_width,
-                                   std::size_t* first) {
+void FitAbout(
+    const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
   const std::vector<double>& at = readings.time_s;
   const double missing =
       std::max({0.0, half_width - (time - at.front()), half_width - (at.back() - time)});
@@ -90,21 +96,106 @@ std::pair<double, double> FitAbout(const Readings& readings,
     reach = std::max(reach, 1.05 * std::max(time - at[begin], at[end - 1] - time));
   }
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (std::size_t j = begin; j < end; ++j) {
+  local->begin = begin;
+  local->weights.clear();
+  const auto row_of = [&](std::size_t j) {
     const double u = (at[j] - time) / reach;
-    const double tricube = std::pow(std::max(0.0, 1.0 - std::pow(std::abs(u), 3)), 3);
-    const double weight = readings.weight[j] * tricube;
-    const Eigen::Vector3d row(1.0, u, u * u);
+    return Eigen::Vector3d(1.0, u, u * u);
+  };
+  for (std::size_t j = begin; j < end; ++j) {
+    const Eigen::Vector3d row = row_of(j);
+    const double far = std::abs(row[1]);
+    const double less = std::max(0.0, 1.0 - far * far * far);
+    const double weight = readings.weight[j] * less * less * less;
     normal += weight * row * row.transpose();
-    right += weight * readings.degc[j] * row;
+    local->weights.emplace_back(weight, 0.0);
   }
   // A trace of a ridge: with too few readings for a parabola it is as straight as it can be.
   const double ridge = 1e-9 * normal(0, 0);
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
-  const Eigen::Vector3d fit = normal.ldlt().solve(right);
-  return {fit[0], fit[1] / reach};
+  Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
+  wanted(0, 0) = 1.0, wanted(1, 1) = 1.0 / reach;
+  const Eigen::Matrix<double, 3, 2> solved = normal.ldlt().solve(wanted);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t j = begin; j < end; ++j) {
+    Eigen::Vector2d& weight = local->weights[j - begin];
+    weight = weight[0] * (solved.transpose() * row_of(j));
+    sum += readings.degc[j] * weight;
+  }
+  local->value = sum[0];
+  local->slope = sum[1];
 }
+
+// Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
+// generalised cross-validation.
+double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
+  constexpr double kNarrower = 0.7;
+  constexpr double kFewestReadings = 20.0;  // that are smoothed over
+  constexpr std::size_t kPlaces = 2000;
+  const std::size_t every = readings.time_s.size() / kPlaces + 1;
+  double best = half_width, least = std::numeric_limits<double>::infinity();
+  LocalFit local;
+  for (double width = half_width; width >= kFewestReadings * spacing_s; width *= kNarrower) {
+    double square = 0.0, freedom = 0.0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
+      FitAbout(readings, readings.time_s[i], width, &first, &local);
+      square += std::pow(readings.degc[i] - local.value, 2);
+      freedom += 1.0 - local.weights[i - local.begin][0];
+    }
+    const double score = square / (freedom * freedom);
+    if (score >= least) continue;
+    least = score;
+    best = width;
+  }
+  return best;
+}
+
+// Notes what blocks of readings do to each place of a track.
+class NoiseBlocks {
+ public:
+  // Blocks of a quarter of the half-width, and not too many of them.
+  NoiseBlocks(const Readings& readings,
+              double half_width,
+              double sigma_degc,
+              TemperatureNoise* noise)
+      : noise_(*noise) {
+    constexpr double kMostBlocks = 400.0;
+    const double begin = readings.time_s.front();
+    const double length =
+        std::max(0.25 * half_width, (readings.time_s.back() - begin) / kMostBlocks);
+    std::vector<double> count;
+    for (const double time : readings.time_s) {
+      block_.push_back(static_cast<std::size_t>((time - begin) / length));
+      if (block_.back() >= count.size()) count.resize(block_.back() + 1, 0.0);
+      count[block_.back()] += 1.0;
+    }
+    for (const double readings_in_block : count) {
+      noise_.sigma_degc.push_back(sigma_degc / std::sqrt(std::max(readings_in_block, 1.0)));
+    }
+    // A one-sided fit at an end reaches twice as far.
+    noise_.reach = std::min(static_cast<std::size_t>(2.1 * half_width / length) + 3, count.size());
+  }
+
+  void Note(const LocalFit& local) {
+    const std::size_t first =
+        std::min(block_[local.begin], noise_.sigma_degc.size() - noise_.reach);
+    noise_.first.push_back(first);
+    const std::size_t at = noise_.degc.size();
+    noise_.degc.resize(at + noise_.reach, 0.0F);
+    noise_.rate.resize(at + noise_.reach, 0.0F);
+    for (std::size_t j = 0; j < local.weights.size(); ++j) {
+      const std::size_t place = block_[local.begin + j] - first;
+      if (place >= noise_.reach) continue;
+      noise_.degc[at + place] += static_cast<float>(local.weights[j][0]);
+      noise_.rate[at + place] += static_cast<float>(local.weights[j][1]);
+    }
+  }
+
+ private:
+  TemperatureNoise& noise_;
+  std::vector<std::size_t> block_;  // of each reading
+};
 
 }  // namespace
 
@@ -167,20 +258,17 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double density = noise * noise * spacing + rounding;
   // Variance of a local parabola's slope: about 2.3 density / half-width^3.
   const double noise_width = std::cbrt(2.3 * density / std::pow(kRateNoiseShare * rate, 2));
-  track.smoothing_s = std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing));
-  const auto fit_all = [&](const std::vector<double>& times,
-                           std::vector<double>* values,
-                           std::vector<double>* rates) {
-    std::size_t first = 0;
-    values->clear(), rates->clear();
-    for (const double time : times) {
-      const auto [value, slope] = FitAbout(readings, time, track.smoothing_s, &first);
-      values->push_back(value), rates->push_back(slope);
-    }
-  };
-  std::vector<double> values, rates;
+  track.smoothing_s = NotTooWide(
+      readings, std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing)), spacing);
+  LocalFit local;
+  std::vector<double> values;
   for (int round = 0; round < kRobustRounds; ++round) {
-    fit_all(readings.time_s, &values, &rates);
+    std::size_t first = 0;
+    values.clear();
+    for (const double time : readings.time_s) {
+      FitAbout(readings, time, track.smoothing_s, &first, &local);
+      values.push_back(local.value);
+    }
     std::vector<double> residuals;
     for (std::size_t i = 0; i < values.size(); ++i) {
       residuals.push_back(std::abs(readings.degc[i] - values[i]));
@@ -191,7 +279,14 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
       readings.weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
     }
   }
-  fit_all(time_s, &track.degc, &track.rate_degcps);
+  NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
+  std::size_t first = 0;
+  for (const double time : time_s) {
+    FitAbout(readings, time, track.smoothing_s, &first, &local);
+    track.degc.push_back(local.value);
+    track.rate_degcps.push_back(local.slope);
+    blocks.Note(local);
+  }
   return track;
 }
 

@@ -266,6 +266,22 @@ TEST(ThermometerWatch, TellsARepeatedReadingFromOneThatChangesWithEveryRow) {
   EXPECT_NEAR(every_ten_seconds.hold_s(), 10.0, 1e-9);
 }
 
+// Eleven readings in all: they are a thermometer's, and too few.
+TEST(SweepWindows, SayThatTheThermometerIsReadTooSeldom) {
+  Random random(9);
+  MemoryStream stream = Sweep(33000, 0.2, &random);
+  for (std::size_t i = 0; i < stream.temperature_degc.size(); ++i) {
+    stream.temperature_degc[i] = stream.temperature_degc[i - i % 3000];
+  }
+  ThermometerWatch watch;
+  watch.Note(stream.time_ns, stream.temperature_degc);
+  EXPECT_NEAR(watch.hold_s(), 600.0, 1e-6);
+  const auto set = Cut(std::move(stream), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("once in 600.0 s"), HasSubstr("read it"))));
+  EXPECT_THAT(set->warnings, testing::Not(Contains(HasSubstr("turned"))));
+}
+
 TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {
   Random random(6);
   const MemoryStream stream = Sweep(4000, 0.5, &random);

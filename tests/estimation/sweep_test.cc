@@ -246,6 +246,31 @@ TEST(CalibrateSweep, FitsWholeDegreesWithDwells) {
   ExpectWholeDegreesAreEnough(sweep, 0);
 }
 
+// A thermometer with white noise of 0.5 degC: what it does to the temperature, over the width that
+// it is smoothed over, looks like a lag that is another. 60 squared errors over their variance are
+// a chi-square, 99 %.
+TEST(CalibrateSweep, LagsOfANoisyThermometerAreOffByWhatTheirSigmaSays) {
+  Random random(16);
+  Sweep sweep = SweepWithRates();
+  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate_cross.reset();
+  sweep.element_lag_s = 60.0;
+  sweep.thermometer_sigma_degc = 0.5;
+  ThermalOptions terms = Polynomial(3);
+  terms.lags = 1;
+  double square = 0.0, count = 0.0;
+  for (int run = 0; run < 20; ++run) {
+    const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
+    for (const SweepAxis& axis : calibration.quality.sweep) {
+      square += std::pow((axis.element_lag_s - 60.0) / axis.element_lag_sigma_s, 2);
+      count += 1.0;
+    }
+  }
+  EXPECT_GT(square, ChiSquareQuantile(0.005, count));
+  EXPECT_LT(square, ChiSquareQuantile(0.995, count));
+  RecordProperty("nees_over_dim", std::to_string(square / count));
+}
+
 // The element follows the thermometer by a minute. Noise of window means is what is left.
 TEST(CalibrateSweep, FindsALagOfAMinute) {
   Random random(7);

@@ -63,7 +63,7 @@ class Chooser {
     choice_.steps = std::move(best->steps);
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
-    choice_.fit = FitSweep(problem_, axis_, best->terms, best->lags);
+    choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
     return std::move(choice_);
   }
 
