@@ -18,6 +18,8 @@ constexpr std::size_t kMaxCells = 32768;
 // Cells where the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
 constexpr std::size_t kFewestCells = 40;
+// Of a thermometer that is read now and then.
+constexpr int kFewestReadings = 40;
 // A window ends when the temperature has changed by this share of its range, or this share of the
 // recording has passed.
 constexpr double kThermalShare = 1.0 / 200.0;
@@ -640,7 +642,17 @@ Status SweepCutter::Finish(PoseSet* set) {
   for (const std::string& left_out : set->sweep.left_out) {
     set->warnings.push_back("left out: " + left_out);
   }
-  NameTurns(set);
+  const double taken =
+      thermometer_.hold_s() > 0.0 ? (time_s.back() - time_s.front()) / thermometer_.hold_s() : 1e9;
+  if (taken < static_cast<double>(kFewestReadings)) {
+    set->warnings.push_back("the thermometer is read once in " + Fixed1(thermometer_.hold_s()) +
+                            " s and repeated in between: " + Fixed1(taken) +
+                            " readings tell little of a sweep, at least " +
+                            std::to_string(kFewestReadings) + " are expected; read it more often");
+  } else {
+    // Of so few readings the windows are as wide as their steps.
+    NameTurns(set);
+  }
   return CheckHeld(*set);
 }
 

@@ -8,12 +8,10 @@
 #include <utility>
 
 #include <Eigen/Dense>
-#include <Eigen/Sparse>
-#include <Eigen/SparseCholesky>
 
+#include "data/coarse_thermometer.h"
 #include "data/thermometer.h"
 #include "truetriad/math/distributions.h"
-#include "truetriad/math/random.h"
 
 namespace truetriad {
 namespace {
@@ -28,6 +26,9 @@ constexpr double kRateNoiseShare = 0.01;
 constexpr double kWidestShare = 1.0 / 20.0;
 // Places where a coarse thermometer changes that are enough to follow them.
 constexpr std::size_t kFewestPlaces = 8;
+// With noise of this share of a step the mean of the readings is the temperature, within a
+// thirtieth of a step.
+constexpr double kDithered = 0.35;
 // Residuals beyond this many σ count for nothing.
 constexpr double kTukey = 6.0;
 constexpr int kRobustRounds = 2;
@@ -65,189 +66,17 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   return change / (time_s.back() - time_s.front());
 }
 
-// Where the readings go from one step to the next, and the middles of steps that last long.
-Readings PlacesOfChange(const std::vector<double>& time_s,
-                        const std::vector<double>& degc,
-                        double step) {
-  Readings places;
-  // Steps need not be at whole multiples: kelvins are not in degC.
-  double base = 0.0;
-  for (std::size_t i = degc.size() - 1; i > 0; --i) {
-    if (degc[i] == degc[i - 1]) base = degc[i];
-  }
-  // A cell that holds a change has a mean between two steps.
-  const auto level = [step, base](double value) { return std::round((value - base) / step); };
-  std::vector<std::pair<double, double>> changes;
-  for (std::size_t i = 1; i < degc.size(); ++i) {
-    const double before = level(degc[i - 1]), after = level(degc[i]);
-    if (before == after) continue;
-    const double middle = base + 0.5 * (before + after) * step;
-    const double share =
-        degc[i] == degc[i - 1] ? 0.5 : (middle - degc[i - 1]) / (degc[i] - degc[i - 1]);
-    changes.emplace_back(time_s[i - 1] + std::clamp(share, 0.0, 1.0) * (time_s[i] - time_s[i - 1]),
-                         middle);
-  }
-  std::vector<double> lengths;
-  for (std::size_t c = 1; c < changes.size(); ++c) {
-    if (changes[c].second == changes[c - 1].second) continue;
-    lengths.push_back(changes[c].first - changes[c - 1].first);
-  }
-  const double usual = lengths.empty() ? time_s.back() - time_s.front() : Median(lengths);
-  // A step that lasts much longer than the others is one at which the temperature stays.
-  constexpr double kLong = 4.0;
-  const auto add_plateau = [&](double from, double to, bool is_open) {
-    if (to - from < kLong * usual) return;
-    const double end = is_open ? 0.0 : 2.0 * usual;
-    double value = 0.0;
-    std::size_t count = 0;
-    const auto first = std::lower_bound(time_s.begin(), time_s.end(), from) - time_s.begin();
-    const auto last = std::upper_bound(time_s.begin(), time_s.end(), to) - time_s.begin();
-    for (auto i = first; i < last; ++i, ++count) value += degc[static_cast<std::size_t>(i)];
-    if (count == 0) return;
-    value /= static_cast<double>(count);
-    const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
-    for (int p = 0; p < points; ++p) {
-      places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points, value);
-    }
-  };
-  double previous = time_s.front();
-  // Noise goes to and fro over the same place: one change, at the mean of them.
-  constexpr double kSamePlace = 0.15;
-  for (std::size_t c = 0; c < changes.size();) {
-    double sum = 0.0;
-    std::size_t next = c;
-    while (next < changes.size() && changes[next].second == changes[c].second &&
-           (next == c || changes[next].first - changes[next - 1].first < kSamePlace * usual)) {
-      sum += changes[next++].first;
-    }
-    const double time = sum / static_cast<double>(next - c);
-    add_plateau(previous, time, previous == time_s.front());
-    if (places.time_s.empty() || time > places.time_s.back()) places.Add(time, changes[c].second);
-    previous = time;
-    c = next;
-  }
-  add_plateau(previous, time_s.back(), true);
-  // Before the first change and after the last one the straight line on, as far as the reading
-  // there allows.
-  const auto end_point = [&](double time, double reading, std::size_t near, std::size_t far) {
-    const double slope =
-        (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);
-    const double line = places.degc[near] + slope * (time - places.time_s[near]);
-    const double middle = base + level(reading) * step;
-    return std::clamp(line, middle - 0.5 * step, middle + 0.5 * step);
-  };
-  const std::size_t count = places.time_s.size();
-  if (count < 2) return places;
-  const double first = end_point(time_s.front(), degc.front(), 0, 1);
-  const double last = end_point(time_s.back(), degc.back(), count - 1, count - 2);
-  if (places.time_s.back() + 0.5 * usual < time_s.back()) places.Add(time_s.back(), last);
-  if (time_s.front() + 0.5 * usual < places.time_s.front()) {
-    places.time_s.insert(places.time_s.begin(), time_s.front());
-    places.degc.insert(places.degc.begin(), first);
-    places.weight.push_back(1.0);
-  }
-  return places;
-}
-
-// A natural cubic smoothing spline through places of change, minimising
-//   sum (s(t_i) - y_i)^2 + lambda int s''^2                                  (Reinsch 1967)
-// with the lambda of least generalised cross-validation: the times at which a thermometer goes from
-// one step to the next err independently. Curved as sharply as that allows at a turning point.
-class Spline {
- public:
-  Spline(std::vector<double> time, const std::vector<double>& value) : time_(std::move(time)) {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    value_ = Eigen::Map<const Eigen::VectorXd>(value.data(), n);
-    const Eigen::VectorXd y = value_;
-    const Matrix Q = SecondDifferences();
-    Smooth(y, SecondDifferences(), Roughness());
-  }
-
-  // Value and slope; a straight line beyond the ends.
-  std::pair<double, double> At(double time) const {
-    const auto after = std::upper_bound(time_.begin(), time_.end(), time);
-    const auto i = std::clamp<Eigen::Index>(
-        after - time_.begin() - 1, 0, static_cast<Eigen::Index>(time_.size()) - 2);
-    const double begin = time_[static_cast<std::size_t>(i)];
-    const double h = time_[static_cast<std::size_t>(i) + 1] - begin;
-    const double inside = std::clamp(time, time_.front(), time_.back());
-    const double b = (inside - begin) / h, a = 1.0 - b;
-    const double value =
-        a * value_[i] + b * value_[i + 1] +
-        ((a * a * a - a) * curvature_[i] + (b * b * b - b) * curvature_[i + 1]) * h * h / 6.0;
-    const double slope =
-        (value_[i + 1] - value_[i]) / h +
-        ((3.0 * b * b - 1.0) * curvature_[i + 1] - (3.0 * a * a - 1.0) * curvature_[i]) * h / 6.0;
-    return {value + slope * (time - inside), slope};
-  }
-
- private:
-  using Matrix = Eigen::SparseMatrix<double>;
-
-  void Smooth(const Eigen::VectorXd& y, const Matrix& Q, const Matrix& R) {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    const Matrix QQ = Q.transpose() * Q;
-    // Random signs, always the same ones: their mean square gives the trace of the influence.
-    constexpr int kProbes = 24;
-    Random random(1);
-    Eigen::MatrixXd probes(n, kProbes);
-    for (double& sign : probes.reshaped()) sign = random.Normal() > 0.0 ? 1.0 : -1.0;
-    const double spacing = (time_.back() - time_.front()) / static_cast<double>(n - 1);
-    double least = std::numeric_limits<double>::infinity();
-    for (double decade = -4.0; decade <= 4.0; decade += 0.25) {
-      const double lambda = std::pow(10.0, decade) * std::pow(spacing, 3);
-      const Eigen::SimplicialLDLT<Matrix> solver(R + lambda * QQ);
-      const Eigen::VectorXd curvature = solver.solve(Q.transpose() * y);
-      const Eigen::VectorXd left = lambda * (Q * curvature);
-      const Eigen::MatrixXd left_probes = lambda * (Q * solver.solve(Q.transpose() * probes));
-      const double trace = probes.cwiseProduct(left_probes).sum() / kProbes;
-      const double score = left.squaredNorm() / (trace * trace);
-      if (!(score < least)) continue;
-      least = score;
-      value_ = y - left;
-      curvature_.setZero(n);
-      curvature_.segment(1, n - 2) = curvature;
-    }
-  }
-
-  double Gap(Eigen::Index i) const {
-    return time_[static_cast<std::size_t>(i) + 1] - time_[static_cast<std::size_t>(i)];
-  }
-  Matrix SecondDifferences() const {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    for (Eigen::Index j = 0; j + 2 < n; ++j) {
-      entries.emplace_back(j, j, 1.0 / Gap(j));
-      entries.emplace_back(j + 1, j, -1.0 / Gap(j) - 1.0 / Gap(j + 1));
-      entries.emplace_back(j + 2, j, 1.0 / Gap(j + 1));
-    }
-    Matrix Q(n, n - 2);
-    Q.setFromTriplets(entries.begin(), entries.end());
-    return Q;
-  }
-  Matrix Roughness() const {
-    const auto n = static_cast<Eigen::Index>(time_.size());
-    std::vector<Eigen::Triplet<double>> entries;
-    for (Eigen::Index j = 0; j + 2 < n; ++j) {
-      entries.emplace_back(j, j, (Gap(j) + Gap(j + 1)) / 3.0);
-      if (j + 3 < n) entries.emplace_back(j, j + 1, Gap(j + 1) / 6.0);
-      if (j > 0) entries.emplace_back(j, j - 1, Gap(j) / 6.0);
-    }
-    Matrix R(n - 2, n - 2);
-    R.setFromTriplets(entries.begin(), entries.end());
-    return R;
-  }
-
-  std::vector<double> time_;
-  Eigen::VectorXd value_, curvature_;
+// A local fit as it is, and its weights of the readings begin, begin + 1, ….
+struct LocalFit {
+  double value = 0.0, slope = 0.0;
+  std::size_t begin = 0;
+  std::vector<Eigen::Vector2d> weights;
 };
 
 // Local parabola about `time`: value and slope. Reaches `half_width` to both sides, further on one
 // where the other is missing, and over at least four readings. `first` moves on with time.
-std::pair<double, double> FitAbout(const Readings& readings,
-                                   double time,
-                                   double half_width,
-                                   std::size_t* first) {
+void FitAbout(
+    const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
   const std::vector<double>& at = readings.time_s;
   const double missing =
       std::max({0.0, half_width - (time - at.front()), half_width - (at.back() - time)});
@@ -267,21 +96,106 @@ std::pair<double, double> FitAbout(const Readings& readings,
     reach = std::max(reach, 1.05 * std::max(time - at[begin], at[end - 1] - time));
   }
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (std::size_t j = begin; j < end; ++j) {
+  local->begin = begin;
+  local->weights.clear();
+  const auto row_of = [&](std::size_t j) {
     const double u = (at[j] - time) / reach;
-    const double tricube = std::pow(std::max(0.0, 1.0 - std::pow(std::abs(u), 3)), 3);
-    const double weight = readings.weight[j] * tricube;
-    const Eigen::Vector3d row(1.0, u, u * u);
+    return Eigen::Vector3d(1.0, u, u * u);
+  };
+  for (std::size_t j = begin; j < end; ++j) {
+    const Eigen::Vector3d row = row_of(j);
+    const double far = std::abs(row[1]);
+    const double less = std::max(0.0, 1.0 - far * far * far);
+    const double weight = readings.weight[j] * less * less * less;
     normal += weight * row * row.transpose();
-    right += weight * readings.degc[j] * row;
+    local->weights.emplace_back(weight, 0.0);
   }
   // A trace of a ridge: with too few readings for a parabola it is as straight as it can be.
   const double ridge = 1e-9 * normal(0, 0);
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
-  const Eigen::Vector3d fit = normal.ldlt().solve(right);
-  return {fit[0], fit[1] / reach};
+  Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
+  wanted(0, 0) = 1.0, wanted(1, 1) = 1.0 / reach;
+  const Eigen::Matrix<double, 3, 2> solved = normal.ldlt().solve(wanted);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t j = begin; j < end; ++j) {
+    Eigen::Vector2d& weight = local->weights[j - begin];
+    weight = weight[0] * (solved.transpose() * row_of(j));
+    sum += readings.degc[j] * weight;
+  }
+  local->value = sum[0];
+  local->slope = sum[1];
 }
+
+// Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
+// generalised cross-validation.
+double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
+  constexpr double kNarrower = 0.7;
+  constexpr double kFewestReadings = 20.0;  // that are smoothed over
+  constexpr std::size_t kPlaces = 2000;
+  const std::size_t every = readings.time_s.size() / kPlaces + 1;
+  double best = half_width, least = std::numeric_limits<double>::infinity();
+  LocalFit local;
+  for (double width = half_width; width >= kFewestReadings * spacing_s; width *= kNarrower) {
+    double square = 0.0, freedom = 0.0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
+      FitAbout(readings, readings.time_s[i], width, &first, &local);
+      square += std::pow(readings.degc[i] - local.value, 2);
+      freedom += 1.0 - local.weights[i - local.begin][0];
+    }
+    const double score = square / (freedom * freedom);
+    if (score >= least) continue;
+    least = score;
+    best = width;
+  }
+  return best;
+}
+
+// Notes what blocks of readings do to each place of a track.
+class NoiseBlocks {
+ public:
+  // Blocks of a quarter of the half-width, and not too many of them.
+  NoiseBlocks(const Readings& readings,
+              double half_width,
+              double sigma_degc,
+              TemperatureNoise* noise)
+      : noise_(*noise) {
+    constexpr double kMostBlocks = 400.0;
+    const double begin = readings.time_s.front();
+    const double length =
+        std::max(0.25 * half_width, (readings.time_s.back() - begin) / kMostBlocks);
+    std::vector<double> count;
+    for (const double time : readings.time_s) {
+      block_.push_back(static_cast<std::size_t>((time - begin) / length));
+      if (block_.back() >= count.size()) count.resize(block_.back() + 1, 0.0);
+      count[block_.back()] += 1.0;
+    }
+    for (const double readings_in_block : count) {
+      noise_.sigma_degc.push_back(sigma_degc / std::sqrt(std::max(readings_in_block, 1.0)));
+    }
+    // A one-sided fit at an end reaches twice as far.
+    noise_.reach = std::min(static_cast<std::size_t>(2.1 * half_width / length) + 3, count.size());
+  }
+
+  void Note(const LocalFit& local) {
+    const std::size_t first =
+        std::min(block_[local.begin], noise_.sigma_degc.size() - noise_.reach);
+    noise_.first.push_back(first);
+    const std::size_t at = noise_.degc.size();
+    noise_.degc.resize(at + noise_.reach, 0.0F);
+    noise_.rate.resize(at + noise_.reach, 0.0F);
+    for (std::size_t j = 0; j < local.weights.size(); ++j) {
+      const std::size_t place = block_[local.begin + j] - first;
+      if (place >= noise_.reach) continue;
+      noise_.degc[at + place] += static_cast<float>(local.weights[j][0]);
+      noise_.rate[at + place] += static_cast<float>(local.weights[j][1]);
+    }
+  }
+
+ private:
+  TemperatureNoise& noise_;
+  std::vector<std::size_t> block_;  // of each reading
+};
 
 }  // namespace
 
@@ -301,19 +215,26 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double widest = kWidestShare * duration;
   Readings readings;
   if (step_degc > kCoarseShare * span) {
-    readings = PlacesOfChange(time_s, degc, step_degc);
-    if (readings.time_s.size() >= kFewestPlaces) {
-      track.step_degc = step_degc;
-      track.smoothing_s = std::min(widest, step_degc / rate);
-      const Spline spline(readings.time_s, readings.degc);
+    StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+    if (places.time_s.size() >= kFewestPlaces) {
+      const double spacing = duration / static_cast<double>(time_s.size() - 1);
+      const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
+      steps.At(time_s, &track.degc, &track.rate_degcps);
+      // What rounding adds, and the noise.
+      double square = 0.0;
       for (std::size_t i = 0; i < time_s.size(); ++i) {
-        const auto [value, slope] = spline.At(time_s[i]);
-        track.degc.push_back(std::clamp(value, degc[i] - step_degc, degc[i] + step_degc));
-        track.rate_degcps.push_back(slope);
+        square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
       }
-      return track;
+      const double noise_steps = std::sqrt(square) / step_degc;
+      if (noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered) {
+        track.step_degc = step_degc;
+        track.smoothing_s = std::min(widest, step_degc / rate);
+        for (std::size_t i = 0; i < time_s.size(); ++i) {
+          track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
+        }
+        return track;
+      }
     }
-    readings = Readings();
   }
   // A reading that is repeated until the next one is none but the first time.
   constexpr double kSlow = 4.0;
@@ -337,20 +258,17 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double density = noise * noise * spacing + rounding;
   // Variance of a local parabola's slope: about 2.3 density / half-width^3.
   const double noise_width = std::cbrt(2.3 * density / std::pow(kRateNoiseShare * rate, 2));
-  track.smoothing_s = std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing));
-  const auto fit_all = [&](const std::vector<double>& times,
-                           std::vector<double>* values,
-                           std::vector<double>* rates) {
-    std::size_t first = 0;
-    values->clear(), rates->clear();
-    for (const double time : times) {
-      const auto [value, slope] = FitAbout(readings, time, track.smoothing_s, &first);
-      values->push_back(value), rates->push_back(slope);
-    }
-  };
-  std::vector<double> values, rates;
+  track.smoothing_s = NotTooWide(
+      readings, std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing)), spacing);
+  LocalFit local;
+  std::vector<double> values;
   for (int round = 0; round < kRobustRounds; ++round) {
-    fit_all(readings.time_s, &values, &rates);
+    std::size_t first = 0;
+    values.clear();
+    for (const double time : readings.time_s) {
+      FitAbout(readings, time, track.smoothing_s, &first, &local);
+      values.push_back(local.value);
+    }
     std::vector<double> residuals;
     for (std::size_t i = 0; i < values.size(); ++i) {
       residuals.push_back(std::abs(readings.degc[i] - values[i]));
@@ -361,7 +279,14 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
       readings.weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
     }
   }
-  fit_all(time_s, &track.degc, &track.rate_degcps);
+  NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
+  std::size_t first = 0;
+  for (const double time : time_s) {
+    FitAbout(readings, time, track.smoothing_s, &first, &local);
+    track.degc.push_back(local.value);
+    track.rate_degcps.push_back(local.slope);
+    blocks.Note(local);
+  }
   return track;
 }
 

@@ -49,7 +49,9 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  constexpr std::int64_t kFewest = 20;
+  constexpr std::int64_t kFewest = 5;
+  // So few are regular by chance: all of them have to be.
+  constexpr std::int64_t kFew = 20;
   // Changes that come sooner than the others, and those that come at that time.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
   // One that changes from row to row, or every other one, is not repeated.
@@ -69,7 +71,8 @@ double ThermometerWatch::hold_s() const {
     rows += static_cast<double>(gap_rows_[bin]);
   }
   if (rows < kRows * regular) return 0.0;
-  return sooner > kSooner * all || regular < kRegular * all ? 0.0 : sum_s / regular;
+  const double needed = changes_ < kFew ? 1.0 : kRegular;
+  return sooner > kSooner * all || regular < needed * all ? 0.0 : sum_s / regular;
 }
 
 TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,

@@ -17,6 +17,7 @@
 #include "estimation/noise.h"
 #include "estimation/noise_settling.h"
 #include "estimation/observability.h"
+#include "estimation/recorded_temperature.h"
 #include "estimation/reduced_system.h"
 #include "estimation/soak.h"
 #include "estimation/start.h"
@@ -277,13 +278,19 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
 
 Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
-  if (!options.HasChoice()) return CalibrateAs(poses, options, nullptr);
-  return CalibrateWithChoice(
-      options,
-      static_cast<int>(PosesByTemperature(poses).size()),
-      [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
-        return CalibrateAs(poses, settled_options, settled);
-      });
+  Result<CalibrationSummary> summary =
+      options.HasChoice()
+          ? CalibrateWithChoice(
+                options,
+                static_cast<int>(PosesByTemperature(poses).size()),
+                [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
+                  return CalibrateAs(poses, settled_options, settled);
+                })
+          : CalibrateAs(poses, options, nullptr);
+  if (summary && !options.sweep) {
+    summary->calibration.reference.recorded_degc = RecordedDegc(poses);
+  }
+  return summary;
 }
 
 }  // namespace truetriad

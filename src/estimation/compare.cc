@@ -122,8 +122,27 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   return {};
 }
 
-// Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone,
-// and temperature terms that stand in none. Sensors that only one has are no news.
+// Whether a calibration holds all of a group, though it estimates others of the sensor: their
+// variances are zero.
+bool IsHeld(const Calibration& calibration, const std::string& group) {
+  const NamedCovariance& covariance = calibration.covariance;
+  const std::string sensor = group.substr(0, group.find('.') + 1);
+  bool is_listed = false, is_sensor_estimated = false;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const std::string& name = covariance.parameters[i];
+    const auto at = static_cast<Eigen::Index>(i);
+    const bool is_estimated = covariance.matrix(at, at) > 0.0;
+    is_sensor_estimated = is_sensor_estimated || (is_estimated && name.starts_with(sensor));
+    if (name.substr(0, name.rfind('.')) != group) continue;
+    if (is_estimated) return false;
+    is_listed = true;
+  }
+  return is_listed && is_sensor_estimated;
+}
+
+// Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone
+// or that one holds, and temperature terms that stand in none. Sensors that only one has are no
+// news.
 std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
   std::set<std::string> groups;
   const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
@@ -131,8 +150,10 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
     for (const std::string& name : one.covariance.parameters) {
       const auto entry = ParameterName::Parse(name);
       if (!entry || !other.sensors[entry->triad]) continue;
+      const std::string group = name.substr(0, name.rfind('.'));
+      if (IsHeld(one, group)) groups.insert(group + " (held in " + which + ")");
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-      groups.insert(name.substr(0, name.rfind('.')) + " (only in " + which + ")");
+      groups.insert(group + " (only in " + which + ")");
     }
   };
   add(a, b, "a");

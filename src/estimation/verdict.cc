@@ -329,6 +329,13 @@ bool IsBeyondSigma(const MagnetometerChange& change) {
   return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
 }
 
+// Where the temperature went on to the next, and σ count that the bias drifts between the two.
+bool IsDrift(const PoseGraph& graph,
+             const MagnetometerChange& change,
+             const DriftCovariance& drift) {
+  return drift.sigma_raw[Triad::kMagnetometer] > 0.0 && IsBetweenSettings(graph, change.node);
+}
+
 // What makes temperature terms less than they seem.
 void SayThermalRemarks(const SettledRun& run, Messages* messages) {
   Eigen::Vector2d range(std::numeric_limits<double>::infinity(),
@@ -599,7 +606,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     return {};
   }
   // First: what a change in the middle of the run does to the fit may look like anything else.
-  if (const auto change = FindMagnetometerChange(graph, system, run.noise)) {
+  const auto change = FindMagnetometerChange(graph, system, run.noise);
+  if (change && !IsDrift(graph, *change, drift)) {
     calibration->messages.push_back(WordsOf(run, *change));
     if (IsBeyondSigma(*change)) {
       calibration->outcome = Outcome::kNotConverged;

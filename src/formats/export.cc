@@ -16,6 +16,11 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
                      RoundedText(loss.largest, 2) + " " + std::string(TruthUnitName(triad)) +
                      " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
   if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
+  if (const auto& rates = loss.at_rates) {
+    text += "; while the temperature changes by " + RoundedText(rates->range_degcps[0], 2) +
+            " to " + RoundedText(rates->range_degcps[1], 2) + " degC/s at most " +
+            RoundedText(rates->largest, 2) + " (RMS " + RoundedText(rates->rms, 2) + ")";
+  }
   return text;
 }
 

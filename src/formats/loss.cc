@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kDirections = 200;
 constexpr int kTemperatures = 17;
+// Of those that a sweep passed, both ends among them.
+constexpr int kRates = 5;
 
 /// Directions on a Fibonacci spiral.
 Eigen::Vector3d Direction(int i) {
@@ -93,6 +95,60 @@ class PredictionSigma {
   const Eigen::MatrixXd& matrix_;
 };
 
+bool HasRates(const ThermalTerms& thermal) {
+  return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross ||
+         thermal.element_lag_s;
+}
+
+bool DropsRates(const Restated& restated, Triad triad) {
+  const std::optional<ThermalTerms>& held = restated.held.sensors[triad]->thermal;
+  return HasRates(*restated.whole.sensors[triad]->thermal) && !(held && HasRates(*held));
+}
+
+// What each axis feels when the thermometer has long gone at a rate: it is behind by its lag.
+ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_degcps) {
+  ThermalState state;
+  const Eigen::Vector3d lag_s = thermal.element_lag_s.value_or(Eigen::Vector3d::Zero());
+  state.degc = (degc - rate_degcps * lag_s.array()).matrix();
+  state.rate_degcps.setConstant(rate_degcps);
+  return state;
+}
+
+ExportLoss::AtRates LossAtRates(Triad triad,
+                                const Equation& equation,
+                                const Restated& restated,
+                                const ReferenceValues& reference) {
+  const TriadCalibration& whole = *restated.whole.sensors[triad];
+  const double signal = Signal(triad, reference);
+  ExportLoss::AtRates loss;
+  loss.range_degcps = *whole.thermal->rate_range_degcps;
+  double squares = 0.0;
+  int points = 0;
+  for (const double degc : Temperatures(whole, reference)) {
+    for (int r = 0; r < kRates; ++r) {
+      const double rate =
+          loss.range_degcps[0] + (loss.range_degcps[1] - loss.range_degcps[0]) * r / (kRates - 1.0);
+      const TriadModel<double> model =
+          ModelAtTemperature(whole.model, *whole.thermal, SettledState(*whole.thermal, degc, rate));
+      for (int i = 0; i < kDirections; ++i) {
+        const Eigen::Vector3d truth = signal * Direction(i);
+        const Eigen::Vector3d force = reference.gravity_mps2 * Direction((7 * i) % kDirections);
+        Eigen::Vector3d raw = model.RawFromTruth(truth);
+        if (whole.g_sensitivity) raw += *whole.g_sensitivity * force;
+        const double error = (restated.truth_per_result[triad] *
+                                  equation(restated.reading_per_raw[triad] * raw, force, degc) -
+                              truth)
+                                 .norm();
+        loss.largest = std::max(loss.largest, error);
+        squares += error * error;
+        ++points;
+      }
+    }
+  }
+  loss.rms = std::sqrt(squares / points);
+  return loss;
+}
+
 }  // namespace
 
 ExportLoss LossOf(Triad triad,
@@ -134,6 +190,9 @@ ExportLoss LossOf(Triad triad,
     }
   }
   loss.rms = std::sqrt(squares / points);
+  if (whole.thermal && whole.thermal->rate_range_degcps && DropsRates(restated, triad)) {
+    loss.at_rates = LossAtRates(triad, equation, restated, calibration.reference);
+  }
   return loss;
 }
 

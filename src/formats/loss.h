@@ -11,7 +11,8 @@ namespace truetriad {
 // What `equation` makes of the readings that `restated.whole` says a triad gives for truths on a
 // sphere (gravity, the field's strength or pi rad/s in radius), over the calibrated temperatures,
 // against those truths. `calibration` is the one before it was restated: its covariance tells how
-// well it predicts itself.
+// well it predicts itself. Terms in the rate of temperature that the format does not hold are in
+// at_rates alone.
 ExportLoss LossOf(Triad triad,
                   const Equation& equation,
                   const Restated& restated,

@@ -82,18 +82,18 @@ Status HoldThermal(Triad triad,
     return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
   };
   if (has_rate() && !capacity.rate_thermal) {
-    notes->emplace_back(
-        Name(triad) +
-        ": dropped: bias by the rate of temperature; what that costs depends on how fast it "
-        "changes and is not in the figures above");
+    notes->emplace_back(Name(triad) + ": dropped: bias by the rate of temperature" +
+                        (thermal.rate_range_degcps
+                             ? ""
+                             : "; what that costs depends on how fast it changes and is "
+                               "not in the figures above"));
     thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
     thermal.rate_lag_s.reset();
   }
   if (thermal.element_lag_s && !capacity.rate_thermal) {
-    notes->emplace_back(
-        Name(triad) +
-        ": dropped: lag of the temperature; its terms are at that of the reading, which is "
-        "not in the figures above");
+    notes->emplace_back(Name(triad) +
+                        ": dropped: lag of the temperature; its terms are at that of the reading" +
+                        (thermal.rate_range_degcps ? "" : ", which is not in the figures above"));
     thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {

@@ -25,6 +25,7 @@
 namespace truetriad {
 namespace {
 
+constexpr double kAbsoluteZeroDegc = -273.15;
 constexpr std::string_view kFormat = "truetriad/calibration/1";
 constexpr std::string_view kAxes = "xyz";
 /// More rows of single poses than this help nobody and would dominate the file.
@@ -73,6 +74,9 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
   if (thermal.element_lag_s) out << "      element_lag_s: " << *thermal.element_lag_s << "\n";
   if (thermal.rate_lag_s) out << "      rate_lag_s: " << *thermal.rate_lag_s << "\n";
   if (thermal.smoothing_s > 0.0) out << "      smoothing_s: " << thermal.smoothing_s << "\n";
+  if (thermal.rate_range_degcps) {
+    out << "      rate_range_degcps: " << *thermal.rate_range_degcps << "\n";
+  }
   if (!thermal.knots.empty()) out << "      knots:\n";
   for (const ThermalKnot& knot : thermal.knots) {
     out << "        - { axis: " << kAxes.substr(static_cast<std::size_t>(knot.axis), 1)
@@ -134,6 +138,7 @@ void WriteReference(YamlText& out, const ReferenceValues& reference) {
   out << "  field_estimated: " << reference.field_estimated << "\n"
       << "  field_nominal: " << reference.field_nominal << "\n"
       << "  temperature_degc: " << reference.temperature_degc << "\n";
+  if (reference.recorded_degc) out << "  recorded_degc: " << *reference.recorded_degc << "\n";
 }
 
 void WritePoseResiduals(YamlText& out, const std::vector<PoseResidual>& residuals) {
@@ -442,7 +447,6 @@ void ReadAxis(YamlReader reader, int* axis) {
 
 /// Numbers that no calibration writes.
 void CheckThermal(YamlReader& reader, const ThermalTerms& thermal) {
-  constexpr double kAbsoluteZeroDegc = -273.15;
   bool finite = std::isfinite(thermal.reference_degc) && thermal.range_degc.allFinite();
   for (const Eigen::Vector3d& term : thermal.bias) finite = finite && term.allFinite();
   for (const Eigen::Matrix3d& term : thermal.sensitivity) finite = finite && term.allFinite();
@@ -493,6 +497,11 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   }
   if (YamlReader smoothing = reader.Child("smoothing_s")) {
     ReadNumber(smoothing, &thermal->smoothing_s);
+  }
+  YamlReader rates = reader.Child("rate_range_degcps");
+  if (Eigen::Vector2d range; ReadVector(rates, &range)) {
+    if (!(range[0] <= range[1])) rates.Fail("goes from the lowest to the highest rate");
+    thermal->rate_range_degcps = range;
   }
   for (YamlReader& item : reader.Child("knots").Items()) {
     ThermalKnot& knot = thermal->knots.emplace_back();
@@ -611,6 +620,13 @@ void ReadReference(YamlReader reader, ReferenceValues* reference) {
   reader.Require("field_estimated", &reference->field_estimated);
   reader.Optional("field_nominal", &reference->field_nominal);
   ReadNumber(reader.RequireChild("temperature_degc"), &reference->temperature_degc);
+  YamlReader recorded = reader.Child("recorded_degc");
+  if (Eigen::Vector3d degc; ReadVector(recorded, &degc)) {
+    if (!(degc[0] <= degc[1] && degc[1] <= degc[2] && degc[0] >= kAbsoluteZeroDegc)) {
+      recorded.Fail("expected the lowest, the mean and the highest temperature, degC");
+    }
+    reference->recorded_degc = degc;
+  }
   reader.RejectUnknown();
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -215,7 +216,7 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-// `follows_past`: of each axis.
+// `follows_past`: axes that are left out.
 Table SurfaceTable(const Calibration& calibration,
                    Triad triad,
                    const std::array<bool, 3>& follows_past) {
@@ -224,9 +225,11 @@ Table SurfaceTable(const Calibration& calibration,
   const double rate = ShownRate(calibration.quality, triad);
   const std::array<double, 3> rates = {-rate, 0.0, rate};
   Table table{{"bias at T, °C"}, "r", {}};
-  for (const char* axis : kAxes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (follows_past[static_cast<std::size_t>(axis)]) continue;
     for (const double shown : rates) {
-      table.header.push_back(std::string(axis) + ", " + Significant(shown, 2) + " °C/s");
+      table.header.push_back(std::string(kAxes[static_cast<std::size_t>(axis)]) + ", " +
+                             Significant(shown, 2) + " °C/s");
       table.alignment += 'r';
     }
   }
@@ -235,10 +238,10 @@ Table SurfaceTable(const Calibration& calibration,
                                                     row / (kSurfaceRows - 1.0);
     std::vector<std::string> cells = {Fixed(degc, 1)};
     for (int axis = 0; axis < 3; ++axis) {
+      if (follows_past[static_cast<std::size_t>(axis)]) continue;
       for (const double shown : rates) {
         const double bias = ModelAtTemperature(sensor.model, thermal, degc, shown).bias[axis];
-        const bool was_reached = !follows_past[static_cast<std::size_t>(axis)] &&
-                                 WasReached(calibration, triad, degc, shown);
+        const bool was_reached = WasReached(calibration, triad, degc, shown);
         cells.push_back(was_reached ? Significant(bias, 4) : "–");
       }
     }
@@ -278,7 +281,9 @@ Section SweepSection(const Calibration& calibration) {
     for (int axis = 0; axis < 3; ++axis) {
       follows_past[static_cast<std::size_t>(axis)] = FollowsThePast(calibration, triad, axis);
     }
-    section.blocks.emplace_back(SurfaceTable(calibration, triad, follows_past));
+    if (!std::all_of(follows_past.begin(), follows_past.end(), std::identity())) {
+      section.blocks.emplace_back(SurfaceTable(calibration, triad, follows_past));
+    }
     for (int axis = 0; axis < 3; ++axis) {
       if (!follows_past[static_cast<std::size_t>(axis)]) continue;
       section.blocks.emplace_back(

@@ -10,6 +10,7 @@
 
 #include "cli/command_line_run.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
@@ -123,6 +124,50 @@ TEST_F(TemperatureSweep, RefusesTheStaticCalibrationOfAnotherUnit) {
   const Finished unnamed = Calibrate("static=" + folder_.Path("static.yaml"));
   EXPECT_EQ(unnamed.exit_code, 3);
   EXPECT_THAT(unnamed.out, HasSubstr("is not of this unit"));
+}
+
+// Its bias is that of 20 degC, whatever temperature it calls its reference.
+TEST_F(TemperatureSweep, TakesAStaticCalibrationForTheTemperatureItWasRecordedAt) {
+  Result<Calibration> known = ReadCalibration(folder_.Path("sweep/truth.yaml"));
+  ASSERT_TRUE(known) << known.error().message;
+  const TriadCalibration truth = *known->sensors[Triad::kAccelerometer];
+  for (const Triad triad : kTriads) {
+    if (!known->sensors[triad]) continue;
+    TriadCalibration& sensor = *known->sensors[triad];
+    sensor.model = ModelAtTemperature(sensor.model, *sensor.thermal, 20.0);
+    sensor.thermal.reset();
+  }
+  known->reference.recorded_degc = Eigen::Vector3d(19.5, 20.0, 21.0);
+  const auto with = [&](const std::string& more) {
+    EXPECT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*known)));
+    return Calibrate("static=" + folder_.Path("static.yaml") + more);
+  };
+  const Finished run = with("");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("was recorded at 20.0 degC (19.5 to 21.0), not at its"));
+  const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  EXPECT_EQ(found->reference.temperature_degc, 20.0);
+  const TriadCalibration& sensor = *found->sensors[Triad::kAccelerometer];
+  // At 25 degC the bias is another one by 5 degC of up to 1 mg each: its tilt error where the
+  // reference is taken at its word. 10 % of it is far above sigma, and below the miss.
+  const Eigen::Vector3d bias = ModelAtTemperature(sensor.model, *sensor.thermal, 25.0).bias;
+  const double miss = 5.0 * 1.0e-3 * 9.80665;
+  EXPECT_LT((bias - truth.model.bias).norm(), 0.1 * miss);
+
+  // Two temperatures; one that the sweep did not pass; another place's gravity.
+  known->reference.recorded_degc = Eigen::Vector3d(15.0, 20.0, 25.0);
+  const Finished wide = with("");
+  EXPECT_EQ(wide.exit_code, 2);
+  EXPECT_THAT(wide.err, HasSubstr("holds at no one temperature"));
+  known->reference.recorded_degc = Eigen::Vector3d(80.0, 80.0, 80.0);
+  const Finished outside = with("");
+  EXPECT_EQ(outside.exit_code, 2);
+  EXPECT_THAT(outside.err, HasSubstr("sweep over it"));
+  known->reference.recorded_degc.reset();
+  const Finished elsewhere = with(",reference.gravity_mps2=9.78");
+  EXPECT_EQ(elsewhere.exit_code, 2);
+  EXPECT_THAT(elsewhere.err, HasSubstr("was made with gravity"));
 }
 
 TEST_F(TemperatureSweep, IsJudgedByItsLimits) {

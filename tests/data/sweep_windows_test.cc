@@ -177,6 +177,54 @@ TEST(SmoothTemperature, FollowsAThermometerOfWholeDegrees) {
   EXPECT_LT(rate_error, 0.005);
 }
 
+// Up and down behind a lag of 30 s: at the turn there is no step for over a minute, and only the
+// lag says how it turns. Straight lines through steps that are known to a row, 0.5 s of 0.05 degC/s
+// or 0.007 degC (1 sigma), leave far less than a hundredth of the rate.
+TEST(SmoothTemperature, FollowsATurnBetweenTwoSteps) {
+  constexpr double kLagS = 30.0, kTurnS = 1000.0;
+  const auto behind = [](double since_s) { return kLagS * (1.0 - std::exp(-since_s / kLagS)); };
+  const auto truth = [&](double time_s) {
+    const double down_s = std::max(0.0, time_s - kTurnS);
+    return 20.3 + kRate * (time_s - behind(time_s)) - 2.0 * kRate * (down_s - behind(down_s));
+  };
+  std::vector<double> time_s, degc;
+  for (int i = 0; i < 4000; ++i) {
+    time_s.push_back(0.5 * i);
+    degc.push_back(std::round(truth(0.5 * i)));
+  }
+  const auto track = SmoothTemperature(time_s, degc, 1.0);
+  ASSERT_TRUE(track) << track.error().message;
+  for (std::size_t i = 400; i + 400 < time_s.size(); ++i) {
+    const double rate = (truth(time_s[i] + 0.1) - truth(time_s[i] - 0.1)) / 0.2;
+    const bool is_turn = std::abs(time_s[i] - kTurnS) < 100.0;
+    const double node_s = 20.0 / 8.0;
+    EXPECT_NEAR(track->degc[i], truth(time_s[i]), is_turn ? node_s * kRate : 0.02) << time_s[i];
+    const double share = is_turn ? 2.0 * node_s / kLagS : 0.01;
+    EXPECT_NEAR(track->rate_degcps[i], rate, share * kRate) << time_s[i];
+  }
+}
+
+// Noise of half a step: the mean of the readings is the temperature.
+TEST(SmoothTemperature, TakesTheMeanOfReadingsThatNoiseSpreadsOverSteps) {
+  Random random(11);
+  const auto truth = [](double time) { return 20.0 + 30.0 * std::sin(time / 600.0); };
+  std::vector<double> time_s, degc;
+  for (int i = 0; i < 8000; ++i) {
+    time_s.push_back(0.5 * i);
+    degc.push_back(std::round(truth(0.5 * i) + 0.5 * random.Normal()));
+  }
+  const auto track = SmoothTemperature(time_s, degc, 1.0);
+  ASSERT_TRUE(track) << track.error().message;
+  EXPECT_EQ(track->step_degc, 0.0);
+  // sqrt(0.5^2 + 1/12) of a reading, and three quarters of those in the width of a tricube count
+  // as if they were one parabola: 2.3 / width in readings is its variance, 5 sigma.
+  const double sigma =
+      std::sqrt(0.5 * 0.5 + 1.0 / 12.0) * std::sqrt(2.3 * 0.5 / track->smoothing_s);
+  for (std::size_t i = 400; i + 400 < time_s.size(); ++i) {
+    EXPECT_NEAR(track->degc[i], truth(time_s[i]), 5.0 * sigma) << time_s[i];
+  }
+}
+
 // Read every 10 s and repeated: on average the temperature is 5 s behind, which is 0.25 degC on a
 // ramp, up and down.
 TEST(SmoothTemperature, TakesARepeatedReadingAtTheTimeItWasTaken) {
@@ -216,6 +264,22 @@ TEST(ThermometerWatch, TellsARepeatedReadingFromOneThatChangesWithEveryRow) {
   for (std::size_t i = 0; i < repeated.size(); ++i) repeated[i] = repeated[i - i % 40];
   every_ten_seconds.Note(stream.time_ns, repeated);
   EXPECT_NEAR(every_ten_seconds.hold_s(), 10.0, 1e-9);
+}
+
+// Eleven readings in all: they are a thermometer's, and too few.
+TEST(SweepWindows, SayThatTheThermometerIsReadTooSeldom) {
+  Random random(9);
+  MemoryStream stream = Sweep(33000, 0.2, &random);
+  for (std::size_t i = 0; i < stream.temperature_degc.size(); ++i) {
+    stream.temperature_degc[i] = stream.temperature_degc[i - i % 3000];
+  }
+  ThermometerWatch watch;
+  watch.Note(stream.time_ns, stream.temperature_degc);
+  EXPECT_NEAR(watch.hold_s(), 600.0, 1e-6);
+  const auto set = Cut(std::move(stream), Windows());
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("once in 600.0 s"), HasSubstr("read it"))));
+  EXPECT_THAT(set->warnings, testing::Not(Contains(HasSubstr("turned"))));
 }
 
 TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <string>
 
@@ -89,6 +90,41 @@ TEST(Export, SaysThatItDropsTheHigherTerms) {
     if (!result->loss[Triad::kGyroscope]) continue;
     EXPECT_THAT(result->notes, Contains("gyroscope: dropped: asymmetry")) << format.name;
   }
+}
+
+// At a rate r that has lasted, the reading is off by r (d1 - lag b1) from what a format without
+// rates takes it for; five rates from end to end are looked at.
+TEST(Export, SaysWhatDroppedTermsInTheRateOfTemperatureCost) {
+  Calibration unit = RandomUnitCalibration({.bias_order = 1}, 4);
+  TriadCalibration& sensor = *unit.sensors[Triad::kAccelerometer];
+  ThermalTerms& thermal = *sensor.thermal;
+  thermal.sensitivity.clear();
+  thermal.rate_linear = Eigen::Vector3d(0.2, -0.1, 0.3);
+  thermal.element_lag_s = Eigen::Vector3d(60.0, 30.0, 0.0);
+  const Result<Export> unknown = ExportCalibration(unit, "c-header");
+  ASSERT_TRUE(unknown) << unknown.error().message;
+  EXPECT_FALSE(unknown->loss[Triad::kAccelerometer]->at_rates);
+  EXPECT_THAT(unknown->notes, Contains(HasSubstr("not in the figures above")));
+  thermal.rate_range_degcps = Eigen::Vector2d(-0.05, 0.1);
+  const Result<Export> result = ExportCalibration(unit, "c-header");
+  ASSERT_TRUE(result) << result.error().message;
+  const ExportLoss& loss = *result->loss[Triad::kAccelerometer];
+  ASSERT_TRUE(loss.at_rates);
+  const double of_one =
+      (sensor.model.Correction() *
+       (*thermal.rate_linear - thermal.element_lag_s->cwiseProduct(thermal.bias[0])))
+          .norm();
+  double squares = 0.0;
+  for (const double rate : {-0.05, -0.0125, 0.025, 0.0625, 0.1}) squares += rate * rate;
+  // Without rates the header is off by single precision alone.
+  EXPECT_NEAR(loss.at_rates->largest, 0.1 * of_one, 1.01 * loss.largest);
+  EXPECT_NEAR(loss.at_rates->rms, std::sqrt(squares / 5.0) * of_one, 1.01 * loss.largest);
+  EXPECT_LT(loss.largest, 1e-3 * of_one);
+  EXPECT_THAT(result->notes, Contains(HasSubstr("dropped: bias by the rate")));
+  EXPECT_THAT(result->notes, testing::Not(Contains(HasSubstr("not in the figures above"))));
+  const Result<Export> whole = ExportCalibration(unit, "json");
+  ASSERT_TRUE(whole) << whole.error().message;
+  EXPECT_FALSE(whole->loss[Triad::kAccelerometer]->at_rates);
 }
 
 TEST(ChebyshevFit, GivesBackAPolynomialOfItsDegree) {

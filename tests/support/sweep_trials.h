@@ -30,6 +30,7 @@ struct Sweep {
   double start_degc = -10.0;
   std::vector<SweepLeg> legs;
   double sample_s = 0.5;
+  double air_lag_s = 0.0;      // of the chamber's air behind its setting
   double unit_lag_s = 30.0;    // of thermometer and element behind the chamber
   double element_lag_s = 0.0;  // of the element behind the thermometer
   double thermometer_sigma_degc = 0.01;
@@ -61,13 +62,14 @@ inline MemorySource RecordingOf(const Sweep& sweep, Random* random) {
   MemoryStream stream(Triad::kGyroscope);
   stream.info.unit = {"deg/s", std::numbers::pi / 180.0, false};
   double chamber = sweep.start_degc;
-  FirstOrderLag unit(sweep.unit_lag_s), element(sweep.element_lag_s);
+  FirstOrderLag air(sweep.air_lag_s), unit(sweep.unit_lag_s), element(sweep.element_lag_s);
   double time_s = 0.0;
   const auto sample = [&] {
-    const double thermometer = unit.Next(time_s, chamber);
+    const double outside = air.Next(time_s, chamber);
+    const double thermometer = unit.Next(time_s, outside);
     const double felt = element.Next(time_s, thermometer);
     const double rate = sweep.element_lag_s > 0.0 ? (thermometer - felt) / sweep.element_lag_s
-                                                  : (chamber - thermometer) / sweep.unit_lag_s;
+                                                  : (outside - thermometer) / sweep.unit_lag_s;
     TriadModel<double> model;
     model.bias = sweep.bias;
     if (sweep.curve) {

@@ -305,7 +305,8 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
                          serial + " at one temperature");
   }
   const double wanted = options.reference.temperature_degc;
-  const double stated = known->reference.temperature_degc;
+  const auto& recorded = known->reference.recorded_degc;
+  const double stated = recorded ? (*recorded)[1] : known->reference.temperature_degc;
   if (experiment->reference_given && wanted != stated) {
     return BadInputError(
         experiment->static_file + ": was made at " + std::to_string(stated) +
@@ -321,8 +322,8 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
     return BadInputError(
         experiment->static_file + ": was made with gravity " +
-        std::to_string(known->reference.gravity_mps2) +
-        " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
+        std::to_string(known->reference.gravity_mps2) + " m/s^2, but this experiment states " +
+        std::to_string(stated_mps2) +
         "; its sensitivity holds with its own: leave reference.gravity out, or calibrate it again "
         "with the gravity of its place");
   }

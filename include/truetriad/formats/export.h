@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/allan.h"
@@ -57,6 +59,15 @@ struct ExportLoss {
   /// Largest ratio of the difference to the σ with which the calibration predicts that reading;
   /// unset when the calibration states none.
   std::optional<double> in_sigmas;
+  /// The same while the temperature changes as fast as in the calibration's sweep, up and down and
+  /// long enough for its lags to settle; set where the format holds no terms in the rate, and the
+  /// calibration states the rates. Largest, RMS.
+  struct AtRates {
+    Eigen::Vector2d range_degcps = Eigen::Vector2d::Zero();
+    double largest = 0.0;
+    double rms = 0.0;
+  };
+  std::optional<AtRates> at_rates;
 
   double share() const { return largest / signal; }
 };

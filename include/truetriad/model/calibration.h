@@ -65,6 +65,8 @@ struct ThermalTerms {
   /// Half-width over which the temperature was smoothed to find its rate, s; 0: not stated.
   double smoothing_s = 0.0;
   std::vector<ThermalKnot> knots = {};
+  /// Lowest and highest rate that a sweep passed, degC/s; unset: not stated.
+  std::optional<Eigen::Vector2d> rate_range_degcps = {};
 };
 
 /// The calibration of one triad.
@@ -107,6 +109,8 @@ struct ReferenceValues {
   /// the world is magnetic north with a magnetometer, else along the fixture's x. qw, qx, qy, qz.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
+  /// What the thermometer said at the poses: lowest, mean, highest; unset: there was none.
+  std::optional<Eigen::Vector3d> recorded_degc = {};
 };
 
 /// One direction in parameter space that the poses determine badly.

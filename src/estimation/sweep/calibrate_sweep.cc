@@ -31,6 +31,10 @@ constexpr int kMostShown = 400;
 constexpr double kHeldGravitySigmas = 5.0;
 // Share of gravity that no ageing explains.
 constexpr double kOtherUnitShare = 0.01;
+// Temperatures that are the same: what a bias of 1 mg/degC does not tell from noise.
+constexpr double kSameDegc = 0.5;
+// What a recording at one temperature may go over.
+constexpr double kMostStaticRangeDegc = 5.0;
 constexpr std::string_view kAxes = "xyz";
 
 // One triad of a sweep.
@@ -311,6 +315,7 @@ class TriadSweep {
     thermal.reference_degc = problem_.scale().reference_degc;
     thermal.range_degc = RangeOf(problem_);
     thermal.smoothing_s = poses_.sweep.temperature.smoothing_s;
+    thermal.rate_range_degcps = problem_.rate_range_degcps();
     for (int axis = 0; axis < 3; ++axis) {
       choices_.push_back(ChooseSweep(&problem_, axis, options_.triads[triad_].thermal));
       TakeTerms(axis, &sensor);
@@ -532,6 +537,28 @@ void SayLeftOut(const Quality& quality, std::vector<std::string>* messages) {
   for (const auto& [names, words] : said) messages->push_back(names + ": left out " + words);
 }
 
+// A bias at no one temperature cannot be completed by terms in it.
+Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& file) {
+  const double spread = recorded_degc[2] - recorded_degc[0];
+  if (spread <= kMostStaticRangeDegc) return {};
+  return BadInputError(
+      file + Format(": was recorded at %.1f to ", recorded_degc[0]) +
+      Format("%.1f degC, so that its bias holds at no one temperature; ", recorded_degc[2]) +
+      Format("record it at one, within %.0f degC, or calibrate with `thermal:` over all poses",
+             kMostStaticRangeDegc));
+}
+
+std::string SayRecorded(const Eigen::Vector3d& recorded_degc,
+                        double reference_degc,
+                        const std::string& file) {
+  return file + Format(": was recorded at %.1f degC", recorded_degc[1]) +
+         Format(" (%.1f to ", recorded_degc[0]) + Format("%.1f), not at its ", recorded_degc[2]) +
+         Format("reference temperature of %.1f degC: ", reference_degc) +
+         Format("bias and sensitivity are taken as those at %.1f degC, and the result states ",
+                recorded_degc[1]) +
+         "everything about that";
+}
+
 }  // namespace
 
 Status CalibrateSweep(const PoseSet& poses,
@@ -556,7 +583,20 @@ Status CalibrateSweep(const PoseSet& poses,
                            std::string(OutcomeName(known->outcome)) + ")");
     }
     reference = known->reference.temperature_degc;
+    // Temperature terms are refused with words of their own.
+    const bool has_terms = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
+      return known->sensors[triad] && known->sensors[triad]->thermal;
+    });
+    if (const auto& recorded = known->reference.recorded_degc; recorded && !has_terms) {
+      TRUETRIAD_RETURN_IF_ERROR(CheckRecorded(*recorded, options.sweep->static_file));
+      if (std::abs((*recorded)[1] - reference) > kSameDegc) {
+        calibration.messages.push_back(
+            SayRecorded(*recorded, reference, options.sweep->static_file));
+        reference = (*recorded)[1];
+      }
+    }
     calibration.reference = known->reference;
+    calibration.reference.recorded_degc.reset();
     calibration.gauge = known->gauge;
     calibration.gauge_sensor = known->gauge_sensor;
   }
@@ -583,7 +623,7 @@ Status CalibrateSweep(const PoseSet& poses,
     const std::string where = Format("%.1f degC lies outside of the sweep's ", reference) +
                               Format("%.1f to ", range[0]) + Format("%.1f degC", range[1]);
     if (is_outside && options.sweep->static_calibration) {
-      return BadInputError(options.sweep->static_file + ": its reference temperature of " + where +
+      return BadInputError(options.sweep->static_file + ": its temperature of " + where +
                            ", so that the terms would be extrapolated to it; sweep over it");
     }
     for (const double knot : options.triads[triad].thermal.knots_degc) {

@@ -63,7 +63,7 @@ class Chooser {
     choice_.steps = std::move(best->steps);
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
-    choice_.fit = FitSweep(problem_, axis_, best->terms, best->lags);
+    choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
     return std::move(choice_);
   }
 
@@ -366,7 +366,10 @@ class Chooser {
                     const SweepLags& lags,
                     std::vector<SweepStep>* steps) {
     const double p = WaldProbability(FitSweep(problem_, axis_, with, lags), {column});
-    Note("rejected: " + name + Format(" (p = %.2g)", p), with, lags, steps);
+    // As the tables of a regression spell it.
+    constexpr double kLeastShown = 1e-6;
+    const std::string shown = p < kLeastShown ? " (p < 1e-6)" : Format(" (p = %.2g)", p);
+    Note("rejected: " + name + shown, with, lags, steps);
   }
 
   void Note(const std::string& what,

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/Dense>
 
+#include "estimation/sweep/temperature_error.h"
 #include "truetriad/math/distributions.h"
 
 namespace truetriad {
@@ -15,6 +17,8 @@ namespace {
 constexpr double kMostCorrelation = 0.97;
 // Step of a lag's derivative, as a share of the lag.
 constexpr double kLagStep = 1e-3;
+// Share of a variance that errors of the temperature make from which it matters what else they do.
+constexpr double kErrorsMatter = 0.02;
 
 Eigen::MatrixXd Pick(const Eigen::MatrixXd& columns, const std::vector<int>& which) {
   Eigen::MatrixXd picked(columns.rows(), static_cast<Eigen::Index>(which.size()));
@@ -125,11 +129,64 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
   return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
 }
 
-SweepFit FitSweep(const SweepProblem& problem,
-                  int axis,
-                  const ThermalOptions& terms,
-                  const SweepLags& lags) {
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   const Eigen::VectorXd& variances,
+                                   const ForEachError& for_each_error) {
+  const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * scaled;
+  const auto normal = (scaled.transpose() * weighted).ldlt();
+  const double correlation = CorrelationOf(residuals, attitudes);
+  const auto omega = [&](const Eigen::VectorXd& left) {
+    return LongRunCovariance(left.asDiagonal() * weighted, correlation);
+  };
+  Eigen::MatrixXd told = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  for_each_error([&](const Eigen::VectorXd& error) {
+    const Eigen::VectorXd one = weighted.transpose() * error;
+    told += one * one.transpose();
+  });
+  Eigen::MatrixXd others = omega(residuals);
+  const bool matters = (told.diagonal().array() > kErrorsMatter * others.diagonal().array()).any();
+  if (matters) {
+    for_each_error([&](const Eigen::VectorXd& error) {
+      others -= omega(error - scaled * normal.solve(weighted.transpose() * error));
+    });
+  }
+  // What the readings' own noise makes is in `others`; a difference of estimates may say less.
+  const Eigen::MatrixXd least = weighted.transpose() * variances.asDiagonal() * weighted;
+  const Eigen::LLT<Eigen::MatrixXd> root(least);
+  if (matters && root.info() == Eigen::Success) {
+    const Eigen::MatrixXd half = root.matrixL();
+    const Eigen::MatrixXd white = root.matrixL().solve(root.matrixL().solve(others).transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(white);
+    const Eigen::MatrixXd vectors = half * eigen.eigenvectors();
+    others = vectors * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() * vectors.transpose();
+  }
+  const auto n = static_cast<double>(columns.rows());
+  const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
+  const Eigen::MatrixXd inverse =
+      normal.solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+  const Eigen::MatrixXd covariance = inverse * (few * others + told) * inverse;
+  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+}
+
+namespace {
+
+// A fit but for its covariance, and the derivatives of the fitted readings by its coefficients.
+struct SolvedSweep {
   SweepFit fit;
+  Eigen::MatrixXd derivatives;
+};
+
+SolvedSweep SolveSweep(const SweepProblem& problem,
+                       int axis,
+                       const ThermalOptions& terms,
+                       const SweepLags& lags) {
+  SolvedSweep result;
+  SweepFit& fit = result.fit;
   fit.terms = terms;
   fit.lags = lags;
   fit.columns = ColumnsOf(problem, terms);
@@ -144,7 +201,8 @@ SweepFit FitSweep(const SweepProblem& problem,
   fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
 
   const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
-  Eigen::MatrixXd J(X.rows(), X.cols() + lag_count);
+  Eigen::MatrixXd& J = result.derivatives;
+  J.resize(X.rows(), X.cols() + lag_count);
   J.leftCols(X.cols()) = X;
   fit.coefficients.resize(J.cols());
   fit.coefficients.head(X.cols()) = solved;
@@ -162,9 +220,37 @@ SweepFit FitSweep(const SweepProblem& problem,
   };
   add_lag(&SweepLags::element_s);
   add_lag(&SweepLags::rate_s);
-  fit.covariance =
-      SandwichCovariance(J, w, fit.residuals, problem.attitudes(), static_cast<int>(J.rows()));
-  return fit;
+  return result;
+}
+
+}  // namespace
+
+SweepFit FitSweep(const SweepProblem& problem,
+                  int axis,
+                  const ThermalOptions& terms,
+                  const SweepLags& lags) {
+  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
+  solved.fit.covariance = SandwichCovariance(solved.derivatives,
+                                             problem.weights(),
+                                             solved.fit.residuals,
+                                             problem.attitudes(),
+                                             problem.size());
+  return std::move(solved.fit);
+}
+
+SweepFit FitSweepWithNoise(const SweepProblem& problem,
+                           int axis,
+                           const ThermalOptions& terms,
+                           const SweepLags& lags) {
+  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
+  solved.fit.covariance = SandwichCovariance(
+      solved.derivatives,
+      problem.weights(),
+      solved.fit.residuals,
+      problem.attitudes(),
+      problem.noise_variance().row(axis).transpose(),
+      [&](const auto& note) { ForEachTemperatureError(problem, solved.fit, note); });
+  return std::move(solved.fit);
 }
 
 double WeightedSquareAt(const SweepProblem& problem,

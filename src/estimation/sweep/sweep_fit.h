@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -46,6 +47,23 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const std::vector<int>& attitudes,
                                    int count);
 
+using ForEachError = std::function<void(const std::function<void(const Eigen::VectorXd&)>&)>;
+
+// The same where part of the residuals is what errors of the columns leave, of which this is known:
+// `for_each_error` hands over each independent one, of 1 sigma. In place of what Omega makes of
+// that part stands what it is:
+//
+//   Omega  -  sum_m Omega(W M e_m)  +  sum_m (X^T W e_m) (X^T W e_m)^T       M: what a fit leaves
+//
+// Some of it lasts so long that it looks like the columns, and hardly shows in the residuals. Not
+// less than what the noise of the readings, `variances`, makes.
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   const Eigen::VectorXd& variances,
+                                   const ForEachError& for_each_error);
+
 // Weighted least squares with the covariance of its estimate from the residuals themselves: the
 // weights are no inverse variances, and neighbouring residuals hang together.
 //
@@ -58,6 +76,12 @@ SweepFit FitSweep(const SweepProblem& problem,
                   int axis,
                   const ThermalOptions& terms,
                   const SweepLags& lags);
+
+// The same; the noise of the thermometer is in the covariance.
+SweepFit FitSweepWithNoise(const SweepProblem& problem,
+                           int axis,
+                           const ThermalOptions& terms,
+                           const SweepLags& lags);
 
 // Sum of w r^2 with these terms at any lags.
 double WeightedSquareAt(const SweepProblem& problem,

@@ -8,8 +8,6 @@
 
 #include <Eigen/Dense>
 
-#include "truetriad/model/thermal.h"
-
 namespace truetriad {
 namespace {
 
@@ -26,22 +24,24 @@ constexpr int kPieces = 10;
 Eigen::MatrixX2d FilterTrack(const TemperatureTrack& track, const SweepLags& lags) {
   const auto size = static_cast<Eigen::Index>(track.time_s.size());
   Eigen::MatrixX2d states(size, 2);
-  FirstOrderLag element_lag(lags.element_s), rate_lag(lags.rate_s);
+  SweepFilter filter(lags);
   for (Eigen::Index i = 0; i < size; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const double element = element_lag.Next(track.time_s[at], track.degc[at]);
-    double rate = track.rate_degcps[at];
-    if (lags.rate_s > 0.0) {
-      rate = (element - rate_lag.Next(track.time_s[at], element)) / lags.rate_s;
-    } else if (lags.element_s > 0.0) {
-      rate = (track.degc[at] - element) / lags.element_s;
-    }
-    states.row(i) << element, rate;
+    states.row(i) = filter.Next(track.time_s[at], track.degc[at], track.rate_degcps[at]);
   }
   return states;
 }
 
 }  // namespace
+
+Eigen::Vector2d SweepFilter::Next(double time_s, double degc, double rate_degcps) {
+  const double element = element_lag_.Next(time_s, degc);
+  if (rate_lag_.lag_s() > 0.0) {
+    return {element, (element - rate_lag_.Next(time_s, element)) / rate_lag_.lag_s()};
+  }
+  if (element_lag_.lag_s() > 0.0) return {element, (degc - element) / element_lag_.lag_s()};
+  return {element, rate_degcps};
+}
 
 std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
                                  const Eigen::MatrixXd& columns,
@@ -100,6 +100,15 @@ SweepProblem::SweepProblem(
     fold_begin_.push_back(static_cast<int>(static_cast<std::int64_t>(size()) * f / blocks));
   }
   WeighTemperatures(even_temperatures);
+}
+
+Eigen::Vector2d SweepProblem::rate_range_degcps() const {
+  Eigen::Vector2d range = Eigen::Vector2d::Zero();
+  for (int i = 0; i < size(); ++i) {
+    range[0] = std::min(range[0], window(i).temperature_rate_degcps);
+    range[1] = std::max(range[1], window(i).temperature_rate_degcps);
+  }
+  return range;
 }
 
 double SweepProblem::duration_s() const {

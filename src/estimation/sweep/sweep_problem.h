@@ -11,6 +11,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/estimation/calibrate.h"
+#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 
@@ -19,6 +20,18 @@ struct SweepLags {
   double element_s = 0.0;
   double rate_s = 0.0;
   auto operator<=>(const SweepLags&) const = default;
+};
+
+// Temperature and rate of an element behind its lags, from those of the thermometer as they come.
+// Linear in them. model/thermal.h
+class SweepFilter {
+ public:
+  explicit SweepFilter(const SweepLags& lags)
+      : element_lag_(lags.element_s), rate_lag_(lags.rate_s) {}
+  Eigen::Vector2d Next(double time_s, double degc, double rate_degcps);
+
+ private:
+  FirstOrderLag element_lag_, rate_lag_;
 };
 
 // Sums of one block of time, all columns: what any subset of them is fitted and judged with.
@@ -76,6 +89,13 @@ class SweepProblem {
   const StaticPose& window(int i) const {
     return poses_.poses[window_[static_cast<std::size_t>(i)]];
   }
+  // Places [first, last] of window i in the track.
+  std::pair<std::size_t, std::size_t> places(int i) const {
+    const std::size_t k = window_[static_cast<std::size_t>(i)];
+    return {poses_.sweep.first[k], poses_.sweep.last[k]};
+  }
+  const TemperatureTrack& temperature() const { return poses_.sweep.temperature; }
+  Eigen::Vector2d rate_range_degcps() const;
   double duration_s() const;
   double spacing_s() const;  // of the temperature's track
   const ThermalScale& scale() const { return scale_; }

@@ -103,6 +103,16 @@ void PrintLoss(const Export& result) {
                 loss.signal,
                 sigmas.c_str(),
                 std::string(TruthUnitName(triad)).c_str());
+    if (!loss.at_rates) continue;
+    std::printf("  %-14s %12.3g %12.3g %10.4g %8s  %s, temperature at %.2g to %.2g degC/s\n",
+                "",
+                loss.at_rates->largest,
+                loss.at_rates->rms,
+                loss.signal,
+                "-",
+                std::string(TruthUnitName(triad)).c_str(),
+                loss.at_rates->range_degcps[0],
+                loss.at_rates->range_degcps[1]);
   }
 }
 
