@@ -35,9 +35,9 @@ constexpr double kOddGain = 5.0;
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
 // A change of the magnetometer during the run is named when chance makes one in hundreds of runs; a
-// run is refused for it when chance makes it in one of ten thousand, and it moves a number by as
-// much as the σ that is said.
-constexpr double kRefusedChange = 1e-4;
+// run is refused for it when chance makes it in one of a million, so that no line sees a good unit
+// refused, and when it moves a number by as much as the σ that is said.
+constexpr double kRefusedChange = 1e-6;
 constexpr double kMovedSigmas = 1.0;
 // Over a recording without temperature terms that does not fit.
 constexpr double kMuchTemperatureDegc = 10.0;

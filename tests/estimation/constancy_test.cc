@@ -86,8 +86,8 @@ TEST(MagnetometerChange, IsRarelySeenWhereThereIsNone) {
     RecordProperty("alarms_" + name, alarms);
     RecordProperty("refused_" + name, refused);
     EXPECT_LE(alarms, 11) << name;
-    // At 1e-4 one refusal has a probability of 4 %, two of 0.1 %.
-    EXPECT_LE(refused, 1) << name;
+    // At one of a million.
+    EXPECT_EQ(refused, 0) << name;
   }
 }
 
