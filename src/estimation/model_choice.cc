@@ -16,6 +16,7 @@
 
 #include "estimation/graph_builder.h"
 #include "estimation/messages.h"
+#include "estimation/open_models.h"
 #include "estimation/quality.h"
 #include "estimation/soak.h"
 #include "truetriad/math/distributions.h"
@@ -35,281 +36,6 @@ constexpr double kScatterLevel = 0.1;
 // Far more than there are terms: a choice that goes round in circles ends somewhere.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// One way in which a part of a triad's model can be.
-struct Level {
-  std::string words;
-  std::function<void(TriadOptions*)> set;
-};
-
-enum class PartKind {
-  kMatrix,        // of the reference temperature, which no model is without
-  kTerm,          // there or not
-  kThermalTerm,   // so, in the rate of temperature
-  kOrder,         // in temperature
-  kThermalShape,  // of the matrix in temperature, where it has an order
-};
-
-// A part of a triad's model that is open: levels of which each holds the one before.
-struct OpenPart {
-  Triad triad = Triad::kAccelerometer;
-  PartKind kind = PartKind::kTerm;
-  std::vector<Level> levels;
-};
-
-// The level of every open part.
-using Choice = std::vector<std::size_t>;
-
-// The matrix models of a triad that differ, smallest first.
-std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
-  const TriadOptions& sensor = wanted.triads[triad];
-  std::vector<MatrixModel> models;
-  if (!sensor.fixed_sensitivity) {
-    if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
-    models.push_back(MatrixModel::kDiagonal);
-    const bool frame_is_free = wanted.attitudes.kind == AttitudeKind::kNone;
-    if (triad != LeadingTriad(wanted) || !frame_is_free) models.push_back(MatrixModel::kSymmetric);
-  }
-  models.push_back(MatrixModel::kFull);
-  std::vector<Level> levels;
-  for (const MatrixModel model : models) {
-    levels.push_back({std::string(MatrixModelName(model)), [model](TriadOptions* options) {
-                        options->model = model;
-                        if (model != MatrixModel::kBias) return;
-                        options->fixed_sensitivity = options->nominal_sensitivity;
-                      }});
-  }
-  return levels;
-}
-
-template <typename Set>
-std::vector<Level> TermLevels(const std::string& name, Set set) {
-  return {{name, [set](TriadOptions* options) { set(options, false); }},
-          {name, [set](TriadOptions* options) { set(options, true); }}};
-}
-
-std::vector<Level> OrderLevels(const std::string& name, int most, int ThermalOptions::*order) {
-  std::vector<Level> levels;
-  for (int i = 0; i <= most; ++i) {
-    levels.push_back({name + " of order " + std::to_string(i) + " in tau",
-                      [order, i](TriadOptions* options) { options->thermal.*order = i; }});
-  }
-  return levels;
-}
-
-std::vector<Level> ShapeLevels() {
-  std::vector<Level> levels;
-  for (const ThermalMatrix shape :
-       {ThermalMatrix::kScale, ThermalMatrix::kDiagonal, ThermalMatrix::kFull}) {
-    levels.push_back({"matrix " + std::string(ThermalMatrixName(shape)) + " in tau",
-                      [shape](TriadOptions* options) { options->thermal.matrix = shape; }});
-  }
-  return levels;
-}
-
-// The highest order that poses at so many temperatures can speak for. One that goes through all of
-// them is predicted by none of them; a straight line or a parabola is taken for it where there are
-// no more to be had.
-int HighestOrder(int temperatures) {
-  return temperatures <= 3 ? temperatures - 1 : temperatures - 2;
-}
-
-// In the order in which they shrink when the poses do not determine them all. `temperatures`: at
-// which the poses were taken.
-std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatures) {
-  std::vector<OpenPart> parts;
-  // The gyroscope first: it is seen through the others' eyes.
-  const auto add_where = [&](const auto& is_open, PartKind kind, const auto& levels) {
-    for (const Triad triad : {Triad::kGyroscope, Triad::kMagnetometer, Triad::kAccelerometer}) {
-      const TriadOptions& sensor = wanted.triads[triad];
-      if (sensor.enabled && is_open(sensor)) parts.push_back({triad, kind, levels(triad)});
-    }
-  };
-  const auto order_levels = [&](const char* name, int ThermalOptions::*order) {
-    return [&wanted, temperatures, name, order](Triad triad) {
-      const int most = wanted.triads[triad].thermal.*order;
-      // Without any temperature the calibration itself says so.
-      return OrderLevels(
-          name, temperatures > 0 ? std::min(most, HighestOrder(temperatures)) : most, order);
-    };
-  };
-  for (const auto& [term, name] : {std::pair(&ThermalOptions::rate_cross, "tau T'"),
-                                   std::pair(&ThermalOptions::rate_quadratic, "T'^2"),
-                                   std::pair(&ThermalOptions::rate_linear, "T'")}) {
-    add_where([](const TriadOptions& sensor) { return sensor.thermal.rate_auto; },
-              PartKind::kThermalTerm,
-              [term = term, name = name](Triad) {
-                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
-                  options->thermal.*term = is_there;
-                });
-              });
-  }
-  add_where(
-      [](const TriadOptions& sensor) {
-        return sensor.thermal.matrix_auto && sensor.thermal.matrix_order > 0;
-      },
-      PartKind::kThermalShape,
-      [](Triad) { return ShapeLevels(); });
-  add_where([](const TriadOptions& sensor) { return sensor.thermal.matrix_order_auto; },
-            PartKind::kOrder,
-            order_levels("matrix", &ThermalOptions::matrix_order));
-  add_where([](const TriadOptions& sensor) { return sensor.thermal.bias_order_auto; },
-            PartKind::kOrder,
-            order_levels("bias", &ThermalOptions::bias_order));
-  for (const auto& [term, name] : {std::pair(&TriadOptions::quadratic, "quadratic term"),
-                                   std::pair(&TriadOptions::asymmetry, "asymmetry"),
-                                   std::pair(&TriadOptions::g_sensitivity, "g-sensitivity")}) {
-    add_where([term = term](const TriadOptions& sensor) { return sensor.*term == Wanted::kAuto; },
-              PartKind::kTerm,
-              [term = term, name = name](Triad) {
-                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
-                  options->*term = is_there ? Wanted::kYes : Wanted::kNo;
-                });
-              });
-  }
-  add_where([](const TriadOptions& sensor) { return sensor.model == MatrixModel::kAuto; },
-            PartKind::kMatrix,
-            [&wanted](Triad triad) { return MatrixLevels(wanted, triad); });
-  return parts;
-}
-
-bool IsThermal(const OpenPart& part) {
-  return part.kind != PartKind::kMatrix && part.kind != PartKind::kTerm;
-}
-
-// A model that differs by one step.
-struct Neighbour {
-  Choice choice;
-  std::string description;
-  bool is_larger = false;
-  std::optional<Triad> thermal_triad;  // where the step is one of a triad's temperature terms
-};
-
-// The models to choose from.
-class Models {
- public:
-  Models(const CalibrateOptions& wanted, int temperatures)
-      : wanted_(wanted), temperatures_(temperatures), parts_(OpenPartsOf(wanted, temperatures)) {}
-
-  Choice Largest() const {
-    Choice choice;
-    for (const OpenPart& part : parts_) choice.push_back(part.levels.size() - 1);
-    return choice;
-  }
-
-  // Something in temperature is open, and there are several.
-  bool HasThermalChoice() const {
-    return temperatures_ > 1 && std::any_of(parts_.begin(), parts_.end(), IsThermal);
-  }
-
-  // With nothing open.
-  CalibrateOptions OptionsOf(const Choice& choice) const {
-    CalibrateOptions options = wanted_;
-    for (TriadOptions& sensor : options.triads) {
-      ThermalOptions& thermal = sensor.thermal;
-      thermal.bias_order_auto = thermal.rate_auto = false;
-      thermal.matrix_order_auto = thermal.matrix_auto = false;
-    }
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      parts_[i].levels[choice[i]].set(&options.triads[parts_[i].triad]);
-    }
-    return options;
-  }
-
-  // "accelerometer full; gyroscope full, g-sensitivity": what was open, as it was chosen.
-  std::string DescriptionOf(const Choice& choice) const {
-    const CalibrateOptions options = OptionsOf(choice);
-    std::string text;
-    for (const Triad triad : kTriads) {
-      std::string terms;
-      bool is_open = false;
-      // From the matrix to the terms beyond it.
-      for (std::size_t i = parts_.size(); i-- > 0;) {
-        if (parts_[i].triad != triad) continue;
-        is_open = true;
-        const bool is_there = parts_[i].kind == PartKind::kOrder || (IsTerm(i) && choice[i] > 0) ||
-                              (parts_[i].kind == PartKind::kThermalShape && Matters(i, options));
-        if (is_there) terms += ", " + parts_[i].levels[choice[i]].words;
-      }
-      if (!is_open) continue;
-      if (!text.empty()) text += "; ";
-      text.append(TriadName(triad)).append(" ");
-      text.append(MatrixModelName(options.triads[triad].model)).append(terms);
-    }
-    return text;
-  }
-
-  std::vector<Neighbour> NeighboursOf(const Choice& choice) const {
-    const CalibrateOptions options = OptionsOf(choice);
-    std::vector<Neighbour> neighbours;
-    for (std::size_t i = parts_.size(); i-- > 0;) {
-      if (!Matters(i, options)) continue;
-      for (const bool is_larger : {false, true}) {
-        if (is_larger ? choice[i] + 1 == parts_[i].levels.size() : choice[i] == 0) continue;
-        Neighbour& neighbour = neighbours.emplace_back();
-        neighbour.choice = choice;
-        neighbour.choice[i] += is_larger ? 1 : -1;
-        neighbour.is_larger = is_larger;
-        if (IsThermal(parts_[i])) neighbour.thermal_triad = parts_[i].triad;
-        neighbour.description = DescriptionOfStep(i, neighbour.choice[i]);
-      }
-    }
-    return neighbours;
-  }
-
-  // Takes away what the poses may not determine, one step of one part. False where nothing is left
-  // to take.
-  bool Shrink(bool keep_matrices, Choice* choice) const {
-    const CalibrateOptions options = OptionsOf(*choice);
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if ((*choice)[i] == 0 || (keep_matrices && parts_[i].kind == PartKind::kMatrix)) continue;
-      // Higher orders before the shape of the first.
-      const ThermalOptions& thermal = options.triads[parts_[i].triad].thermal;
-      if (parts_[i].kind == PartKind::kThermalShape && thermal.matrix_order != 1 &&
-          wanted_.triads[parts_[i].triad].thermal.matrix_order_auto) {
-        continue;
-      }
-      --(*choice)[i];
-      return true;
-    }
-    return false;
-  }
-
-  // What the least models that a choice does without would add to it: "gyroscope T'".
-  std::string Missing(const Choice& choice) const {
-    const CalibrateOptions options = OptionsOf(choice);
-    std::string text;
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-      if (choice[i] + 1 >= parts_[i].levels.size() || !Matters(i, options)) continue;
-      if (!text.empty()) text += ", ";
-      text.append(TriadName(parts_[i].triad))
-          .append(" ")
-          .append(parts_[i].levels[choice[i] + 1].words);
-    }
-    return text;
-  }
-
- private:
-  bool IsTerm(std::size_t part) const {
-    return parts_[part].kind == PartKind::kTerm || parts_[part].kind == PartKind::kThermalTerm;
-  }
-
-  bool Matters(std::size_t part, const CalibrateOptions& options) const {
-    return parts_[part].kind != PartKind::kThermalShape ||
-           options.triads[parts_[part].triad].thermal.matrix_order > 0;
-  }
-
-  // "gyroscope without g-sensitivity", "accelerometer diagonal".
-  std::string DescriptionOfStep(std::size_t part, std::size_t level) const {
-    std::string text(TriadName(parts_[part].triad));
-    if (IsTerm(part)) text += level > 0 ? " with" : " without";
-    return text + " " + parts_[part].levels[level].words;
-  }
-
-  const CalibrateOptions& wanted_;
-  int temperatures_ = 0;
-  std::vector<OpenPart> parts_;
-};
 
 // One solution with the noise and the weights of the largest model.
 struct Fit {
@@ -354,7 +80,7 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
 // Everything that candidates are compared by.
 class Candidates {
  public:
-  Candidates(const Models& models, const Choice& largest, int folds, SettledModel settled)
+  Candidates(const OpenModels& models, const Choice& largest, int folds, SettledModel settled)
       : models_(models),
         largest_choice_(largest),
         noise_(std::move(settled.noise)),
@@ -438,7 +164,7 @@ class Candidates {
       fit->chi2 = 2.0 * outcome.final_cost;
   }
 
-  const Models& models_;
+  const OpenModels& models_;
   Choice largest_choice_;
   std::vector<HeldOutGroup> groups_;
   NoiseState noise_;
@@ -464,7 +190,7 @@ ModelAlternative Described(const std::string& description,
 
 // One step: takes away the term that is worth least, else adds the one that is worth most. Unset
 // where neither changes the choice.
-std::optional<ModelAlternative> Improve(const Models& models,
+std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Candidates* candidates,
                                         Choice* choice) {
   Fit& present = candidates->FitOf(*choice);
@@ -499,7 +225,7 @@ std::optional<ModelAlternative> Improve(const Models& models,
 }
 
 // The chosen model, then those that differ from it by one step.
-std::vector<ModelAlternative> AlternativesTo(const Models& models,
+std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
                                              const Choice& choice,
                                              Candidates* candidates) {
   Fit& chosen = candidates->FitOf(choice);
@@ -521,7 +247,7 @@ std::vector<ModelAlternative> AlternativesTo(const Models& models,
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
                                                int temperatures,
                                                const CalibrateOnce& calibrate) {
-  const Models models(options, temperatures);
+  const OpenModels models(options, temperatures);
   Choice choice = models.Largest();
   SettledModel settled;
   for (;;) {
