@@ -2,6 +2,7 @@
 #include "data/known_motions.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -42,6 +43,42 @@ Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const P
 
 bool Overlap(const StaticPose& pose, const StaticPose& other) {
   return pose.first_row <= other.last_row && other.first_row <= pose.last_row;
+}
+
+// A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
+// than this share of it, and by so many times what the middle wanders by, is a table that gathers
+// speed: an eighth of it would move the mean by an eighth of the share.
+constexpr double kRampShare = 0.001;
+constexpr double kRampFactor = 8.0;
+constexpr std::size_t kEighths = 8;
+
+Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, const PoseSet& set) {
+  const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
+  const double stated = rate.rate_radps.norm();
+  if (eighths.size() != kEighths || stated == 0.0) return {};
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
+  double wander = 0.0;
+  for (std::size_t part = 2; part < 6; ++part) {
+    wander = std::max(wander, (eighths[part] - middle).norm());
+  }
+  const double held = (moments.mean_raw + middle).norm();
+  for (const bool is_first : {true, false}) {
+    const Eigen::Vector3d end = is_first ? eighths.front() : eighths.back();
+    const double missed = (end - middle).norm();
+    if (missed <= std::max(kRampShare * held, kRampFactor * wander)) continue;
+    char text[160];
+    std::snprintf(text,
+                  sizeof text,
+                  ": the %s eighth of its stretch differs from the middle by %.2g %% of the rate: "
+                  "the table is not at its speed there; %s",
+                  is_first ? "first" : "last",
+                  100.0 * missed / held,
+                  is_first ? "begin it later" : "end it earlier");
+    return BadInputError((rate.at.stated_in.empty() ? "rates" : rate.at.stated_in) + ": " +
+                         set.source + ": rate" + (rate.id.empty() ? "" : " " + rate.id) + text);
+  }
+  return {};
 }
 
 }  // namespace
@@ -109,6 +146,10 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
     for (CollectedPose& mean : *collected) {
       turning.poses.push_back(std::move(mean.pose));
       turning_moments.push_back(std::move(mean.moments));
+    }
+    for (std::size_t i = 0; i < stretches_.size(); ++i) {
+      TRUETRIAD_RETURN_IF_ERROR(
+          CheckIsHeld(rates_[stretches_[i]], turning_moments[i][Triad::kGyroscope], *set));
     }
     FillCovariances(turning_moments, resolution_raw, &turning);
     for (std::size_t i = 0; i < stretches_.size(); ++i) {

@@ -265,6 +265,28 @@ TEST_F(SimulateVerb, GivesARateTableThatCalibratesToItsTruth) {
   EXPECT_NEAR(turn.found_rad, turn.stated_rad, 4.0 * turn.found_sigma_rad);
 }
 
+TEST_F(SimulateVerb, GivesARateTableWhoseRampsAreNoRates) {
+  ASSERT_EQ(Simulate(kScenarios + "turntable-rates.yaml", "table").exit_code, 0);
+  std::string rates = Read("table/rates.yaml");
+  const std::size_t at = rates.find("first: 151,");
+  ASSERT_NE(at, std::string::npos) << rates;
+  // A fifth of a second of the ramp.
+  rates.replace(at, 11, "first: 141,");
+  folder_.Write("rates.yaml", rates);
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--config=" + kExperiments + "rate-table.yaml",
+                                     "--input=" + folder_.Path("table/recording.yaml"),
+                                     "--set=rates.file=" + folder_.Path("rates.yaml") +
+                                         ",turns.file=" + folder_.Path("table/turns.yaml"),
+                                     "--output=" + folder_.Path("found")});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("rates.yaml"),
+                    HasSubstr("the first eighth of its stretch"),
+                    HasSubstr("begin it later")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("found")));
+}
+
 TEST_F(SimulateVerb, StatesRestsThatInspectTakesAsPoses) {
   ASSERT_EQ(Simulate(kScenarios + "thermal-soak.yaml", "soak").exit_code, 0);
   const Finished run = RunTruetriad({"inspect",
