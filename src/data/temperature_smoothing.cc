@@ -26,9 +26,9 @@ constexpr double kRateNoiseShare = 0.01;
 constexpr double kWidestShare = 1.0 / 20.0;
 // Places where a coarse thermometer changes that are enough to follow them.
 constexpr std::size_t kFewestPlaces = 8;
-// With noise of this share of a step the mean of the readings is the temperature, within a
-// thirtieth of a step.
-constexpr double kDithered = 0.35;
+// With noise of this share of a step and more its readings are smoothed, and what the noise does is
+// followed; with less the steps tell more.
+constexpr double kDithered = 0.15;
 // Residuals beyond this many σ count for nothing.
 constexpr double kTukey = 6.0;
 constexpr int kRobustRounds = 2;

@@ -12,6 +12,7 @@
 #include "estimation/graph.h"
 #include "estimation/graph_builder.h"
 #include "estimation/held_gyroscope.h"
+#include "estimation/messages.h"
 #include "estimation/model_choice.h"
 #include "estimation/motion/calibrate_motion.h"
 #include "estimation/noise.h"
@@ -278,17 +279,25 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
 
 Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
+  const int temperatures = static_cast<int>(PosesByTemperature(poses).size());
   Result<CalibrationSummary> summary =
       options.HasChoice()
           ? CalibrateWithChoice(
                 options,
-                static_cast<int>(PosesByTemperature(poses).size()),
+                temperatures,
                 [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
                   return CalibrateAs(poses, settled_options, settled);
                 })
           : CalibrateAs(poses, options, nullptr);
   if (summary && !options.sweep) {
-    summary->calibration.reference.recorded_degc = RecordedDegc(poses);
+    const auto recorded = RecordedDegc(poses);
+    summary->calibration.reference.recorded_degc = recorded;
+    if (options.HasThermal() && options.HasChoice() && temperatures == 1 && recorded) {
+      summary->calibration.messages.push_back(
+          Format("`auto`: all poses were taken at about %.1f degC, which says nothing about other "
+                 "temperatures: bias and sensitivity are those there",
+                 (*recorded)[1]));
+    }
   }
   return summary;
 }

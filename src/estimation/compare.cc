@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -8,6 +9,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "estimation/presentation.h"
+#include "estimation/reference_temperature.h"
 #include "truetriad/estimation/calibrate.h"
 #include "truetriad/math/distributions.h"
 
@@ -111,7 +113,8 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
                            ": the temperature terms of a are about " +
                            std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
                            std::to_string(thermal_b->reference_degc) +
-                           " degC; calibrate both with the same reference.temperature_degc");
+                           " degC, and cannot be moved; calibrate both with the same "
+                           "reference.temperature_degc");
     }
     if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
       return BadInputError(std::string(TriadName(triad)) + ": a takes " +
@@ -211,9 +214,30 @@ void RestateField(double stated_ut, double wanted_ut, PresentedSolution* solutio
   }
 }
 
+// Where the temperature terms of a calibration are about; unset without any.
+std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
+  for (const auto& sensor : calibration.sensors) {
+    if (sensor && sensor->thermal) return sensor->thermal->reference_degc;
+  }
+  return std::nullopt;
+}
+
+// By as many degrees of freedom as the σ of either are known with: F in place of χ².
+double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
+  double dof = std::numeric_limits<double>::infinity();
+  for (const Calibration* calibration : {&a, &b}) {
+    if (calibration->quality.effective_dof > 0.0) {
+      dof = std::min(dof, calibration->quality.effective_dof);
+    }
+  }
+  return 1.0 - FisherCdf(comparison.chi2 / comparison.dof, comparison.dof, dof);
+}
+
 }  // namespace
 
-Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
+Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
+  Calibration b = stated_b;
+  if (const auto degc = ReferenceOfTerms(a); degc && ReferenceOfTerms(b)) StateAbout(*degc, &b);
   TRUETRIAD_RETURN_IF_ERROR(CheckComparable(a, b));
   // One gauge for both: that of known attitudes when both have it, else the triangular one.
   const Gauge gauge =
@@ -300,7 +324,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& b) {
     comparison.chi2 += turned[i] * turned[i] / solver.eigenvalues()[i];
     ++comparison.dof;
   }
-  if (comparison.dof > 0) comparison.p_value = 1.0 - ChiSquareCdf(comparison.chi2, comparison.dof);
+  if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);
   return comparison;
 }
 

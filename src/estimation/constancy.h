@@ -49,9 +49,9 @@ inline constexpr double kChangeLevel = 0.01;
 // was estimated from the same poses, which takes the step for noise, T is held against what is left
 // of the magnetometer's own residuals without it: F(rank, the rest); so it is where the residuals
 // are all that tells the noise, but there a change has to explain nine tenths of them, since in a
-// table of means neighbouring poses share what is off in them, which looks like a step. The level is
-// shared out over all places and both kinds
-// (Bonferroni), so that it is kept whatever their correlation.
+// table of means neighbouring poses share what is off in them, which looks like a step. The level
+// is shared out over all places and both kinds (Bonferroni), so that it is kept whatever their
+// correlation.
 //
 // A change d that the solution does not have moves its parameters, for the poses before and those
 // after it, by

@@ -30,9 +30,6 @@ constexpr double kLevel = 0.01;
 // nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
 // a model that is too small is wrong without saying so, one that is too large has large σ.
 constexpr double kLeastDof = 10.0;
-// What poses of one temperature have in common is taken for real at this level: to overlook it lets
-// in terms that are not there, to see it where it is not only takes away some power.
-constexpr double kScatterLevel = 0.1;
 // Far more than there are terms: a choice that goes round in circles ends somewhere.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -127,25 +124,37 @@ class Candidates {
   }
 
   // Probability of the likelihood ratio of two nested models, of which `step` leads from one to the
-  // other. What the poses of one temperature have in common is no evidence for a term in
-  // temperature: where they do, it is held against their scatter.
+  // other. What the poses of one temperature have in common is no evidence for a bias that follows
+  // it: that is held against the scatter of the temperatures, of which there are few, and which
+  // chance may make small.
   double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {
     const Eigen::MatrixXd tested = TestedDirections(larger->graph, smaller.graph);
     const double count = static_cast<double>(tested.cols());
     const double ratio = std::max(smaller.chi2 - larger->chi2, 0.0);
     if (count < 1.0) return 1.0;
     if (!std::isfinite(ratio)) return 0.0;
-    const JointTest test =
-        KenwardRogerTest(noise_.estimate, ReducedSystem(larger->graph), larger->graph, tested);
+    const ReducedSystem system(larger->graph);
+    const JointTest test = KenwardRogerTest(noise_.estimate, system, larger->graph, tested);
     const double p = 1.0 - FisherCdf(test.scale * ratio / count, count, test.dof);
     if (!step.thermal_triad || p >= kLevel) return p;
+    const Triad triad = *step.thermal_triad;
     if (!larger->settings) larger->settings = FindTemperatureSettings(larger->graph);
     const SettingScatter scatter =
-        ScatterOf(*larger->settings,
-                  *step.thermal_triad,
-                  larger->graph.layout.thermal[*step.thermal_triad].terms.bias_order);
-    if (scatter.p_value >= kScatterLevel) return p;
-    return std::max(p, 1.0 - FisherCdf(ratio / count / scatter.ratio, count, scatter.dof));
+        ScatterOf(*larger->settings, triad, larger->graph.layout.thermal[triad].terms.bias_order);
+    if (scatter.dof <= 0.0) return p;
+    if (step.is_of_bias) {
+      // Chance may make the little that is left small.
+      const double noise = std::max(scatter.ratio, 1.0);
+      return std::max(p, 1.0 - FisherCdf(ratio / count / noise, count, scatter.dof));
+    }
+    // A sensitivity shows between the poses of one temperature, and is moved by what they share as
+    // far as they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
+    const Eigen::MatrixXd drift =
+        tested.transpose() * DriftOf(larger->graph, system, triad, scatter.variance_raw) * tested;
+    const Eigen::MatrixXd own = tested.transpose() * system.covariance() * tested;
+    const double share = own.ldlt().solve(drift).trace() / count;
+    const double dof = std::pow(1.0 + share, 2) / (share * share / scatter.dof + 1.0 / test.dof);
+    return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
   }
 
   // Whether all three say that the larger of two models is worth its parameters.
@@ -242,6 +251,17 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
   return alternatives;
 }
 
+// Whether a model without a term leaves so much more that it cannot do without it, however little
+// the larger one leaves to judge it by: F of what both leave over the noise of the rests.
+bool IsFarWorse(const Quality& smaller, const Quality& larger) {
+  constexpr double kFarLevel = 1e-3;
+  const double terms = smaller.dof - larger.dof;
+  const double left = larger.reduced_chi2_before * larger.dof;
+  const double more = smaller.reduced_chi2_before * smaller.dof - left;
+  if (!(terms >= 1.0 && larger.dof >= 1.0 && left > 0.0 && more > 0.0)) return false;
+  return 1.0 - FisherCdf(more / terms / larger.reduced_chi2_before, terms, larger.dof) < kFarLevel;
+}
+
 }  // namespace
 
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
@@ -250,18 +270,32 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
   const OpenModels models(options, temperatures);
   Choice choice = models.Largest();
   SettledModel settled;
+  struct Larger {
+    Choice choice;
+    SettledModel settled;
+    Quality quality;
+  };
+  std::optional<Larger> larger;  // that was usable, and left little to judge by
   for (;;) {
     Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), &settled);
     if (!summary || options.initialise.only) return summary;
+    const Quality& quality = summary->calibration.quality;
     const bool usable = summary->calibration.IsUsable();
-    const bool few = summary->calibration.quality.dof < kLeastDof;
+    const bool few = quality.dof < kLeastDof;
+    if (larger && (!usable || IsFarWorse(quality, larger->quality))) {
+      choice = larger->choice;
+      settled = std::move(larger->settled);
+      break;
+    }
     if (usable && !few) break;
+    larger.reset();
+    if (usable) larger = Larger{choice, settled, quality};
     if (models.Shrink(usable, &choice)) continue;
     if (usable) {
       summary->calibration.messages.push_back(Format(
           "`auto`: %.0f residual degrees of freedom are too few to weigh models; the largest "
           "that the poses determine was taken, without higher terms",
-          summary->calibration.quality.dof));
+          quality.dof));
     }
     return summary;
   }
@@ -281,10 +315,6 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
         "`auto`: not weighed, since the poses do not determine it or leave too little to judge it "
         "by: " +
         missing);
-  }
-  if (temperatures == 1 && options.HasThermal()) {
-    summary->calibration.messages.emplace_back(
-        "`auto`: all poses were taken at about one temperature, which says nothing about others");
   }
   summary->calibration.quality.model_steps = std::move(steps);
   summary->calibration.quality.model_choice = AlternativesTo(models, choice, &candidates);

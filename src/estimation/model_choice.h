@@ -34,8 +34,8 @@ using CalibrateOnce =
 // only if all three say so:
 //
 //   likelihood ratio   what it lowers -2 log L by cannot be chance: F after Kenward and Roger 1997
-//                      where the noise was estimated, else χ², at 1 %; of a term in temperature
-//                      F against what the poses of one temperature have in common, where they do
+//                      where the noise was estimated, else χ², at 1 %; of how a bias follows
+//                      temperature F against what the temperatures have beyond the terms
 //   BIC                -2 log L + k ln n is lower with it, n rows of poses and turns
 //   held-out error     held-out poses and turns are predicted better with it; where something in
 //                      temperature is open those of one temperature after the other: what drifts

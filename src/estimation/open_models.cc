@@ -100,10 +100,10 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
       PartKind::kThermalShape,
       [](Triad) { return ShapeLevels(); });
   add_where([](const TriadOptions& sensor) { return sensor.thermal.matrix_order_auto; },
-            PartKind::kOrder,
+            PartKind::kMatrixOrder,
             order_levels("matrix", &ThermalOptions::matrix_order));
   add_where([](const TriadOptions& sensor) { return sensor.thermal.bias_order_auto; },
-            PartKind::kOrder,
+            PartKind::kBiasOrder,
             order_levels("bias", &ThermalOptions::bias_order));
   for (const auto& [term, name] : {std::pair(&TriadOptions::quadratic, "quadratic term"),
                                    std::pair(&TriadOptions::asymmetry, "asymmetry"),
@@ -120,6 +120,10 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
             PartKind::kMatrix,
             [&wanted](Triad triad) { return MatrixLevels(wanted, triad); });
   return parts;
+}
+
+bool IsOfBias(const OpenPart& part) {
+  return part.kind == PartKind::kBiasOrder || part.kind == PartKind::kThermalTerm;
 }
 
 bool IsThermal(const OpenPart& part) {
@@ -164,7 +168,7 @@ std::string OpenModels::DescriptionOf(const Choice& choice) const {
     for (std::size_t i = parts_.size(); i-- > 0;) {
       if (parts_[i].triad != triad) continue;
       is_open = true;
-      const bool is_there = parts_[i].kind == PartKind::kOrder || (IsTerm(i) && choice[i] > 0) ||
+      const bool is_there = IsOrder(i) || (IsTerm(i) && choice[i] > 0) ||
                             (parts_[i].kind == PartKind::kThermalShape && Matters(i, options));
       if (is_there) terms += ", " + parts_[i].levels[choice[i]].words;
     }
@@ -188,6 +192,7 @@ std::vector<Neighbour> OpenModels::NeighboursOf(const Choice& choice) const {
       neighbour.choice[i] += is_larger ? 1 : -1;
       neighbour.is_larger = is_larger;
       if (IsThermal(parts_[i])) neighbour.thermal_triad = parts_[i].triad;
+      neighbour.is_of_bias = IsOfBias(parts_[i]);
       neighbour.description = DescriptionOfStep(i, neighbour.choice[i]);
     }
   }
@@ -221,6 +226,10 @@ std::string OpenModels::Missing(const Choice& choice) const {
         .append(parts_[i].levels[choice[i] + 1].words);
   }
   return text;
+}
+
+bool OpenModels::IsOrder(std::size_t part) const {
+  return parts_[part].kind == PartKind::kBiasOrder || parts_[part].kind == PartKind::kMatrixOrder;
 }
 
 bool OpenModels::IsTerm(std::size_t part) const {

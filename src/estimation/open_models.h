@@ -19,10 +19,11 @@ struct Level {
 };
 
 enum class PartKind {
-  kMatrix,        // of the reference temperature, which no model is without
-  kTerm,          // there or not
-  kThermalTerm,   // so, in the rate of temperature
-  kOrder,         // in temperature
+  kMatrix,       // of the reference temperature, which no model is without
+  kTerm,         // there or not
+  kThermalTerm,  // so, in the rate of temperature
+  kBiasOrder,    // in temperature
+  kMatrixOrder,
   kThermalShape,  // of the matrix in temperature, where it has an order
 };
 
@@ -42,6 +43,7 @@ struct Neighbour {
   std::string description;
   bool is_larger = false;
   std::optional<Triad> thermal_triad;  // where the step is one of a triad's temperature terms
+  bool is_of_bias = false;             // and of its bias
 };
 
 // The models that options leave open, of poses at so many temperatures.
@@ -70,6 +72,7 @@ class OpenModels {
   std::string Missing(const Choice& choice) const;
 
  private:
+  bool IsOrder(std::size_t part) const;
   bool IsTerm(std::size_t part) const;
   bool Matters(std::size_t part, const CalibrateOptions& options) const;
   // "gyroscope without g-sensitivity", "accelerometer diagonal".

@@ -15,8 +15,11 @@ namespace {
 // What poses of one temperature have in common is drift where noise makes so much of it in one of a
 // hundred runs.
 constexpr double kDriftLevel = 0.01;
-// Width of a setting, as a share of the range.
+// Width of a setting: a share of the range, and what a thermometer may scatter by.
 constexpr double kSameSetting = 0.05;
+constexpr double kSameDegc = 1.0;
+
+double WidthOf(double range_degc) { return std::max(kSameSetting * range_degc, kSameDegc); }
 
 // Places of the temperatures in groups, coldest first.
 std::vector<std::vector<std::size_t>> GroupByTemperature(const std::vector<double>& degc) {
@@ -25,7 +28,7 @@ std::vector<std::vector<std::size_t>> GroupByTemperature(const std::vector<doubl
   std::sort(order.begin(), order.end(), [&degc](auto a, auto b) { return degc[a] < degc[b]; });
   std::vector<std::vector<std::size_t>> groups;
   for (const std::size_t k : order) {
-    const double width = kSameSetting * (degc[order.back()] - degc[order.front()]);
+    const double width = WidthOf(degc[order.back()] - degc[order.front()]);
     if (groups.empty() || degc[k] > degc[groups.back().front()] + width) groups.emplace_back();
     groups.back().push_back(k);
   }
@@ -98,7 +101,7 @@ bool IsBetweenSettings(const PoseGraph& graph, std::size_t node) {
       });
   const double step =
       std::abs(graph.nodes[node].temperature_degc - graph.nodes[node - 1].temperature_degc);
-  return step > kSameSetting * (high->temperature_degc - low->temperature_degc);
+  return step > WidthOf(high->temperature_degc - low->temperature_degc);
 }
 
 std::vector<HeldOutGroup> GroupsOfSettings(const PoseGraph& graph) {
@@ -180,6 +183,29 @@ SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
   return scatter;
 }
 
+Eigen::MatrixXd DriftOf(const PoseGraph& graph,
+                        const ReducedSystem& system,
+                        Triad triad,
+                        double variance_raw) {
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
+  for (const std::vector<std::size_t>& group : NodesByTemperature(graph)) {
+    // An offset o of the group's readings is one of its residuals by -o: the solution moves by
+    // M^-1 G o.
+    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(system.size(), 3);
+    for (const std::size_t k : group) {
+      if (graph.nodes[k].role != PoseRole::kRest) continue;
+      Eigen::Index row = system.factors()[k].row;
+      for (const Observation& seen : graph.nodes[k].observations) {
+        if (seen.triad == triad) G += system.B().middleRows<3>(row).transpose();
+        row += 3;
+      }
+    }
+    const Eigen::MatrixXd moved = system.covariance() * G;
+    covariance += variance_raw * moved * moved.transpose();
+  }
+  return covariance;
+}
+
 DriftCovariance FindDriftCovariance(const PoseGraph& graph,
                                     const ReducedSystem& system,
                                     const std::vector<TemperatureSetting>& settings) {
@@ -193,21 +219,7 @@ DriftCovariance FindDriftCovariance(const PoseGraph& graph,
     if (scatter.p_value >= kDriftLevel || scatter.variance_raw <= 0.0) continue;
     drift.sigma_raw[triad] = std::sqrt(scatter.variance_raw);
     drift.dof = std::min(drift.dof, scatter.dof);
-    for (const std::vector<std::size_t>& group : NodesByTemperature(graph)) {
-      // An offset o of the group's readings is one of its residuals by -o: the solution moves by
-      // M^-1 G o.
-      Eigen::MatrixXd G = Eigen::MatrixXd::Zero(system.size(), 3);
-      for (const std::size_t k : group) {
-        if (graph.nodes[k].role != PoseRole::kRest) continue;
-        Eigen::Index row = system.factors()[k].row;
-        for (const Observation& seen : graph.nodes[k].observations) {
-          if (seen.triad == triad) G += system.B().middleRows<3>(row).transpose();
-          row += 3;
-        }
-      }
-      const Eigen::MatrixXd moved = system.covariance() * G;
-      drift.covariance += scatter.variance_raw * moved * moved.transpose();
-    }
+    drift.covariance += DriftOf(graph, system, triad, scatter.variance_raw);
   }
   return drift;
 }

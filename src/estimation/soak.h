@@ -13,7 +13,7 @@
 namespace truetriad {
 
 // Places of the poses that have a temperature, those of one setting of a chamber together, coldest
-// first: each group spans a twentieth of the range at most.
+// first: each group spans a twentieth of the range, or 1 degC.
 std::vector<std::vector<std::size_t>> PosesByTemperature(const PoseSet& poses);
 
 // The poses at these places, which are in order, with the moves between them.
@@ -39,6 +39,13 @@ struct SettingScatter {
 SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
                          Triad triad,
                          int bias_order);
+
+// What a bias that is drawn anew at each temperature, of this variance, adds to the covariance of
+// the free shared coordinates.
+Eigen::MatrixXd DriftOf(const PoseGraph& graph,
+                        const ReducedSystem& system,
+                        Triad triad,
+                        double variance_raw);
 
 // What temperature terms and all else are less certain by where the bias drifts from one
 // temperature to the next: the solution is linear in what the poses of a temperature have in

@@ -17,6 +17,7 @@
 #include "estimation/observability.h"
 #include "estimation/presentation.h"
 #include "estimation/quality.h"
+#include "estimation/recorded_temperature.h"
 #include "estimation/soak.h"
 #include "truetriad/math/rotation.h"
 
@@ -380,6 +381,23 @@ void SayThermalRemarks(const SettledRun& run, Messages* messages) {
   }
 }
 
+// A curve through all temperatures.
+void SayUnchecked(const Calibration& calibration, Messages* messages) {
+  for (const Triad triad : kTriads) {
+    const auto& sensor = calibration.sensors[triad];
+    if (!sensor || !sensor->thermal || sensor->thermal->bias.empty()) continue;
+    const auto& settings = calibration.quality.temperature_settings;
+    const auto count = std::count_if(settings.begin(), settings.end(), [&](const auto& setting) {
+      return setting.triad == triad;
+    });
+    if (count != static_cast<std::ptrdiff_t>(sensor->thermal->bias.size()) + 1) continue;
+    messages->push_back(std::string(TriadName(triad)) + ": the bias' curve goes through all " +
+                        std::to_string(count) +
+                        " temperatures: nothing checks it between them, and σ do not count how it "
+                        "may be there; add a temperature");
+  }
+}
+
 // Drift from one temperature to the next, or an order that is too low.
 void SayDrift(const DriftCovariance& drift, const Calibration& calibration, Messages* messages) {
   for (const Triad triad : kTriads) {
@@ -388,8 +406,9 @@ void SayDrift(const DriftCovariance& drift, const Calibration& calibration, Mess
         std::string(TriadName(triad)) +
         Format(": the poses of one temperature share %.2g ", drift.sigma_raw[triad]) +
         calibration.sensors[triad]->input_unit +
-        " of bias (σ) that the temperature terms do not explain: the bias drifts "
-        "from one temperature to the next, or the order is too low; σ count it");
+        " of bias (σ) that the temperature terms do not explain; σ count it as drawn anew at each: "
+        "the bias drifts, the order is too low, or it has a knee, which a sweep with `knots` "
+        "shows");
   }
 }
 
@@ -459,11 +478,16 @@ void SayRemarks(const SettledRun& run, const Calibration& calibration, Messages*
                coverage.largest_gap_deg));
   }
   if (options.HasThermal()) SayThermalRemarks(run, messages);
-  if (run.poses.temperature_range_degc && !options.HasThermal()) {
-    const Eigen::Vector2d& range = *run.poses.temperature_range_degc;
-    std::string range_text = Format("recorded at %.1f", range[0]);
-    range_text += Format(" to %.1f degC; no temperature terms were estimated", range[1]);
-    messages->push_back(std::move(range_text));
+  if (const auto recorded = RecordedDegc(run.poses); recorded && !options.HasThermal()) {
+    std::string words =
+        Format("recorded at %.1f", (*recorded)[0]) +
+        Format(" to %.1f degC; no temperature terms were estimated", (*recorded)[2]);
+    const double reference = options.reference.temperature_degc;
+    if (std::abs((*recorded)[1] - reference) > kMuchTemperatureDegc) {
+      words += Format(": bias and sensitivity are those there, not at the reference of %.1f degC",
+                      reference);
+    }
+    messages->push_back(std::move(words));
   }
   if (magnetometer && options.reference.field_ut.known()) {
     const Unit& unit = run.poses.Find(Triad::kMagnetometer)->unit;
@@ -606,10 +630,9 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     return {};
   }
   // First: what a change in the middle of the run does to the fit may look like anything else.
-  const auto change = FindMagnetometerChange(graph, system, run.noise);
-  if (change && !IsDrift(graph, *change, drift)) {
+  if (const auto change = FindMagnetometerChange(graph, system, run.noise)) {
     calibration->messages.push_back(WordsOf(run, *change));
-    if (IsBeyondSigma(*change)) {
+    if (IsBeyondSigma(*change) && !IsDrift(graph, *change, drift)) {
       calibration->outcome = Outcome::kNotConverged;
       return {};
     }
@@ -628,6 +651,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.clock_offsets = FindClockOffsets(run.poses, graph);
   SayRemarks(run, *calibration, &calibration->messages);
   SayDrift(drift, *calibration, &calibration->messages);
+  SayUnchecked(*calibration, &calibration->messages);
   return StateLimits(options, run.poses, calibration);
 }
 

@@ -215,7 +215,11 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   const Error undetermined = NotEnoughError(
       count +
       " do not determine an ellipsoid: they lie on or near one plane or another surface, or on too "
-      "small a part of the sphere; add attitudes in which every axis points up, down and level");
+      "small a part of the sphere; add attitudes in which every axis points up, down and level, "
+      "and "
+      "some on edges and corners: six faces alone suffice for `model: diagonal`, or with "
+      "`attitudes: "
+      "{ six_face: {} }`");
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "report/format.h"
 #include "report/svg.h"
@@ -39,11 +41,11 @@ class Frame {
 
   void Draw(const std::string& title, const std::string& x_title) {
     svg_.Rectangle(left_, kTop, width_, kHeight, "frame");
-    constexpr int kTicks = 4;
-    for (int i = 0; i <= kTicks; ++i) {
-      const double x = x_.low + i * x_.span() / kTicks, y = y_.low + i * y_.span() / kTicks;
+    for (const double y : Ticks(y_)) {
       svg_.Line(left_, Y(y), left_ + width_, Y(y), "grid");
       svg_.Text(left_ - 5.0, Y(y) + 4.0, Significant(y, 3), "end");
+    }
+    for (const double x : Ticks(x_)) {
       svg_.Text(X(x), kTop + kHeight + 15.0, Significant(x, 3), "middle");
     }
     svg_.Text(left_, kTop - 8.0, title, "start title");
@@ -51,6 +53,21 @@ class Frame {
   }
 
  private:
+  // Round numbers, four or so.
+  static std::vector<double> Ticks(const Range& range) {
+    const double wanted = range.span() / 4.0;
+    const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+    double step = 10.0 * decade;
+    for (const double factor : {5.0, 2.0, 1.0}) {
+      if (factor * decade >= wanted) step = factor * decade;
+    }
+    std::vector<double> ticks;
+    for (double i = std::ceil(range.low / step); i * step <= range.high; i += 1.0) {
+      ticks.push_back(i * step);
+    }
+    return ticks;
+  }
+
   Svg& svg_;
   double left_, width_;
   Range x_, y_;

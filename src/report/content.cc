@@ -232,7 +232,8 @@ Section ModelChoiceSection(const Quality& quality) {
   section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
   section.blocks.emplace_back(std::string(
       "Below the chosen model those that differ from it by one step. A term is there "
-      "where all three say so: p of the likelihood ratio below 1 %, a lower BIC, a "
+      "where all three say so: p of the likelihood ratio (of how a bias follows temperature: of "
+      "F against what the temperatures have beyond the terms) below 1 %, a lower BIC, a "
       "lower error of held-out poses and turns (RMS, in units of their noise; where terms in "
       "temperature are chosen, of one temperature after the other)."));
   section.blocks.emplace_back(ModelTable("model", quality.model_choice));

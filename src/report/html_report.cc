@@ -66,7 +66,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
       for (const SweepAxis& axis : quality.sweep) {
         html += Figure(SweepFitChart(calibration, axis.triad, axis.axis),
                        "Left: windows (dots) and the fit (line) with ±2σ (shaded) against the "
-                       "thermometer. Right: the same over time.");
+                       "thermometer. Right: what the fit leaves, over time.");
         html += Figure(SweepSurfaceChart(calibration, axis.triad, axis.axis),
                        "The bias that the terms state at the temperatures and rates that the sweep "
                        "passed.");

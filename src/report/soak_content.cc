@@ -114,7 +114,9 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
   for (int i = 0; i <= kCurve; ++i) {
     const double at = span[0] + (span[1] - span[0]) * i / kCurve;
     fit.emplace_back(at, curve(at));
-    degc.Add(at), bias.Add(fit.back().second.value);
+    degc.Add(at);
+    bias.Add(fit.back().second.value + 2.0 * fit.back().second.sigma);
+    bias.Add(fit.back().second.value - 2.0 * fit.back().second.sigma);
     rest.Add(2.0 * fit.back().second.sigma), rest.Add(-2.0 * fit.back().second.sigma);
   }
   for (const TemperatureSetting& setting : settings) {

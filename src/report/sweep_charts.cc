@@ -145,7 +145,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   Svg svg(760.0, kTop + kRows * kSize + 40.0, name + ": bias over temperature and rate");
   svg.Text(kLeft,
            kTop - 8.0,
-           name + ", bias over temperature and rate: red " + Significant(values.low, 3) +
+           name + ", bias over temperature and rate: blue " + Significant(values.low, 3) +
                ", white " + Significant(middle, 3) + ", red " + Significant(values.high, 3) + " " +
                unit,
            "start title");

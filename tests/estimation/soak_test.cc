@@ -152,7 +152,7 @@ TEST(SoakChoice, StaysBelowTheNumberOfTemperatures) {
   soak.temperatures_degc.assign(soak.temperatures_degc.size(), 25.0);
   const CalibrationSummary one = Choose(soak, OpenTerms(), &random);
   EXPECT_FALSE(Chosen(one, kAccel).any());
-  EXPECT_THAT(one.calibration.messages, Contains(HasSubstr("at about one temperature")));
+  EXPECT_THAT(one.calibration.messages, Contains(HasSubstr("all poses were taken at about 25.0 degC")));
 }
 
 TEST(SoakChoice, NamesWhatItCouldNotWeigh) {

@@ -5,6 +5,7 @@
 
 #include "truetriad/model/thermal.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "estimation/parameter_name.h"
+#include "estimation/reference_temperature.h"
 #include "estimation/shared_blocks.h"
 #include "estimation/thermal_block.h"
 #include "support/pose_cost.h"
@@ -368,6 +370,46 @@ TEST(PoseCost, JacobianOfTemperatureTermsMatchesFiniteDifferences) {
           << "block " << i;
     }
   }
+}
+
+// The same unit about another temperature: what it says there, and how well that is known.
+TEST(StateAbout, SaysTheSameOfEveryTemperature) {
+  Random random(31);
+  const Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
+  const auto summary =
+      Calibrate(PosesOf(soak, trials::ModelNoise(), trials::ModelNoise(), &random), soak.options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const Calibration& about_25 = summary->calibration;
+  Calibration about_40 = about_25;
+  ASSERT_TRUE(StateAbout(40.0, &about_40));
+  EXPECT_EQ(about_40.reference.temperature_degc, 40.0);
+  for (const Triad triad : trials::kStaticTriads) {
+    const TriadCalibration& a = *about_25.sensors[triad];
+    const TriadCalibration& b = *about_40.sensors[triad];
+    for (const double degc : {-20.0, 25.0, 40.0, 65.0}) {
+      const TriadModel<double> at_a = ModelAtTemperature(a.model, *a.thermal, degc, 0.0);
+      const TriadModel<double> at_b = ModelAtTemperature(b.model, *b.thermal, degc, 0.0);
+      EXPECT_TRUE(at_a.bias.isApprox(at_b.bias, 1e-12));
+      EXPECT_TRUE(at_a.sensitivity.isApprox(at_b.sensitivity, 1e-12));
+    }
+    // The variance of the bias at 40 degC by the terms about 25.
+    const std::string name(TriadName(triad));
+    const auto place = [&](const std::string& term) {
+      const auto& names = about_25.covariance.parameters;
+      return std::find(names.begin(), names.end(), name + term) - names.begin();
+    };
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(about_25.covariance.matrix.rows());
+    weights[place(".bias.x")] = 1.0;
+    for (int i = 1; i <= 3; ++i) {
+      weights[place(".thermal.bias." + std::to_string(i) + ".x")] = std::pow(15.0, i);
+    }
+    EXPECT_NEAR(b.bias_sigma[0],
+                std::sqrt(weights.dot(about_25.covariance.matrix * weights)),
+                1e-9 * b.bias_sigma[0]);
+  }
+  // And back.
+  ASSERT_TRUE(StateAbout(25.0, &about_40));
+  EXPECT_TRUE(about_40.covariance.matrix.isApprox(about_25.covariance.matrix, 1e-9));
 }
 
 }  // namespace

@@ -239,6 +239,11 @@ constexpr Drift kDrifts[] = {
     // Three times the noise of a pose; what the poses of one temperature share has no excess.
     {"LinearAndWandering", "bias τ, wandering by 10 mm/s² between temperatures", 1, 0, 0.01},
     {"LinearWithMatrix", "bias τ, matrix τ", 1, 1},
+    {"LinearWithMatrixAndWandering",
+     "bias τ, matrix τ, wandering by 10 mm/s² between temperatures",
+     1,
+     1,
+     0.01},
     {"Cubic", "bias τ³, matrix τ", 3, 1},
 };
 

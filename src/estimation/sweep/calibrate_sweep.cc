@@ -15,6 +15,7 @@
 
 #include "estimation/messages.h"
 #include "estimation/parameter_name.h"
+#include "estimation/reference_temperature.h"
 #include "estimation/sweep/sweep_choice.h"
 #include "estimation/sweep/sweep_fit.h"
 #include "estimation/sweep/sweep_problem.h"
@@ -554,9 +555,7 @@ std::string SayRecorded(const Eigen::Vector3d& recorded_degc,
   return file + Format(": was recorded at %.1f degC", recorded_degc[1]) +
          Format(" (%.1f to ", recorded_degc[0]) + Format("%.1f), not at its ", recorded_degc[2]) +
          Format("reference temperature of %.1f degC: ", reference_degc) +
-         Format("bias and sensitivity are taken as those at %.1f degC, and the result states ",
-                recorded_degc[1]) +
-         "everything about that";
+         Format("bias and sensitivity are taken as those at %.1f degC", recorded_degc[1]);
 }
 
 }  // namespace
@@ -592,8 +591,8 @@ Status CalibrateSweep(const PoseSet& poses,
       if (std::abs((*recorded)[1] - reference) > kSameDegc) {
         calibration.messages.push_back(
             SayRecorded(*recorded, reference, options.sweep->static_file));
-        reference = (*recorded)[1];
       }
+      reference = (*recorded)[1];
     }
     calibration.reference = known->reference;
     calibration.reference.recorded_degc.reset();
@@ -685,6 +684,7 @@ Status CalibrateSweep(const PoseSet& poses,
     return {};
   }
   calibration.outcome = Outcome::kConverged;
+  StateAbout(options.reference.temperature_degc, &calibration);
   return StateLimits(options, poses, &calibration);
 }
 
