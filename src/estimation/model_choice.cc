@@ -139,8 +139,7 @@ class Candidates {
     if (!step.thermal_triad || p >= kLevel) return p;
     const Triad triad = *step.thermal_triad;
     if (!larger->settings) larger->settings = FindTemperatureSettings(larger->graph);
-    const SettingScatter scatter =
-        ScatterOf(*larger->settings, triad, larger->graph.layout.thermal[triad].terms.bias_order);
+    const SettingScatter scatter = ScatterOf(larger->graph, system, *larger->settings, triad);
     if (scatter.dof <= 0.0) return p;
     if (step.is_of_bias) {
       // Chance may make the little that is left small.

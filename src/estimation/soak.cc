@@ -5,7 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <utility>
+
+#include <Eigen/LU>
 
 #include "truetriad/math/distributions.h"
 
@@ -160,9 +163,62 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph) 
   return settings;
 }
 
-SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
-                         Triad triad,
-                         int bias_order) {
+namespace {
+
+// What readings of a triad that are off by the same at one temperature do to the score: three
+// columns G for each temperature, so that the solution moves by M^-1 G o for offsets o.
+Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& system, Triad triad) {
+  const std::vector<std::vector<std::size_t>> groups = NodesByTemperature(graph);
+  Eigen::MatrixXd G =
+      Eigen::MatrixXd::Zero(system.size(), 3 * static_cast<Eigen::Index>(groups.size()));
+  Eigen::Index col = 0;
+  for (const std::vector<std::size_t>& group : groups) {
+    for (const std::size_t k : group) {
+      if (graph.nodes[k].role != PoseRole::kRest) continue;
+      Eigen::Index row = system.factors()[k].row;
+      for (const Observation& seen : graph.nodes[k].observations) {
+        if (seen.triad == triad) G.middleCols<3>(col) += system.B().middleRows<3>(row).transpose();
+        row += 3;
+      }
+    }
+    col += 3;
+  }
+  return G;
+}
+
+// What is left of offsets beyond the terms is L o, since the terms, the bias and the rest of the
+// model follow them as far as they can. Of L L^T: its trace, and the degrees of freedom that it
+// leaves a sum of squares (Satterthwaite 1946). Unset where the bias is held or a temperature does
+// not determine one.
+struct Leftover {
+  double trace = 0.0;
+  double dof = 0.0;
+};
+std::optional<Leftover> LeftoverOf(const PoseGraph& graph,
+                                   const ReducedSystem& system,
+                                   Triad triad,
+                                   const Eigen::MatrixXd& G) {
+  Eigen::MatrixXd of_bias(3, system.size());
+  for (int i = 0; i < 3; ++i) of_bias.row(i) = graph.layout.basis.row(graph.layout.bias[triad] + i);
+  Eigen::MatrixXd L = -G.transpose() * system.covariance() * G;
+  for (Eigen::Index at = 0; at < G.cols(); at += 3) {
+    // The information that the temperature has of an offset by itself.
+    const Eigen::Matrix3d own = of_bias * G.middleCols<3>(at);
+    const Eigen::FullPivLU<Eigen::Matrix3d> solver(own);
+    if (!solver.isInvertible()) return std::nullopt;
+    L.middleRows<3>(at) = solver.solve(Eigen::MatrixXd(L.middleRows<3>(at)));
+  }
+  L.diagonal().array() += 1.0;
+  const Eigen::MatrixXd K = L * L.transpose();
+  return Leftover{K.trace(), K.trace() * K.trace() / K.squaredNorm()};
+}
+
+}  // namespace
+
+SettingScatter ScatterOf(const PoseGraph& graph,
+                         const ReducedSystem& system,
+                         const std::vector<TemperatureSetting>& settings,
+                         Triad triad) {
   SettingScatter scatter;
   int count = 0;
   double squares = 0.0;
@@ -175,11 +231,14 @@ SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
     noise += setting.bias_sigma_raw.squaredNorm();
     chi2 += setting.beyond_terms_raw.cwiseQuotient(setting.bias_sigma_raw).squaredNorm();
   }
-  scatter.dof = 3.0 * (count - 1 - bias_order);
-  if (scatter.dof <= 0.0) return scatter;
-  scatter.ratio = chi2 / scatter.dof;
-  scatter.p_value = 1.0 - ChiSquareCdf(chi2, scatter.dof);
-  scatter.variance_raw = std::max(squares / scatter.dof - noise / (3.0 * count), 0.0);
+  const double left = 3.0 * (count - 1 - graph.layout.thermal[triad].terms.bias_order);
+  if (left <= 0.0) return scatter;
+  const Leftover leftover = LeftoverOf(graph, system, triad, OffsetColumns(graph, system, triad))
+                                .value_or(Leftover{left, left});
+  scatter.dof = leftover.dof;
+  scatter.ratio = chi2 / leftover.trace;
+  scatter.p_value = 1.0 - ChiSquareCdf(scatter.ratio * scatter.dof, scatter.dof);
+  scatter.variance_raw = std::max(squares / leftover.trace - noise / (3.0 * count), 0.0);
   return scatter;
 }
 
@@ -187,23 +246,8 @@ Eigen::MatrixXd DriftOf(const PoseGraph& graph,
                         const ReducedSystem& system,
                         Triad triad,
                         double variance_raw) {
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
-  for (const std::vector<std::size_t>& group : NodesByTemperature(graph)) {
-    // An offset o of the group's readings is one of its residuals by -o: the solution moves by
-    // M^-1 G o.
-    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(system.size(), 3);
-    for (const std::size_t k : group) {
-      if (graph.nodes[k].role != PoseRole::kRest) continue;
-      Eigen::Index row = system.factors()[k].row;
-      for (const Observation& seen : graph.nodes[k].observations) {
-        if (seen.triad == triad) G += system.B().middleRows<3>(row).transpose();
-        row += 3;
-      }
-    }
-    const Eigen::MatrixXd moved = system.covariance() * G;
-    covariance += variance_raw * moved * moved.transpose();
-  }
-  return covariance;
+  const Eigen::MatrixXd moved = system.covariance() * OffsetColumns(graph, system, triad);
+  return variance_raw * moved * moved.transpose();
 }
 
 DriftCovariance FindDriftCovariance(const PoseGraph& graph,
@@ -213,9 +257,8 @@ DriftCovariance FindDriftCovariance(const PoseGraph& graph,
   drift.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   drift.dof = std::numeric_limits<double>::infinity();
   for (const Triad triad : kTriads) {
-    const ThermalBlock& thermal = graph.layout.thermal[triad];
-    if (thermal.size() == 0) continue;
-    const SettingScatter scatter = ScatterOf(settings, triad, thermal.terms.bias_order);
+    if (graph.layout.thermal[triad].size() == 0) continue;
+    const SettingScatter scatter = ScatterOf(graph, system, settings, triad);
     if (scatter.p_value >= kDriftLevel || scatter.variance_raw <= 0.0) continue;
     drift.sigma_raw[triad] = std::sqrt(scatter.variance_raw);
     drift.dof = std::min(drift.dof, scatter.dof);

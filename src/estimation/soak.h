@@ -31,14 +31,16 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph);
 
 // What the poses of one temperature have in common beyond the temperature terms, of one triad.
 struct SettingScatter {
-  double ratio = 1.0;  // its χ² by the poses' noise over its degrees of freedom
-  double dof = 0.0;    // three axes for each temperature that the bias' polynomial does not use up
-  double p_value = 1.0;       // that noise makes so much; 1 where there are no degrees of freedom
+  double ratio = 1.0;    // its χ² by the poses' noise over what offsets would leave of theirs
+  double dof = 0.0;      // that this is known with: about three axes for each temperature that
+                         // the bias' polynomial does not use up
+  double p_value = 1.0;  // that noise makes so much; 1 where there are no degrees of freedom
   double variance_raw = 0.0;  // of an axis, beyond what the noise makes
 };
-SettingScatter ScatterOf(const std::vector<TemperatureSetting>& settings,
-                         Triad triad,
-                         int bias_order);
+SettingScatter ScatterOf(const PoseGraph& graph,
+                         const ReducedSystem& system,
+                         const std::vector<TemperatureSetting>& settings,
+                         Triad triad);
 
 // What a bias that is drawn anew at each temperature, of this variance, adds to the covariance of
 // the free shared coordinates.
