@@ -4,8 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "truetriad/estimation/calibrate.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/io/recording.h"
+#include "truetriad/verdict/summary.h"
 
 int main(int argc, char** argv) {
   using namespace truetriad;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/companion.h"
+#include "base/companion.h"
 
 #include <cstdlib>
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/spelling.h"
+#include "base/spelling.h"
 
 #include <algorithm>
 #include <numeric>

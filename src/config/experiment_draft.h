@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "base/named_values.h"
 #include "config/yaml_values.h"
-#include "truetriad/base/named_values.h"
 #include "truetriad/config/experiment.h"
 
 namespace truetriad {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/config/field_check.h"
+#include "config/field_check.h"
 
 #include <cmath>
 #include <cstdio>

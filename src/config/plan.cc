@@ -8,7 +8,7 @@
 #include "config/documents.h"
 #include "config/experiment_draft.h"
 #include "config/yaml_values.h"
-#include "truetriad/model/attitude_sets.h"
+#include "model/attitude_sets.h"
 
 namespace truetriad {
 namespace {

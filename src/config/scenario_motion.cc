@@ -14,8 +14,8 @@
 #include "config/documents.h"
 #include "config/quantities.h"
 #include "config/yaml_values.h"
-#include "truetriad/io/pose_program_file.h"
-#include "truetriad/model/attitude_sets.h"
+#include "io/pose_program_file.h"
+#include "model/attitude_sets.h"
 
 namespace truetriad {
 namespace {

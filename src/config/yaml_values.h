@@ -13,8 +13,8 @@
 
 #include <Eigen/Core>
 
+#include "base/named_values.h"
 #include "io/yaml_reader.h"
-#include "truetriad/base/named_values.h"
 
 namespace truetriad {
 

@@ -8,7 +8,7 @@
 
 #include <glog/logging.h>
 
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 
 namespace truetriad {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <utility>
 
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 
 namespace truetriad {
 namespace {

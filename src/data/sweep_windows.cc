@@ -7,9 +7,9 @@
 #include <string>
 #include <utility>
 
-#include "data/temperature_smoothing.h"
-#include "data/thermometer.h"
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
+#include "thermometer/temperature_smoothing.h"
+#include "thermometer/thermometer.h"
 
 namespace truetriad {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "data/thermometer.h"
 #include "data/window_statistics.h"
+#include "thermometer/thermometer.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/spelling.h"
 #include "formats/format.h"
-#include "truetriad/base/spelling.h"
 
 namespace truetriad {
 

@@ -3,11 +3,11 @@
 
 #include <Eigen/LU>
 
-#include "estimation/parameter_name.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
+#include "problem/parameter_name.h"
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
 

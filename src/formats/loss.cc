@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "estimation/parameter_name.h"
+#include "problem/parameter_name.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {

@@ -3,9 +3,9 @@
 
 #include <dlfcn.h>
 
+#include "base/companion.h"
 #include "formats/matlab_module.h"
 #include "formats/matlab_values.h"
-#include "truetriad/base/companion.h"
 
 namespace truetriad {
 namespace {

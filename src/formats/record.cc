@@ -3,15 +3,15 @@
 #include <cmath>
 #include <limits>
 
-#include "estimation/parameter_name.h"
 #include "formats/format.h"
 #include "formats/list_text.h"
 #include "formats/sensor_json.h"
+#include "math/distributions.h"
+#include "problem/parameter_name.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
-#include "truetriad/math/distributions.h"
 
 // The digital calibration record for the quality department: values with expanded uncertainties
 // (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page

@@ -10,8 +10,8 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-#include "estimation/parameter_name.h"
 #include "formats/number_text.h"
+#include "problem/parameter_name.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
 

@@ -16,7 +16,7 @@
 // cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
 // fitted anew, until the sphere stays: there the constraint is slack and the costs are nearly
 // geometric.
-#include "truetriad/init/ellipsoid_fit.h"
+#include "init/ellipsoid_fit.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/fixture_fit.h"
+#include "init/fixture_fit.h"
 
 #include <cmath>
 #include <limits>

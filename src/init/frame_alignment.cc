@@ -11,7 +11,7 @@
 // so cost and derivatives for any R come from the 9x9 moment W, whatever the number of pairs, and
 // many starts are cheap. The homogeneous solution is the joint accelerometer and magnetometer
 // alignment of Kok and Schön, IEEE Sensors Journal 16(14), 2016, with c unknown too.
-#include "truetriad/init/frame_alignment.h"
+#include "init/frame_alignment.h"
 
 #include <algorithm>
 #include <array>

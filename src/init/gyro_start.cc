@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/gyro_start.h"
+#include "init/gyro_start.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {

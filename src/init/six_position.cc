@@ -5,7 +5,7 @@
 //   y_{±j} = ±g S e_j + b     b = (y_{+j} + y_{-j}) / 2     S e_j = (y_{+j} - y_{-j}) / (2 g)
 //
 // Least squares over six faces of equal weight gives the same S and the mean of the three b.
-#include "truetriad/init/six_position.h"
+#include "init/six_position.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 
 #include <glog/logging.h>
 
-#include "truetriad/init/ellipsoid_fit.h"
+#include "init/ellipsoid_fit.h"
 
 namespace truetriad {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/known_motion_file.h"
+#include "io/known_motion_file.h"
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/mapping.h"
+#include "io/mapping.h"
 
 #include <algorithm>
 #include <array>

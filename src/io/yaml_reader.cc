@@ -12,7 +12,7 @@
 #include <sstream>
 #include <utility>
 
-#include "truetriad/base/spelling.h"
+#include "base/spelling.h"
 namespace truetriad {
 namespace {
 

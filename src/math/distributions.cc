@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 
 #include <algorithm>
 #include <cmath>

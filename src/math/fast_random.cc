@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/math/fast_random.h"
+#include "math/fast_random.h"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/math/random.h"
+#include "math/random.h"
 
 #include <cmath>
 

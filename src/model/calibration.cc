@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/model/calibration.h"
 
-#include "truetriad/base/named_values.h"
+#include "base/named_values.h"
 
 namespace truetriad {
 namespace {

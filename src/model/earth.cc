@@ -14,7 +14,7 @@
 #include <GeographicLib/MagneticModel.hpp>
 #include <GeographicLib/NormalGravity.hpp>
 
-#include "truetriad/base/companion.h"
+#include "base/companion.h"
 
 namespace truetriad {
 namespace {

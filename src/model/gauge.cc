@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include "truetriad/base/named_values.h"
+#include "base/named_values.h"
 
 namespace truetriad {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/gyro_increment.h"
+#include "model/gyro_increment.h"
 
 #include <array>
 #include <cstddef>

@@ -9,11 +9,11 @@
 #include <string_view>
 #include <utility>
 
+#include "math/distributions.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
 #include "report/soak_content.h"
 #include "report/sweep_content.h"
-#include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <utility>
 
+#include "model/attitude_sets.h"
 #include "report/format.h"
-#include "truetriad/model/attitude_sets.h"
 
 namespace truetriad {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "report/content.h"
-#include "truetriad/estimation/plan.h"
+#include "truetriad/planning/plan.h"
 
 namespace truetriad {
 

@@ -5,11 +5,11 @@
 
 #include "report/format.h"
 #include "report/page.h"
+#include "report/plan.h"
 #include "report/plan_content.h"
 #include "report/pose_picture.h"
 #include "report/svg.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/report/plan.h"
 
 namespace truetriad {
 namespace {

@@ -12,6 +12,8 @@
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "math/fast_random.h"
 #include "sim/chamber.h"
 #include "sim/sensor.h"
 #include "sim/surroundings.h"
@@ -12,7 +13,6 @@
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/io/recording_writer.h"
-#include "truetriad/math/fast_random.h"
 #include "truetriad/sim/scenario.h"
 #include "truetriad/sim/simulation.h"
 

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "math/fast_random.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/math/fast_random.h"
 
 namespace truetriad {
 

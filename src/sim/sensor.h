@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
+#include "math/fast_random.h"
 #include "sim/chamber.h"
-#include "truetriad/math/fast_random.h"
 #include "truetriad/sim/scenario.h"
 #include "truetriad/sim/simulation.h"
 

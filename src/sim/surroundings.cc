@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "truetriad/model/world.h"
+#include "model/world.h"
 
 namespace truetriad {
 namespace {

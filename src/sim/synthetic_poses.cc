@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/sim/synthetic_poses.h"
+#include "sim/synthetic_poses.h"
 
 #include <cmath>
 
+#include "model/world.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/world.h"
 
 namespace truetriad {
 

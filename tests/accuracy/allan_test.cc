@@ -10,8 +10,8 @@
 #include <yaml-cpp/yaml.h>
 
 #include "accuracy/shared_recordings.h"
+#include "allan/allan_file.h"
 #include "cli/command_line_run.h"
-#include "truetriad/io/allan_file.h"
 
 namespace truetriad {
 namespace {

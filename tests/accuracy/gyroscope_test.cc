@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/shared_recordings.h"
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 
 namespace truetriad {
 namespace {

@@ -15,7 +15,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "accuracy/shared_recordings.h"
-#include "truetriad/init/frame_alignment.h"
+#include "init/frame_alignment.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {

@@ -6,10 +6,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "allan/allan_file.h"
 #include "cli/command_line_run.h"
 #include "io/temporary_folder.h"
-#include "truetriad/io/allan_file.h"
-#include "truetriad/math/random.h"
+#include "math/random.h"
 
 namespace truetriad {
 namespace {

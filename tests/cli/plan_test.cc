@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "cli/command_line_run.h"
+#include "io/pose_program_file.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/pose_program_file.h"
 
 namespace truetriad {
 namespace {

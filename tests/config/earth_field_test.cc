@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "config/field_check.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/config/field_check.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/model/earth.h"
 

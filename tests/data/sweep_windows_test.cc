@@ -10,10 +10,10 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
-#include "data/temperature_smoothing.h"
-#include "data/thermometer.h"
+#include "math/random.h"
+#include "thermometer/temperature_smoothing.h"
+#include "thermometer/thermometer.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/math/random.h"
 
 namespace truetriad {
 namespace {

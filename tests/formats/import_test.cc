@@ -9,7 +9,8 @@
 
 #include "formats/sample_units.h"
 #include "io/temporary_folder.h"
-#include "truetriad/estimation/calibrate.h"
+#include "truetriad/calibrate/calibrate.h"
+#include "truetriad/calibrate/compare.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/model/gauge.h"

@@ -10,7 +10,7 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 
-#include "truetriad/math/random.h"
+#include "math/random.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/thermal.h"
 

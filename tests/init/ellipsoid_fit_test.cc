@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/ellipsoid_fit.h"
+#include "init/ellipsoid_fit.h"
 
 #include <algorithm>
 #include <cmath>

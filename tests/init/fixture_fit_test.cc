@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/fixture_fit.h"
+#include "init/fixture_fit.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "truetriad/math/random.h"
-#include "truetriad/model/attitude_sets.h"
+#include "math/random.h"
+#include "model/attitude_sets.h"
 
 namespace truetriad {
 namespace {

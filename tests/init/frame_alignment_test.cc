@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/frame_alignment.h"
+#include "init/frame_alignment.h"
 
 #include <cmath>
 #include <cstdint>

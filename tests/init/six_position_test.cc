@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/init/six_position.h"
+#include "init/six_position.h"
 
 #include <array>
 #include <vector>

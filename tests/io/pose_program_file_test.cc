@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/pose_program_file.h"
+#include "io/pose_program_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

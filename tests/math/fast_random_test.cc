@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/math/fast_random.h"
+#include "math/fast_random.h"
 
 #include <cmath>
 #include <numbers>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
 
 namespace truetriad {
 namespace {

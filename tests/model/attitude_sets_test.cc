@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/attitude_sets.h"
+#include "model/attitude_sets.h"
 
 #include <algorithm>
 #include <cmath>

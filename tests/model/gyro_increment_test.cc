@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/gyro_increment.h"
+#include "model/gyro_increment.h"
 
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "truetriad/math/random.h"
+#include "math/random.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {

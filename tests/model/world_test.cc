@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/world.h"
+#include "model/world.h"
 
 #include <numbers>
 

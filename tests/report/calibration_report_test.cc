@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "report/sample_calibration.h"
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "truetriad/model/attitude_sets.h"
+#include "model/attitude_sets.h"
 #include "truetriad/sim/simulation.h"
 
 namespace truetriad {

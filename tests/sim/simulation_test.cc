@@ -9,8 +9,8 @@
 
 #include "io/temporary_folder.h"
 #include "sim/scenario_samples.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/io/recording_writer.h"
 

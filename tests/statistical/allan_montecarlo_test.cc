@@ -15,8 +15,8 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
-#include "truetriad/data/allan.h"
-#include "truetriad/math/random.h"
+#include "math/random.h"
+#include "truetriad/allan/allan.h"
 
 namespace truetriad {
 namespace {

@@ -8,8 +8,10 @@
 
 #include <gtest/gtest.h>
 
-#include "estimation/graph_builder.h"
-#include "estimation/noise.h"
+#include "noise/variance_components.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "solve/solve_graph.h"
 #include "statistical/nightly.h"
 #include "support/accel_mag_trials.h"
 

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "model/attitude_sets.h"
 #include "support/accel_mag_trials.h"
-#include "truetriad/estimation/plan.h"
-#include "truetriad/model/attitude_sets.h"
+#include "truetriad/planning/plan.h"
 
 namespace truetriad::trials {
 

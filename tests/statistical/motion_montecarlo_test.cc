@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include "math/distributions.h"
 #include "statistical/nightly.h"
 #include "support/six_turns.h"
-#include "truetriad/math/distributions.h"
 
 namespace truetriad {
 namespace {

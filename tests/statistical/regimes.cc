@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "estimation/pose_node.h"
+#include "problem/pose_node.h"
 
 namespace truetriad::trials {
 namespace {

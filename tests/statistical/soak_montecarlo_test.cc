@@ -10,10 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#include "model/attitude_sets.h"
 #include "statistical/nightly.h"
 #include "support/soak_trials.h"
-#include "truetriad/estimation/plan.h"
-#include "truetriad/model/attitude_sets.h"
+#include "truetriad/planning/plan.h"
 
 namespace truetriad {
 namespace {

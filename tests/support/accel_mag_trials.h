@@ -10,10 +10,10 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
-#include "truetriad/estimation/calibrate.h"
-#include "truetriad/math/distributions.h"
+#include "math/distributions.h"
+#include "sim/synthetic_poses.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/model/gauge.h"
-#include "truetriad/sim/synthetic_poses.h"
 
 namespace truetriad::trials {
 

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "truetriad/math/random.h"
+#include "math/random.h"
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {

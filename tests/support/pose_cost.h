@@ -5,10 +5,10 @@
 
 #include <ceres/cost_function.h>
 
-#include "estimation/increment_edge.h"
-#include "estimation/parameters.h"
-#include "estimation/pose_node.h"
-#include "estimation/shared_blocks.h"
+#include "problem/increment_edge.h"
+#include "problem/parameters.h"
+#include "problem/pose_node.h"
+#include "solve/shared_blocks.h"
 
 namespace truetriad {
 

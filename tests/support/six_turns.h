@@ -12,11 +12,11 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "math/random.h"
+#include "model/world.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/static_pose.h"
-#include "truetriad/estimation/calibrate.h"
-#include "truetriad/math/random.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/world.h"
 
 namespace truetriad::trials {
 

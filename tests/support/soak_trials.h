@@ -10,9 +10,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "estimation/parameter_name.h"
+#include "problem/parameter_name.h"
 #include "support/accel_mag_trials.h"
-#include "truetriad/estimation/calibrate.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad::trials {

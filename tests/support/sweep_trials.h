@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
+#include "math/random.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/estimation/calibrate.h"
-#include "truetriad/math/random.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad::trials {

@@ -6,11 +6,11 @@
 
 #include <benchmark/benchmark.h>
 
+#include "model/gyro_increment.h"
+#include "sim/synthetic_poses.h"
 #include "support/accel_mag_trials.h"
 #include "support/six_turns.h"
-#include "truetriad/estimation/calibrate.h"
-#include "truetriad/model/gyro_increment.h"
-#include "truetriad/sim/synthetic_poses.h"
+#include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "truetriad/base/spelling.h"
+#include "base/spelling.h"
 
 namespace truetriad {
 namespace {

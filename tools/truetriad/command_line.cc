@@ -11,9 +11,9 @@
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 
+#include "base/spelling.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/help.h"
-#include "truetriad/base/spelling.h"
 
 namespace truetriad {
 namespace {

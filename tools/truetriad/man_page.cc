@@ -7,7 +7,8 @@
 #include <gflags/gflags.h>
 
 #include "tools/truetriad/command.h"
-#include "tools/truetriad/pipeline.h"
+#include "truetriad/base/version.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {

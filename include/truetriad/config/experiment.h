@@ -9,8 +9,8 @@
 #include "truetriad/base/result.h"
 #include "truetriad/config/plan.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/estimation/calibrate.h"
 #include "truetriad/model/earth.h"
+#include "truetriad/problem/options.h"
 
 namespace truetriad {
 

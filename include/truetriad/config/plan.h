@@ -11,7 +11,7 @@
 
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
-#include "truetriad/estimation/plan.h"
+#include "truetriad/planning/plan.h"
 
 namespace truetriad {
 

@@ -13,6 +13,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/data/known_motion.h"
+#include "truetriad/thermometer/temperature_track.h"
 
 namespace truetriad {
 
@@ -67,30 +68,6 @@ struct RecordedMove {
 struct ReadingTrack {
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> reading_raw;
-};
-
-/// What the noise of a thermometer does to its smoothed track. Noise over blocks of time is
-/// independent; place i of the track is off by
-///
-///   sum_b sigma_b n_b degc(i, b),   its rate by sum_b sigma_b n_b rate(i, b),   n_b ~ N(0, 1)
-///
-/// with blocks b from first[i] to first[i] + reach - 1.
-struct TemperatureNoise {
-  std::vector<double> sigma_degc;  ///< Of each block's mean.
-  std::vector<std::size_t> first;
-  std::size_t reach = 0;
-  std::vector<float> degc, rate;  ///< Place after place, `reach` each; rate: 1/s.
-  bool empty() const { return sigma_degc.empty(); }
-};
-
-/// Temperature over a recording, smoothed, and its rate.
-struct TemperatureTrack {
-  std::vector<double> time_s;  ///< Since the recording's first reading.
-  std::vector<double> degc, rate_degcps;
-  double smoothing_s = 0.0;  ///< Half-width of the local fits.
-  double step_degc = 0.0;    ///< Of a thermometer that reports coarse steps; else 0.
-  TemperatureNoise noise;    ///< Empty: not known.
-  bool empty() const { return time_s.empty(); }
 };
 
 /// What windows of a sweep were cut from.
@@ -151,7 +128,7 @@ struct PoseSet {
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
-  PerTriad<double> time_offset_s{};   ///< Has been taken off the times of the triad's readings.
+  PerTriad<double> time_offset_s{};  ///< Has been taken off the times of the triad's readings.
   /// By how much a triad's readings change later than those of the others all the same, where that
   /// is tenths of a second and more.
   PerTriad<std::optional<double>> clock_lag_s;

@@ -9,9 +9,9 @@
 
 #include <Eigen/Core>
 
+#include "truetriad/allan/allan.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/data/allan.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {

@@ -75,4 +75,11 @@ struct TriadModel {
   }
 };
 
+/// Norm of a corrected reading minus the reference strength, true unit.
+inline double NormError(const TriadModel<double>& model,
+                        const Eigen::Vector3d& reading,
+                        double strength) {
+  return model.TruthFromRaw(reading).norm() - strength;
+}
+
 }  // namespace truetriad

@@ -3,8 +3,9 @@
 
 #include <string>
 
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
-#include "truetriad/estimation/calibrate.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {

@@ -11,8 +11,8 @@
 
 #include <glog/logging.h>
 
+#include "base/spelling.h"
 #include "tools/truetriad/interruption.h"
-#include "truetriad/base/spelling.h"
 
 namespace truetriad::convert {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/data/allan.h"
+#include "truetriad/allan/allan.h"
 
 #include <array>
 #include <charconv>
@@ -9,14 +9,14 @@
 
 #include <gflags/gflags.h>
 
+#include "allan/allan_file.h"
+#include "allan/allan_report.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
-#include "truetriad/io/allan_file.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/report/allan.h"
 
 DEFINE_double(rate_hz, 0.0, "samples a second, for a log without time");
 DEFINE_string(white_range,

@@ -6,11 +6,11 @@
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
-#include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
 
 DEFINE_bool(report, true, "whether to write the HTML report");
 

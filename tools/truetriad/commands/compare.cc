@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/compare.h"
+
 #include <algorithm>
 #include <cstdio>
 
 #include <gflags/gflags.h>
 
 #include "tools/truetriad/command.h"
-#include "truetriad/estimation/calibrate.h"
+#include "truetriad/calibrate/compare.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 

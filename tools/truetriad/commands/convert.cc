@@ -19,14 +19,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/companion.h"
+#include "base/spelling.h"
+#include "io/mapping.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/mappings.h"
-#include "truetriad/base/companion.h"
-#include "truetriad/base/spelling.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/mapping.h"
 #include "truetriad/io/recording.h"
 
 DECLARE_string(from);

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/evaluate.h"
+
 #include <cstdio>
 #include <string>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/estimation/calibrate.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {

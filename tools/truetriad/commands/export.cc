@@ -9,13 +9,14 @@
 
 #include <gflags/gflags.h>
 
+#include "allan/allan_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
-#include "tools/truetriad/pipeline.h"
 #include "truetriad/base/units.h"
-#include "truetriad/io/allan_file.h"
+#include "truetriad/base/version.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/session/session.h"
 
 DEFINE_string(to, "", "the format: see above");
 DEFINE_string(max_loss,

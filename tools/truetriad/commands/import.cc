@@ -12,9 +12,10 @@
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
-#include "tools/truetriad/pipeline.h"
+#include "truetriad/base/version.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/session/session.h"
 
 DEFINE_string(from, "", "the format: see above");
 

@@ -3,9 +3,9 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {

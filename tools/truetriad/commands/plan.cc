@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/report/plan.h"
+#include "report/plan.h"
 
 #include <cstdio>
 #include <filesystem>
 #include <utility>
 
+#include "io/pose_program_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
-#include "tools/truetriad/pipeline.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/pose_program_file.h"
+#include "truetriad/session/session.h"
 
 DEFINE_string(program, "", "program.yaml to judge, instead of making one");
 

@@ -15,6 +15,8 @@
 
 #include <stdlib.h>
 
+#include "io/known_motion_file.h"
+#include "io/pose_program_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -22,8 +24,6 @@
 #include "tools/truetriad/progress.h"
 #include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/known_motion_file.h"
-#include "truetriad/io/pose_program_file.h"
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 

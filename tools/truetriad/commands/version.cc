@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "truetriad/base/version.h"
+
 #include <cstdio>
 
 #include "tools/truetriad/command.h"
-#include "tools/truetriad/pipeline.h"
+#include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {

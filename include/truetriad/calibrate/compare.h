@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// Two calibrations of one unit, after taking out the gauge.
+struct ComparisonEntry {
+  std::string parameter;
+  double a = 0.0, b = 0.0;
+  double difference = 0.0;
+  double sigma = 0.0;  ///< Of the difference, the two taken as independent.
+};
+struct Comparison {
+  std::vector<ComparisonEntry> entries;
+  double chi2 = 0.0;
+  int dof = 0;
+  double p_value = 1.0;
+  double largest_in_sigmas = 0.0;
+  /// What only one of the two holds, in words: nothing is said about it.
+  std::vector<std::string> not_compared;
+  /// The strength of the field was a convention in one of the two: the common scale of the
+  /// magnetometer was taken out.
+  bool field_scale_taken_out = false;
+};
+Result<Comparison> Compare(const Calibration& a, const Calibration& b);
+
+}  // namespace truetriad

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+/// The turns between the poses of an evaluation: the angle between gravity at the next rest as the
+/// accelerometer shows it and as the turn predicts it.
+struct EvaluatedTurns {
+  int count = 0;
+  double rms_rad = 0.0;
+  double median_rad = 0.0;
+  /// With the gains that the gyroscope's unit says and its mean at rest as bias, the accelerometer
+  /// calibrated; unset for counts.
+  std::optional<double> nominal_rms_rad, nominal_median_rad;
+  double predicted_rms_rad = 0.0;  ///< What noise and parameter σ let expect.
+};
+
+/// Prediction error of an existing calibration on poses that it has not seen.
+struct EvaluationSummary {
+  int poses = 0;
+  int clamped_poses = 0;  ///< Outside of the calibrated temperatures: judged at their end.
+  /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
+  PerTriad<std::optional<double>> norm_rms;
+  PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
+  PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
+  std::optional<double> angle_std_deg;  ///< Spread of the angle between field and gravity.
+  std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
+  std::vector<PoseResidual> pose_residuals;
+};
+Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses);
+
+}  // namespace truetriad

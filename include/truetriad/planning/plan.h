@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/data/pose_program.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+/// What makes one program better than another.
+enum class PlanCriterion {
+  kDeterminant,  ///< D: the smallest volume of the joint uncertainty.
+  kVariances,    ///< A: the smallest sum of (σ / wanted)^2; without wanted σ, of log σ.
+};
+
+/// The poses that a program may be made of.
+struct PlanGrid {
+  std::vector<Eigen::Quaterniond> attitudes;
+  /// The grid only samples all rotations: poses are moved off it where that helps.
+  bool continuous = false;
+  /// Chamber temperatures: each attitude is a candidate at each. Empty: as it is.
+  std::vector<double> temperatures_degc{};
+};
+
+/// What is to be planned, and what is known beforehand.
+struct PlanOptions {
+  /// Sensors, model terms, noise of one pose, reference, attitudes and gauge, as for a calibration.
+  CalibrateOptions calibrate;
+  /// What the unit is like, nearly: raw = sensitivity * truth + bias. Unset: no bias, the unit's
+  /// own scale. Readings in counts have none and need it.
+  PerTriad<std::optional<TriadModel<double>>> nominal;
+  PerTriad<Unit> units;  ///< Of the readings to come.
+  /// Where the reference does not say; unset: 50 uT, and 60 degrees of the stated hemisphere.
+  std::optional<double> nominal_field_ut, nominal_dip_rad;
+  /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
+  double rest_s = 0.0;
+  /// How long the unit is turned from one pose into the next, s. Range: > 0.
+  double turn_s = 2.0;
+  /// σ of a turn about each axis beyond what the noise of the gyroscope's readings makes.
+  double turn_sigma_rad = 0.0;
+  /// σ of the attitudes that a fixture gives, about the body axes.
+  Eigen::Vector3d attitude_sigma_rad = Eigen::Vector3d::Zero();
+
+  PlanGrid grid;
+  PlanCriterion criterion = PlanCriterion::kVariances;
+  /// Poses to take; 0: the fewest that reach every wanted σ. Range: >= 0.
+  int poses = 0;
+  /// Largest σ wanted of each group: "<sensor>.{bias,scale_error,misalignment_rad}", in true units,
+  /// "<sensor>.thermal.{bias,sensitivity}.<power>", the same per degC^power,
+  /// "<sensor>.thermal.rate.{linear,quadratic,cross}", "reference.{dip_rad,field_ut}".
+  std::map<std::string, double> wanted;
+  /// More poses than this are not asked for. Range: >= 1.
+  int max_poses = 60;
+  /// Judge this program instead of making one.
+  std::optional<PoseProgram> program;
+  /// Draws of random programs to compare with; 0: none.
+  int random_draws = 0;
+  std::uint64_t seed = 1;
+
+  /// Every problem with its value, or ok.
+  Status Validate() const;
+};
+
+/// σ of one quantity as people judge it: a bias in true units, a gain's relative error, a
+/// misalignment, a reference value. Infinite where the poses do not determine it.
+struct PlannedSigma {
+  std::string name;     ///< "accelerometer.scale_error.x", "magnetometer.misalignment_rad.xy", …
+  std::string group;    ///< "accelerometer.scale_error": the name that limits and wanted σ use.
+  std::string unit;     ///< "m/s^2", "uT", "rad"; empty for a share.
+  double before = 0.0;  ///< From what is already measured and known alone.
+  double after = 0.0;   ///< With the program.
+};
+
+/// One wanted σ.
+struct WantedSigma {
+  std::string group;
+  double wanted = 0.0;
+  double reached = 0.0;  ///< The largest of the group.
+  bool met = false;
+  /// Poses that would do if only this σ were wanted; unset: more than max_poses, or not asked.
+  std::optional<int> poses_needed;
+};
+
+/// What one pose of the program is there for: the quantity that would suffer most without it.
+struct PosePurpose {
+  std::string name;          ///< As PlannedSigma::name.
+  double sigma_ratio = 1.0;  ///< σ without this pose over σ with it; infinite: undetermined.
+};
+
+/// The noise of one triad that a plan is made for.
+struct PlannedNoise {
+  Triad triad = Triad::kAccelerometer;
+  std::string unit;  ///< Of the readings.
+  TriadNoise noise;  ///< Of a pose's mean.
+};
+
+/// The program against as many poses taken at random.
+struct RandomComparison {
+  int draws = 0;
+  /// Geometric mean over all quantities of σ random / σ planned: median and quartiles over draws.
+  double gain = 0.0, gain_low = 0.0, gain_high = 0.0;
+  /// Random poses whose median gain is 1; unset: more than three times as many.
+  std::optional<int> equal_poses;
+};
+
+/// What was planned, or what a given program is worth.
+struct Plan {
+  PoseProgram program;
+  int measured_poses = 0;  ///< Already there; counted in `after`.
+  std::vector<PlannedSigma> sigmas;
+  std::vector<WantedSigma> wanted;
+  std::vector<PosePurpose> purposes;  ///< One a pose.
+  /// How long the unit is to rest in a pose so that its mean has the noise below, s: as stated,
+  /// else the median of the measured poses; 0: not known.
+  double rest_s = 0.0;
+  std::vector<PlannedNoise> noise;  ///< One a triad.
+  bool determined = false;          ///< Every parameter is.
+  bool rehearsed = false;           ///< The calibration runs from exact readings of these poses.
+  std::vector<WeakDirection> weak_directions;
+  std::optional<RandomComparison> random;
+  NamedCovariance covariance;  ///< As calibration.yaml will list it, raw units.
+  std::vector<std::string> messages;
+
+  /// Everything is determined, the calibration would run, and every wanted σ is reached.
+  bool IsMet() const;
+};
+
+/// Predicts σ of every parameter (the Cramér-Rao bound of the calibration's own factor graph at the
+/// nominal values) for options.program, or makes the program that is best by options.criterion.
+/// `measured` holds the poses already taken; it may be empty.
+/// Errors: noise or gain not stated, wanted names unknown (usage or bad input). What cannot be
+/// reached is no error: see Plan::IsMet.
+Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& options);
+
+}  // namespace truetriad

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/gauge.h"
+
+namespace truetriad {
+
+/// How much of the sensitivity matrix is estimated.
+enum class MatrixModel {
+  kBias,      ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
+  kDiagonal,  ///< Three gains; the axes may be permuted or mirrored.
+  kSymmetric,  ///< Gains and three misalignments, rotation held.
+  kFull,       ///< All that the gauge leaves free.
+  kAuto,       ///< Chosen by comparing nested models.
+};
+std::string_view MatrixModelName(MatrixModel model);
+std::optional<MatrixModel> MatrixModelFromName(std::string_view name);
+
+/// Whether a term beyond bias and sensitivity is estimated.
+enum class Wanted {
+  kNo,  ///< There is none: it is zero.
+  kYes,
+  kAuto,  ///< Chosen by comparing models with and without it.
+};
+std::string_view WantedName(Wanted wanted);  ///< "false", "true", "auto".
+
+/// +g on the axis that points up (specific force), or the opposite (gravity).
+enum class AccelerometerSign { kSpecificForce, kGravity };
+
+enum class ExcessNoise { kNone, kEstimate, kGiven };
+
+/// A value that is exact, known with a σ, or unknown.
+struct Knowledge {
+  std::optional<double> value;  ///< nullopt: unknown.
+  double sigma = 0.0;           ///< 0: exact.
+  bool known() const { return value.has_value(); }
+};
+
+/// A data-sheet or batch value of one triad with its σ. Entries with an infinite σ carry nothing.
+struct TriadPrior {
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // raw
+  Eigen::Vector3d bias_sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();  // raw per true unit
+  Eigen::Matrix3d sensitivity_sigma =
+      Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
+};
+
+/// Noise of a triad at rest from an Allan deviation, per axis. data/allan.h.
+struct AllanNoise {
+  Eigen::Vector3d white_density_raw = Eigen::Vector3d::Zero();  ///< N, raw unit / sqrt(Hz).
+  Eigen::Vector3d instability_raw = Eigen::Vector3d::Zero();    ///< B, raw unit.
+
+  /// σ of a mean over `duration_s` seconds, raw unit: sqrt(N^2 / T + (2 ln 2 / pi) B^2). The white
+  /// part averages out, the floor of the Allan deviation does not. Range: duration_s > 0.
+  Eigen::Vector3d MeanSigma(double duration_s) const;
+
+  /// All finite, densities > 0, instabilities >= 0.
+  bool IsValid() const;
+};
+
+/// Which entries of a sensitivity's temperature terms are free.
+enum class ThermalMatrix {
+  kFull,      ///< All that the gauge leaves free; model.md §3.
+  kDiagonal,  ///< A gain an axis.
+  kScale,     ///< One number: all gains change by the same share.
+};
+std::string_view ThermalMatrixName(ThermalMatrix shape);
+
+/// What a full second-order regression of a sweep has its terms in.
+enum class RegressionFactor { kReading, kTemperature, kRate, kAmbient, kAmbientRate };
+inline constexpr std::size_t kRegressionFactors = 5;
+std::string_view RegressionFactorName(RegressionFactor factor);
+std::optional<RegressionFactor> RegressionFactorFromName(std::string_view name);
+
+/// Temperature terms of one triad (model/thermal.h). Terms that are not wanted are zero.
+struct ThermalOptions {
+  static constexpr int kMaxBiasOrder = 7;
+  static constexpr int kMaxMatrixOrder = 3;
+
+  /// Powers of tau in the bias. Range: 0 to kMaxBiasOrder.
+  int bias_order = 0;
+  /// Powers of tau in the sensitivity. Range: 0 to kMaxMatrixOrder.
+  int matrix_order = 0;
+  ThermalMatrix matrix = ThermalMatrix::kFull;
+  /// Bias by T', T'^2 and tau T'.
+  bool rate_linear = false, rate_quadratic = false, rate_cross = false;
+
+  // Chosen by what significance and held-out error speak for, up to what is stated above.
+  bool bias_order_auto = false;
+  bool rate_auto = false;  ///< Entered and removed one by one.
+  // Of poses alone: a sweep tells nothing about the sensitivity.
+  bool matrix_order_auto = false;
+  bool matrix_auto = false;  ///< From one share for all gains over a gain an axis to `matrix`.
+
+  // Of a sweep (CalibrateOptions::sweep) alone.
+  /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
+  int lags = 0;
+  /// As many as held-out error speaks for.
+  bool lags_auto = false;
+  /// Temperatures at which the bias changes its course (ThermalKnot), degC.
+  std::vector<double> knots_degc = {};
+  /// In place of knots_degc: how many are to be found, each axis its own. Range: 0 to 3.
+  int find_knots = 0;
+  /// Knots change the curvature alone, not the slope: no kink.
+  bool smooth_knots = false;
+  /// Factors of a regression that is reported beside the terms (SweepRegression), by
+  /// RegressionFactor; all false: none.
+  std::array<bool, kRegressionFactors> regression{};
+
+  bool any() const;
+  /// What only a sweep tells.
+  bool needs_sweep() const;
+  bool has_regression() const;
+  bool has_factor(RegressionFactor factor) const {
+    return regression[static_cast<std::size_t>(factor)];
+  }
+  /// Orders, rates or the shape of the matrix are left to be chosen.
+  bool is_open() const;
+};
+
+struct TriadOptions {
+  /// Calibrate this triad at all.
+  bool enabled = false;
+  MatrixModel model = MatrixModel::kFull;
+  /// Accelerometer only.
+  AccelerometerSign sign = AccelerometerSign::kSpecificForce;
+  /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,
+  /// or, without either, from the residuals).
+  std::optional<Eigen::Vector3d> noise_sigma_raw;
+  /// Where noise_sigma_raw came from.
+  NoiseSource noise_source = NoiseSource::kConfig;
+  /// In place of noise_sigma_raw: σ of each pose mean from its duration, which must be known.
+  std::optional<AllanNoise> allan;
+  /// Pose-to-pose noise beyond the noise inside a rest.
+  ExcessNoise excess = ExcessNoise::kEstimate;
+  /// True unit; for ExcessNoise::kGiven.
+  double excess_sigma = 0.0;
+  std::optional<TriadPrior> prior;
+  /// Hold the sensitivity at this value (raw per true unit).
+  std::optional<Eigen::Matrix3d> fixed_sensitivity;
+  /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: there is no such one.
+  std::optional<Eigen::Matrix3d> nominal_sensitivity;
+  /// Hold the bias at this value (raw unit).
+  std::optional<Eigen::Vector3d> fixed_bias;
+  /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
+  ThermalOptions thermal;
+  /// Gyroscope only: how its readings follow the specific force.
+  Wanted g_sensitivity = Wanted::kNo;
+  /// Accelerometer only, triad_model.h. Poses with axes halfway up tell it from bias and gain.
+  Wanted quadratic = Wanted::kNo;
+  /// Gyroscope only, triad_model.h. Turns both ways about each axis tell it from the gain.
+  Wanted asymmetry = Wanted::kNo;
+};
+
+/// Where the earth's rotation is counted in what a gyroscope reads. model/world.h.
+struct EarthRateOptions {
+  double latitude_rad = 0.0;     ///< Positive in the north.
+  double declination_rad = 0.0;  ///< Of magnetic north, east positive.
+};
+
+struct ReferenceOptions {
+  Knowledge gravity_mps2{kStandardGravityMps2, 0.0};
+  /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
+  Knowledge field_ut;
+  Knowledge dip_rad;
+  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. model.md §1.
+  bool northern_hemisphere = true;
+  /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
+  double temperature_degc = 25.0;
+  /// Unset: the earth stands still. Needs the heading of every pose that the gyroscope rests in:
+  /// from a magnetometer, or with attitudes from outside, whose own heading is one unknown.
+  std::optional<EarthRateOptions> earth_rate;
+};
+
+enum class AttitudeKind {
+  kNone,     ///< Attitudes are unknowns.
+  kSixFace,  ///< Each rest has one body axis up, within a tilt.
+  kGiven,    ///< Each pose carries an AttitudeReference.
+};
+
+struct AttitudeOptions {
+  AttitudeKind kind = AttitudeKind::kNone;
+  /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
+  double tilt_sigma_deg = 0.5;
+  /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
+  double seat_sigma_deg = 0.05;
+  /// Given: the attitudes are those of the body in a fixture that stands in the world in an unknown
+  /// way. Gravity shows its tilt; its heading and that of the field are one unknown.
+  bool unknown_fixture_rotation = false;
+};
+
+struct RobustOptions {
+  /// Off: every pose counts fully and none is rejected.
+  bool enabled = true;
+  /// Normalised residual at which a pose starts to lose weight. Range: > 0.
+  double scale = 3.0;
+};
+
+enum class InitialiseMethod {
+  kAuto,
+  kSixFaceExtremes,
+  kSixPosition,
+  kEllipsoidAxisAligned,
+  kEllipsoid,
+};
+
+/// A unit that is tumbled without rests, followed as a chain of attitudes. Needs the accelerometer
+/// and the gyroscope (held or not) and PoseSet::tracks.
+struct MotionOptions {
+  /// Time between two attitudes of the chain, s; rounded to whole readings of the gyroscope, 0 for
+  /// every one. The readings in between lose nothing: they are turned to their node by the
+  /// gyroscope. Range: >= 0.
+  double spacing_s = 0.1;
+};
+
+struct InitialiseOptions {
+  InitialiseMethod method = InitialiseMethod::kAuto;
+  /// Stop at the start values and report them.
+  bool only = false;
+  /// Known specific force of each pose (body frame, true unit), for the six-position method; empty:
+  /// nominal ±g along the face's axis.
+  std::vector<Eigen::Vector3d> known_forces;
+};
+
+/// "accelerometer.bias" -> largest |value| allowed. Names:
+/// <sensor>.{bias,scale_error,misalignment_rad, residual_rms}, in true units (bias: true unit).
+struct LimitOptions {
+  std::map<std::string, double> limits;
+  /// 0: a value passes when it is inside. k: when it is inside by k σ.
+  double guard_band_k = 0.0;
+};
+
+/// One or a few attitudes held while the temperature goes up and down: the poses of the set are
+/// windows of time (PoseSelectionKind::kSweep), and only what changes with temperature is
+/// estimated.
+struct SweepOptions {
+  /// Bias and sensitivity of the unit at its reference temperature, which then is that of the
+  /// result. Without one the accelerometer and the magnetometer have the bias of
+  /// TriadOptions::fixed_bias (else zero) and fixed_sensitivity, both held.
+  std::optional<Calibration> static_calibration;
+  std::string static_file;  ///< For messages.
+  /// Windows weigh by the time spent at their temperature. Off: each by its noise alone.
+  bool even_temperatures = true;
+};
+
+struct CalibrateOptions {
+  PerTriad<TriadOptions> triads;
+  ReferenceOptions reference;
+  AttitudeOptions attitudes;
+  RobustOptions robust;
+  std::optional<MotionOptions> motion;
+  std::optional<SweepOptions> sweep;
+  InitialiseOptions initialise;
+  LimitOptions limits;
+  Gauge gauge = Gauge::kAccelX;
+  /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
+  int cross_validation_folds = 5;
+  /// Largest σ along any direction of parameter space, as a share of the signal, at which the
+  /// parameters still count as determined. Range: (0, 1).
+  double observable_sigma = 0.1;
+
+  /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
+  bool HasGyroscopeAlone() const;
+  /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
+  /// of its known turns and rates. The leading triad's matrix is then full.
+  bool IsBodyKnown() const;
+  /// Temperature terms are wanted of some triad.
+  bool HasThermal() const;
+  /// Some model or term is to be chosen by comparing nested models over poses.
+  bool HasChoice() const;
+  /// Every problem with its value, or ok.
+  Status Validate() const;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/planning/plan.h"
+
+namespace truetriad {
+
+/// The poses of one recording or pose table, and where they came from.
+struct LoadedPoses {
+  PoseSet poses;
+  std::vector<InputFile> inputs;
+  PerTriad<std::optional<double>> si_per_count;
+  /// Why there is no pose in a recording that could be read. `poses` then describes its streams.
+  std::optional<Error> not_enough;
+};
+
+/// Reads a pose table, or a recording whose poses are where `config` says; unless it does
+/// (`given`), where the recording says, and else where static detection finds them.
+/// Error (bad input): what cannot be read or trusted.
+Result<LoadedPoses> LoadPoses(const std::string& input,
+                              const PosesConfig& config,
+                              const ProgressCallback& progress = {});
+
+/// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH; empty: not given.
+/// Error (usage): anything else.
+Result<PosesConfig> ParsePoses(const std::string& text);
+
+/// Calibrates what `experiment` asks for from experiment.input; everything of calibration.yaml is
+/// filled. Too little data is an outcome. Error (bad input, usage): files that contradict the
+/// experiment or each other.
+Result<Calibration> CalibrateExperiment(Experiment experiment,
+                                        const ProgressCallback& progress = {});
+
+/// Plans what the `plan:` block of `experiment` asks for, on top of the poses of the recording at
+/// `measured` (none when empty). Error (bad input, usage): as CalibrateExperiment, and what
+/// MakePlan refuses.
+Result<Plan> PlanExperiment(Experiment experiment,
+                            const std::string& measured,
+                            const ProgressCallback& progress = {});
+
+}  // namespace truetriad

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/model/calibration.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+/// What Calibrate did. The calibration's outcome says whether it can be used.
+struct CalibrationSummary {
+  Calibration calibration;  ///< outcome kNotCalled until Calibrate fills it.
+  int iterations = 0;       ///< Of the optimiser, all rounds together.
+  int rounds = 0;           ///< Rounds of weights and excess noise.
+  double initial_cost = -1.0;
+  double final_cost = -1.0;
+  CalibrateOptions options;  ///< Those of the call, with what was `auto` chosen.
+};
+
+}  // namespace truetriad

@@ -1,0 +1,545 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/allan/allan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <memory>
+#include <numbers>
+#include <sstream>
+#include <utility>
+
+#include "allan/allan_curve.h"
+#include "allan/allan_fit.h"
+#include "allan/allan_hold.h"
+#include "allan/allan_rest.h"
+#include "allan/allan_spacing.h"
+#include "allan/allan_theory.h"
+#include "data/stream_checks.h"
+
+namespace truetriad {
+namespace {
+
+constexpr char kAxisName[] = "xyz";
+/// In the longest stretch.
+constexpr std::int64_t kFewestSamples = 100;
+/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
+constexpr double kFewestFreedoms = 8.0;
+/// Of the deviation above that of single samples.
+constexpr double kMostRise = 3.0;
+constexpr double kWidestTemperatureDegc = 5.0;
+/// Share of the samples that may be filled in before it shows in the curve.
+constexpr double kMostFilled = 0.01;
+constexpr double kMostAtLimit = 0.005;
+/// Noise that is rounded reads its furthest value a few times in any log.
+constexpr std::int64_t kFewestAtLimit = 5;
+/// Share of the windows that may be disturbed in a log at rest: a step in the house, not a move.
+constexpr double kMostDisturbed = 0.005;
+/// A fit that starts later says little about white noise; so late it can be neither filter nor
+/// rounding.
+constexpr std::int64_t kLatestFit = 100;
+
+std::string Number(double value, int digits = 4) {
+  std::ostringstream text;
+  text << std::setprecision(digits) << value;
+  return text.str();
+}
+
+Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
+  if (!(options.rate_hz >= 0.0) || !std::isfinite(options.rate_hz)) {
+    return UsageError("a rate of " + Number(options.rate_hz) + " Hz; expected one above zero");
+  }
+  if (options.points_per_decade < 1 || options.points_per_decade > 100) {
+    return UsageError(std::to_string(options.points_per_decade) +
+                      " points a decade; expected 1 to 100");
+  }
+  if (options.white_range_s) {
+    const auto [low, high] = *options.white_range_s;
+    if (!(low > 0.0 && low < high) || !std::isfinite(high)) {
+      return UsageError("white noise over tau from " + Number(low) + " s to " + Number(high) +
+                        " s; expected two numbers above zero, the smaller first");
+    }
+  }
+  if (info.has_time && options.rate_hz > 0.0) {
+    return UsageError(info.path + ": has times of its own; leave the rate of " +
+                      Number(options.rate_hz) + " Hz out");
+  }
+  if (!info.has_time && options.rate_hz == 0.0) {
+    return UsageError(info.path +
+                      ": has no time, so tau is not known; give its rate (--rate_hz=100), or state "
+                      "it in a manifest: `time: { unit: samples, rate_hz: 100 }`");
+  }
+  return {};
+}
+
+/// Counts how often an axis reads its own extremes.
+class LimitWatch {
+ public:
+  void Add(std::span<const double> readings) {
+    const Eigen::Map<const Eigen::ArrayXd> values(readings.data(),
+                                                  static_cast<Eigen::Index>(readings.size()));
+    Count(values, values.maxCoeff(), 1.0, &top_, &at_top_);
+    Count(values, values.minCoeff(), -1.0, &bottom_, &at_bottom_);
+  }
+  std::int64_t most() const { return std::max(at_top_, at_bottom_); }
+  double limit() const { return at_top_ >= at_bottom_ ? top_ : bottom_; }
+
+ private:
+  static void Count(const Eigen::Map<const Eigen::ArrayXd>& values,
+                    double extreme,
+                    double sign,
+                    double* limit,
+                    std::int64_t* hits) {
+    if (*hits > 0 && sign * extreme < sign * *limit) return;
+    if (*hits > 0 && extreme != *limit) *hits = 0;
+    *limit = extreme;
+    *hits += (values == extreme).count();
+  }
+
+  double top_ = 0.0, bottom_ = 0.0;
+  std::int64_t at_top_ = 0, at_bottom_ = 0;
+};
+
+/// What one stream leaves behind as it passes.
+class StreamAnalysis {
+ public:
+  StreamAnalysis(const StreamInfo& info,
+                 const RecordingInfo& recording,
+                 const AllanOptions& options)
+      : info_(info),
+        options_(options),
+        has_time_(recording.has_time),
+        monitor_(info, recording.has_time),
+        stream_([this](const SpacedStream::Readings& readings,
+                       std::int64_t start_ns) { Take(readings, start_ns); },
+                [this] { EndStretch(); }) {
+    for (int axis = 0; axis < 3; ++axis) curves_.emplace_back(options.points_per_decade);
+  }
+  StreamAnalysis(const StreamAnalysis&) = delete;
+  StreamAnalysis& operator=(const StreamAnalysis&) = delete;
+
+  Triad triad() const { return info_.triad; }
+
+  Status Add(const SampleBlock& block) {
+    TRUETRIAD_RETURN_IF_ERROR(monitor_.Add(block));
+    stream_.Add(block);
+    return {};
+  }
+
+  Result<AllanTriad> Finish(const StreamCounts& counts);
+
+ private:
+  double SpacingSeconds() const {
+    return has_time_ ? stream_.spacing_ns() * 1e-9 : 1.0 / options_.rate_hz;
+  }
+  void Take(const SpacedStream::Readings& readings, std::int64_t start_ns);
+  void EndStretch() {
+    for (AllanCurve& curve : curves_) curve.EndStretch();
+    for (RestWatch& watch : rests_) watch.Break();
+    for (FreezeWatch& watch : freezes_) watch.Break();
+    hold_.Break();
+  }
+  Status CheckCurves() const;
+  Result<AllanAxis> Analyse(const Eigen::VectorXd& variances,
+                            const std::vector<AllanFactor>& factors,
+                            const AllanCovariance& covariance,
+                            int axis,
+                            std::vector<std::string>* warnings);
+  Status FitDensity(const Eigen::VectorXd& variances,
+                    const std::vector<AllanFactor>& factors,
+                    const AllanCovariance& covariance,
+                    const AllanFit& fit,
+                    AllanAxis* result) const;
+  std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
+  void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
+  std::string Name() const { return std::string(TriadName(info_.triad)); }
+  std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
+
+  StreamInfo info_;
+  AllanOptions options_;
+  bool has_time_;
+  StreamMonitor monitor_;
+  SpacedStream stream_;
+  std::vector<AllanCurve> curves_;
+  std::vector<RestWatch> rests_;  // One an axis once the rate is known.
+  std::array<FreezeWatch, 3> freezes_;
+  HoldWatch hold_;
+  std::array<LimitWatch, 3> limits_;
+  std::array<bool, 3> described_{};  // By the four noises.
+};
+
+void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t start_ns) {
+  const double to_ns = has_time_ ? 1.0 : 1e9 / options_.rate_hz;  // Without time they are rows.
+  const double spacing_ns = stream_.typical_ns() * to_ns;
+  if (rests_.empty()) {
+    // A second shows a knock as well as a slow turn; fewer samples do not tell noise from noise.
+    const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
+    rests_.assign(3, RestWatch(std::llround(a_second)));
+  }
+  const std::int64_t at_ns =
+      std::llround(static_cast<double>(start_ns - monitor_.first_ns()) * to_ns);
+  hold_.Add(readings);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    curves_[axis].Add(readings[axis]);
+    rests_[axis].Add(readings[axis], at_ns, spacing_ns);
+    freezes_[axis].Add(readings[axis], at_ns, spacing_ns);
+    limits_[axis].Add(readings[axis]);
+  }
+}
+
+Status StreamAnalysis::CheckCurves() const {
+  const std::vector<AllanFactor> factors = curves_[0].factors();
+  if (curves_[0].longest_stretch() < kFewestSamples) {
+    return NotEnoughError(info_.file + ": the longest stretch of the " + Name() +
+                          " without a gap has " + std::to_string(curves_[0].longest_stretch()) +
+                          " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
+                          ", a useful one an hour at rest");
+  }
+  if (!(SpacingSeconds() > 0.0)) {
+    return BadInputError(info_.file + ": all samples of the " + Name() +
+                         " have the same time; expected times that go on");
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!curves_[static_cast<std::size_t>(axis)].variances().allFinite()) {
+      return BadInputError(info_.file + ": the " + Name(axis) +
+                           " reads numbers whose squares are beyond what can be computed with");
+    }
+  }
+  return {};
+}
+
+Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
+  stream_.Finish();
+  const Result<StreamSummary> summary = monitor_.Summary(counts);
+  TRUETRIAD_RETURN_IF_ERROR(summary);
+  TRUETRIAD_RETURN_IF_ERROR(CheckCurves());
+
+  AllanTriad result;
+  result.triad = info_.triad;
+  result.unit = info_.unit;
+  result.si_per_count = info_.si_per_count;
+  result.rate_hz = 1.0 / SpacingSeconds();
+  result.samples = monitor_.samples();
+  result.duration_s = has_time_
+                          ? static_cast<double>(monitor_.last_ns() - monitor_.first_ns()) * 1e-9
+                          : static_cast<double>(result.samples) * SpacingSeconds();
+  result.filled_samples = stream_.filled();
+  result.breaks = stream_.breaks();
+  result.warnings = monitor_.Warnings(*summary);
+  if (const std::optional<double> held = hold_.SamplesHeld()) {
+    result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
+                              " samples on average: the sensor gives " +
+                              Number(result.rate_hz / *held) +
+                              " Hz, not the rate of the log; N is taken from tau beyond that, and "
+                              "the noise of one sample is N times the root of the log's rate");
+  }
+  if (stream_.irregular()) {
+    result.warnings.push_back(Name() +
+                              ": the time stamps are irregular; the samples are taken as equally "
+                              "spaced and missing ones are not filled");
+  }
+  if (static_cast<double>(result.filled_samples) >
+      kMostFilled * static_cast<double>(result.samples)) {
+    result.warnings.push_back(
+        Name() + ": " + std::to_string(result.filled_samples) +
+        " missing samples are filled by straight lines, which takes noise from the shortest tau");
+  }
+  if (monitor_.has_temperature()) {
+    const Eigen::Vector2d range = monitor_.temperature_range_degc();
+    if (range[1] - range[0] > kWidestTemperatureDegc) {
+      result.warnings.push_back(Name() + ": the temperature went from " + Number(range[0]) +
+                                " to " + Number(range[1]) +
+                                " degC; the bias follows it, and long tau show that as random "
+                                "walk: keep the temperature, or wait until the unit is warm");
+    }
+  }
+
+  const std::vector<AllanFactor> factors = curves_[0].factors();
+  const AllanCovariance covariance(factors);
+  std::vector<std::string> doubts;  // About coefficients.
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    Result<AllanAxis> analysed =
+        Analyse(curves_[i].variances(), factors, covariance, axis, &doubts);
+    TRUETRIAD_RETURN_IF_ERROR(analysed);
+    result.axes[i] = *std::move(analysed);
+    WarnOfAxis(axis, result.axes[i], &result.warnings);
+  }
+  result.disturbance = Disturbance(result, &result.warnings);
+  if (result.at_rest()) {
+    result.warnings.insert(result.warnings.end(), doubts.begin(), doubts.end());
+  } else {
+    for (AllanAxis& axis : result.axes) {
+      AllanAxis curve;
+      curve.points = std::move(axis.points);
+      axis = std::move(curve);
+    }
+  }
+  return result;
+}
+
+Interval Root(const Interval& squared, double factor) {
+  return {factor * std::sqrt(squared.value),
+          factor * std::sqrt(squared.low),
+          factor * std::sqrt(squared.high)};
+}
+
+Interval Scaled(const Interval& interval, double factor) {
+  return {factor * interval.value, factor * interval.low, factor * interval.high};
+}
+
+std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
+                                           bool can_only_fall) {
+  const AllanPoint* lowest = nullptr;
+  const AllanPoint* last = nullptr;
+  for (const AllanPoint& point : points) {
+    if (point.degrees_of_freedom < kFewestFreedoms) continue;
+    last = &point;
+    if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
+  }
+  if (lowest == nullptr) return std::nullopt;
+  BiasInstability instability;
+  instability.minimum = lowest->deviation;
+  instability.coefficient =
+      Scaled(lowest->deviation, 1.0 / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi));
+  instability.tau_s = lowest->tau_s;
+  instability.at_end = lowest == last || can_only_fall;
+  return instability;
+}
+
+/// As motion makes it, and noise at rest rarely does.
+bool RisesFar(const AllanAxis& axis) {
+  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
+    return point.degrees_of_freedom >= kFewestFreedoms &&
+           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
+  });
+}
+
+bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
+  return factors[static_cast<std::size_t>(fit.range.begin)].m > kLatestFit;
+}
+
+Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
+                                          const std::vector<AllanFactor>& factors,
+                                          const AllanCovariance& covariance,
+                                          int axis,
+                                          std::vector<std::string>* warnings) {
+  AllanAxis result;
+  const AllanFit fit = FitNoises(factors, variances, covariance);
+  if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
+  const double spacing_s = SpacingSeconds();
+  // A filter's share is not that of the factors before the fit.
+  const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const auto m = static_cast<double>(factors[i].m);
+    const double expected = strengths.dot(UnitAllanVariance(m));
+    AllanPoint point;
+    point.tau_s = m * spacing_s;
+    point.terms = factors[i].terms;
+    point.degrees_of_freedom = 2.0 * expected * expected / covariance.Variance(row, strengths);
+    point.deviation = Root(ChiSquareInterval(variances[row], point.degrees_of_freedom), 1.0);
+    result.points.push_back(point);
+  }
+
+  const auto& [quantisation, white, flicker, walk, ramp] = fit.shown;
+  TRUETRIAD_RETURN_IF_ERROR(FitDensity(variances, factors, covariance, fit, &result));
+  if (quantisation) result.quantisation = Root(*quantisation, spacing_s);
+  if (walk) result.random_walk = Root(*walk, 1.0 / std::sqrt(spacing_s));
+  result.instability = Instability(result.points, !flicker && !walk);
+  described_[static_cast<std::size_t>(axis)] = fit.follows;
+  if (fit.follows && ramp) {
+    const double drift = std::sqrt(ramp->value) / spacing_s;
+    warnings->push_back(Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " +
+                        info_.unit.name + " a second (a rate ramp, slope +1), " +
+                        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
+                        " " + info_.unit.name +
+                        " over the log; the coefficients are those without it, " +
+                        "but B is not below its effect");
+  }
+  if (RisesFar(result)) {
+    warnings->push_back(Name(axis) +
+                        ": the deviation rises far above that of single samples, as noise at rest "
+                        "rarely does");
+  }
+  if (!fit.follows) {
+    warnings->push_back(Name(axis) +
+                        ": no sum of the four noises describes the curve; the coefficients are "
+                        "rough, look at the plot");
+  } else if (LateFit(factors, fit)) {
+    warnings->push_back(
+        Name(axis) + ": the curve follows the four noises only from tau = " +
+        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
+        " s on; before is a filter, a vibration or another cycle; look at the plot before using N");
+  } else if (fit.misfit > 1.0 && walk) {
+    warnings->push_back(Name(axis) +
+                        ": the curve is further from the four noises than chance explains, as a "
+                        "slow cycle makes it; K is rough, look at the plot");
+  }
+  return result;
+}
+
+Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
+                                  const std::vector<AllanFactor>& factors,
+                                  const AllanCovariance& covariance,
+                                  const AllanFit& fit,
+                                  AllanAxis* result) const {
+  const double spacing_s = SpacingSeconds();
+  std::optional<Interval> strength = fit.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
+  if (options_.white_range_s) {
+    // Limits that are meant as a point of the curve do not miss it by rounding.
+    const double low = options_.white_range_s->front() / spacing_s * (1.0 - 1e-6);
+    const double high = options_.white_range_s->back() / spacing_s * (1.0 + 1e-6);
+    const auto index = [&](double m) {
+      return std::count_if(factors.begin(), factors.end(), [&](const AllanFactor& factor) {
+        return static_cast<double>(factor.m) < m;
+      });
+    };
+    const Eigen::Index begin = index(low);
+    const Eigen::Index end = index(high);
+    if (begin == end) {
+      return UsageError("white noise over tau from " + Number(options_.white_range_s->front()) +
+                        " s to " + Number(options_.white_range_s->back()) +
+                        " s: the curve of the " + Name() + " has no point there, it goes from " +
+                        Number(result->points.front().tau_s) + " s to " +
+                        Number(result->points.back().tau_s) + " s");
+    }
+    strength = FitWhite(factors, variances, covariance, {begin, end});
+    result->white_range_s = options_.white_range_s;
+  } else {
+    const auto set_range = [&](const FactorRange& range) {
+      if (range.begin == range.end) return;
+      result->white_range_s = {result->points[static_cast<std::size_t>(range.begin)].tau_s,
+                               result->points[static_cast<std::size_t>(range.end - 1)].tau_s};
+    };
+    AllanFit used = fit;
+    if (!fit.by_chance || LateFit(factors, fit)) {
+      used = FitWidestWhite(factors, variances, covariance, fit);
+    }
+    strength = used.shown[static_cast<std::size_t>(NoiseTerm::kWhite)];
+    const bool is_white_known = used.by_chance || (used.follows && !LateFit(factors, used));
+    if (!strength || !is_white_known) {
+      const FactorRange part = WhitePart(factors, variances);
+      if (part.begin < part.end) {
+        strength = FitWhite(factors, variances, covariance, part);
+        set_range(part);
+      }
+    } else {
+      set_range(WhiteRange(factors, used));
+    }
+  }
+  if (strength) {
+    result->white_density = Root(*strength, std::sqrt(spacing_s));
+    result->white_sigma_sample = result->white_density->value / std::sqrt(spacing_s);
+  }
+  return {};
+}
+
+std::string StreamAnalysis::Disturbance(const AllanTriad& result,
+                                        std::vector<std::string>* warnings) const {
+  std::string jumping_axes, swaying_axes;
+  RestWatch::Verdict worst;
+  bool shows = false;  // In the curve.
+  const auto add = [](std::size_t axis, std::string* axes) {
+    *axes += (axes->empty() ? "" : ", ") + std::string(1, kAxisName[axis]);
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (result.axes[i].points.empty()) continue;
+    const RestWatch::Verdict rest = rests_[i].Judge();
+    if (rest.disturbed > 0) {
+      add(i, &jumping_axes);
+      shows =
+          shows || RisesFar(result.axes[i]) ||
+          static_cast<double>(rest.disturbed) > kMostDisturbed * static_cast<double>(rest.windows);
+      if (rest.disturbed > worst.disturbed) worst = rest;
+    }
+    // A unit that is never still has windows that are all alike; a random walk rises as well, but
+    // is described.
+    if (RisesFar(result.axes[i]) && !described_[i]) add(i, &swaying_axes);
+  }
+  if (!jumping_axes.empty()) {
+    const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
+                             jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
+                             std::to_string(worst.windows) +
+                             " windows are unlike the others, the worst at " +
+                             Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
+                             " s; cut these parts out, or record again";
+    if (shows) return what;
+    warnings->push_back(Name() + ": " + what);
+  }
+  if (swaying_axes.empty()) return "";
+  return "the deviation rises far above that of single samples, and not as noise does (axes " +
+         swaying_axes + "): the unit moved, or something drifts; record again at rest";
+}
+
+void StreamAnalysis::WarnOfAxis(int axis,
+                                const AllanAxis& result,
+                                std::vector<std::string>* warnings) const {
+  if (result.points.empty()) return;
+  const auto i = static_cast<std::size_t>(axis);
+  const double sigma = rests_[i].Judge().sigma;
+  const double step = monitor_.resolution_raw()[axis];
+  if (step > 0.0 && sigma < 0.5 * step) {
+    warnings->push_back(Name(axis) + ": the noise of " + Number(sigma) + " " + info_.unit.name +
+                        " is below the step of " + Number(step) + " " + info_.unit.name +
+                        " of the readings; short tau show the rounding");
+  }
+  const FreezeWatch::Verdict freeze = freezes_[i].Judge();
+  // Rounding to coarse steps freezes readings as well.
+  if (freeze.frozen > 0 && freeze.typical > step) {
+    const std::string first =
+        freeze.first_zero_ns < 0
+            ? ""
+            : ", first at " + Number(static_cast<double>(freeze.first_zero_ns) * 1e-9, 6) + " s";
+    warnings->push_back(Name(axis) + ": " + std::to_string(freeze.frozen) + " of " +
+                        std::to_string(freeze.windows) + " windows of " +
+                        std::to_string(FreezeWatch::kWindow) + " samples stand still or nearly so" +
+                        first +
+                        ": a sensor that froze, or lost samples that were repeated; N is too low "
+                        "and K made up: cut these parts out");
+  }
+  if (sigma > 2.0 * step && limits_[i].most() >= kFewestAtLimit &&
+      static_cast<double>(limits_[i].most()) >
+          kMostAtLimit * static_cast<double>(monitor_.samples())) {
+    warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
+                        Number(limits_[i].limit(), 9) + " " + info_.unit.name +
+                        ", the furthest there is: is the axis clipped?");
+  }
+}
+
+}  // namespace
+
+Result<AllanResult> AnalyseAllan(SampleSource& source,
+                                 const AllanOptions& options,
+                                 const ProgressCallback& progress) {
+  const RecordingInfo& info = source.info();
+  TRUETRIAD_RETURN_IF_ERROR(CheckOptions(info, options));
+  PerTriad<std::unique_ptr<StreamAnalysis>> analyses;
+  for (const StreamInfo& stream : info.streams) {
+    analyses[stream.triad] = std::make_unique<StreamAnalysis>(stream, info, options);
+  }
+  std::vector<SampleBlock> blocks;
+  for (;;) {
+    const Result<bool> more = source.Next(&blocks);
+    TRUETRIAD_RETURN_IF_ERROR(more);
+    if (!*more) break;
+    for (const SampleBlock& block : blocks) {
+      TRUETRIAD_RETURN_IF_ERROR(analyses[block.triad]->Add(block));
+    }
+    if (progress) progress(source.progress());
+  }
+
+  AllanResult result;
+  result.source = info.path;
+  result.serial = info.serial;
+  result.inputs = source.inputs();
+  for (const auto& analysis : analyses) {
+    if (analysis == nullptr) continue;
+    Result<AllanTriad> triad = analysis->Finish(source.counts(analysis->triad()));
+    TRUETRIAD_RETURN_IF_ERROR(triad);
+    result.triads.push_back(*std::move(triad));
+  }
+  return result;
+}
+
+}  // namespace truetriad

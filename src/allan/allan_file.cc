@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "allan/allan_file.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "io/yaml_reader.h"
+#include "io/yaml_text.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kFormat = "truetriad/allan/1";
+constexpr std::string_view kAxes = "xyz";
+constexpr std::string_view kAtRest = "at_rest", kNotAtRest = "not_at_rest";
+
+// ---------------------------------------------------------------------------------------- writing
+
+YamlText& operator<<(YamlText& out, const Interval& interval) {
+  return out << "value: " << interval.value << ", low: " << interval.low
+             << ", high: " << interval.high;
+}
+
+/// Values of one sample are for those who simulate or filter in steps of one; they are not read.
+void WriteAxis(YamlText& out, const AllanAxis& axis, const std::string& unit, double rate_hz) {
+  constexpr std::string_view kIndent = "        ";
+  const auto quoted = [&](std::string_view per) { return unit + std::string(per); };
+  if (axis.white_density) {
+    out << kIndent << "noise_density: { " << *axis.white_density
+        << ", unit: " << Quoted{quoted("/sqrt(Hz)")};
+    if (axis.white_range_s) {
+      out << ", range_s: [" << axis.white_range_s->front() << ", " << axis.white_range_s->back()
+          << "]";
+    }
+    out << " }\n";
+  }
+  if (axis.white_sigma_sample) {
+    out << kIndent << "noise_sigma_sample: { value: " << *axis.white_sigma_sample
+        << ", unit: " << Quoted{unit} << " }\n";
+  }
+  if (axis.instability) {
+    const BiasInstability& instability = *axis.instability;
+    out << kIndent << "bias_instability: { " << instability.coefficient
+        << ", unit: " << Quoted{unit} << ", minimum: { " << instability.minimum
+        << " }, tau_s: " << instability.tau_s << ", at_end: " << instability.at_end << " }\n";
+  }
+  if (axis.random_walk) {
+    out << kIndent << "random_walk: { " << *axis.random_walk
+        << ", unit: " << Quoted{quoted("/s/sqrt(Hz)")} << " }\n"
+        << kIndent
+        << "random_walk_sample: { value: " << axis.random_walk->value / std::sqrt(rate_hz)
+        << ", unit: " << Quoted{unit} << " }\n";
+  }
+  if (axis.quantisation) {
+    out << kIndent << "quantisation: { " << *axis.quantisation << ", unit: " << Quoted{quoted("*s")}
+        << " }\n"
+        << kIndent << "quantisation_sample: { value: " << axis.quantisation->value * rate_hz
+        << ", unit: " << Quoted{unit} << " }\n";
+  }
+  out << kIndent << "points:" << (axis.points.empty() ? " []\n" : "\n");
+  for (const AllanPoint& point : axis.points) {
+    out << kIndent << "  - [" << point.tau_s << ", " << point.deviation.value << ", "
+        << point.deviation.low << ", " << point.deviation.high << ", " << point.degrees_of_freedom
+        << ", " << point.terms << "]\n";
+  }
+}
+
+void WriteTriad(YamlText& out, const AllanTriad& triad) {
+  out << "  " << TriadName(triad.triad) << ":\n    unit: " << Quoted{triad.unit.name} << "\n";
+  if (triad.si_per_count) out << "    si_per_count: " << *triad.si_per_count << "\n";
+  out << "    status: " << (triad.at_rest() ? kAtRest : kNotAtRest) << "\n";
+  if (!triad.at_rest()) out << "    disturbance: " << Quoted{triad.disturbance} << "\n";
+  out << "    rate_hz: " << triad.rate_hz << "\n    samples: " << triad.samples
+      << "\n    duration_s: " << triad.duration_s
+      << "\n    filled_samples: " << triad.filled_samples << "\n    breaks: " << triad.breaks
+      << "\n    warnings:" << (triad.warnings.empty() ? " []\n" : "\n");
+  for (const std::string& warning : triad.warnings) out << "      - " << Quoted{warning} << "\n";
+  out << "    axes:\n";
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    out << "      " << kAxes.substr(axis, 1) << ":\n";
+    WriteAxis(out, triad.axes[axis], triad.unit.name, triad.rate_hz);
+  }
+}
+
+// ---------------------------------------------------------------------------------------- reading
+
+void ReadInterval(YamlReader& reader, Interval* interval) {
+  reader.Require("value", &interval->value);
+  reader.Require("low", &interval->low);
+  reader.Require("high", &interval->high);
+  if (!(interval->low >= 0.0) || interval->low > interval->value ||
+      interval->value > interval->high) {
+    reader.Fail("is not an interval: 0 <= low <= value <= high is expected");
+  }
+}
+
+/// A coefficient that may be absent; false then. Keys of `reader` that were asked for before stay
+/// known.
+bool ReadCoefficient(YamlReader reader, const std::string& unit, Interval* interval) {
+  if (!reader) return false;
+  ReadInterval(reader, interval);
+  std::string stated;
+  if (reader.Require("unit", &stated) && stated != unit) {
+    reader.Child("unit").Fail("is `" + stated + "`; with this sensor's unit `" + unit +
+                              "` is expected");
+  }
+  reader.RejectUnknown();
+  return true;
+}
+
+bool ReadRange(YamlReader reader, std::array<double, 2>* range) {
+  std::vector<double> values;
+  if (!reader.Read(&values)) return false;
+  if (values.size() != 2 || !(values[0] <= values[1])) {
+    reader.Fail("two numbers are expected, the smaller first");
+    return false;
+  }
+  *range = {values[0], values[1]};
+  return true;
+}
+
+AllanPoint ReadPoint(YamlReader reader) {
+  AllanPoint point;
+  std::vector<YamlReader> items = reader.Items();
+  if (items.size() != 6) {
+    reader.Fail("six numbers are expected: tau, deviation, low, high, degrees of freedom, terms");
+    return point;
+  }
+  items[0].Read(&point.tau_s);
+  items[1].Read(&point.deviation.value);
+  items[2].Read(&point.deviation.low);
+  items[3].Read(&point.deviation.high);
+  items[4].Read(&point.degrees_of_freedom);
+  items[5].Read(&point.terms);
+  return point;
+}
+
+void ReadAxis(YamlReader reader, const std::string& unit, AllanAxis* axis) {
+  Interval interval;
+  YamlReader density = reader.Child("noise_density");
+  if (density) {
+    std::array<double, 2> range{};
+    if (ReadRange(density.Child("range_s"), &range)) axis->white_range_s = range;
+    if (ReadCoefficient(density, unit + "/sqrt(Hz)", &interval)) axis->white_density = interval;
+  }
+  if (YamlReader sample = reader.Child("noise_sigma_sample")) {
+    double sigma = 0.0;
+    if (sample.Require("value", &sigma)) axis->white_sigma_sample = sigma;
+    sample.Child("unit");
+    sample.RejectUnknown();
+  }
+  if (YamlReader instability = reader.Child("bias_instability")) {
+    BiasInstability& read = axis->instability.emplace();
+    if (YamlReader minimum = instability.RequireChild("minimum")) {
+      ReadInterval(minimum, &read.minimum);
+      minimum.RejectUnknown();
+    }
+    instability.Require("tau_s", &read.tau_s);
+    instability.Require("at_end", &read.at_end);
+    ReadCoefficient(instability, unit, &read.coefficient);
+  }
+  if (ReadCoefficient(reader.Child("random_walk"), unit + "/s/sqrt(Hz)", &interval)) {
+    axis->random_walk = interval;
+  }
+  if (ReadCoefficient(reader.Child("quantisation"), unit + "*s", &interval)) {
+    axis->quantisation = interval;
+  }
+  for (const char* const derived : {"random_walk_sample", "quantisation_sample"}) {
+    reader.Child(derived);
+  }
+  for (const YamlReader& point : reader.RequireChild("points").Items()) {
+    axis->points.push_back(ReadPoint(point));
+  }
+  reader.RejectUnknown();
+}
+
+void ReadTriad(YamlReader reader, AllanTriad* triad) {
+  std::string unit;
+  if (reader.Require("unit", &unit)) {
+    const Result<Unit> parsed = ParseTriadUnit(triad->triad, unit);
+    if (parsed) {
+      triad->unit = *parsed;
+    } else {
+      reader.Child("unit").Fail(parsed.error().message);
+    }
+  }
+  double si_per_count = 0.0;
+  if (reader.Optional("si_per_count", &si_per_count)) triad->si_per_count = si_per_count;
+  std::string status(kAtRest);
+  reader.Optional("status", &status);
+  if (status == kNotAtRest) {
+    if (reader.Require("disturbance", &triad->disturbance) && triad->disturbance.empty()) {
+      reader.Child("disturbance").Fail("is empty; say what disturbed the unit");
+    }
+  } else if (status != kAtRest) {
+    reader.Child("status").Fail("is `" + status + "`; `at_rest` or `not_at_rest` is expected");
+  }
+  if (reader.Require("rate_hz", &triad->rate_hz) && !(triad->rate_hz > 0.0)) {
+    reader.Child("rate_hz").Fail("must be above zero");
+  }
+  reader.Require("samples", &triad->samples);
+  reader.Require("duration_s", &triad->duration_s);
+  reader.Require("filled_samples", &triad->filled_samples);
+  reader.Require("breaks", &triad->breaks);
+  for (YamlReader& warning : reader.RequireChild("warnings").Items()) {
+    warning.Read(&triad->warnings.emplace_back());
+  }
+  if (YamlReader axes = reader.RequireChild("axes")) {
+    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+      if (YamlReader item = axes.RequireChild(kAxes.substr(axis, 1))) {
+        ReadAxis(item, unit, &triad->axes[axis]);
+      }
+    }
+    axes.RejectUnknown();
+  }
+  for (const AllanAxis& axis : triad->axes) {
+    if (triad->at_rest() || !(axis.white_density || axis.white_sigma_sample || axis.instability ||
+                              axis.random_walk || axis.quantisation)) {
+      continue;
+    }
+    reader.Child("axes").Fail(
+        "has coefficients of a sensor that was not at rest; none are expected");
+  }
+  reader.RejectUnknown();
+}
+
+}  // namespace
+
+std::string AllanToYaml(const AllanResult& result) {
+  YamlText out;
+  out << "# Allan deviation with 95 % intervals; coefficients as in IEEE Std 952-1997, annex C. A\n"
+         "# coefficient that the data do not show is left out, and all of a sensor that is\n"
+         "# not_at_rest. `..._sample`: the same noise in "
+         "one\n"
+         "# sample. Points: tau [s], deviation, low, high, degrees of freedom, terms averaged.\n"
+      << "format: " << kFormat << "\nsource: " << Quoted{result.source}
+      << "\nserial: " << Quoted{result.serial}
+      << "\ninputs:" << (result.inputs.empty() ? " []\n" : "\n");
+  for (const InputFile& input : result.inputs) {
+    out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
+        << ", samples: " << input.samples << " }\n";
+  }
+  out << "sensors:" << (result.triads.empty() ? " {}\n" : "\n");
+  for (const AllanTriad& triad : result.triads) WriteTriad(out, triad);
+  return out.str();
+}
+
+Result<AllanResult> ReadAllanFile(const std::string& path) {
+  Result<YamlReader> file = YamlReader::FromFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(file);
+  YamlReader& reader = *file;
+  AllanResult result;
+  std::string format;
+  reader.Require("format", &format);
+  TRUETRIAD_RETURN_IF_ERROR(reader.status());
+  if (format != kFormat) {
+    reader.Child("format").Fail("is `" + format + "`; `" + std::string(kFormat) +
+                                "` is expected, as `truetriad allan` writes it");
+    return reader.status().error();
+  }
+  reader.Require("source", &result.source);
+  reader.Require("serial", &result.serial);
+  for (YamlReader& item : reader.RequireChild("inputs").Items()) {
+    InputFile& input = result.inputs.emplace_back();
+    item.Require("file", &input.file);
+    item.Require("sha256", &input.sha256);
+    item.Require("samples", &input.samples);
+    item.RejectUnknown();
+  }
+  if (YamlReader sensors = reader.RequireChild("sensors")) {
+    for (const Triad triad : kTriads) {
+      if (YamlReader sensor = sensors.Child(TriadName(triad))) {
+        result.triads.emplace_back().triad = triad;
+        ReadTriad(sensor, &result.triads.back());
+      }
+    }
+    sensors.RejectUnknown();
+  }
+  reader.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(reader.status());
+  return result;
+}
+
+}  // namespace truetriad

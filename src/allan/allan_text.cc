@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <string_view>
+
+#include "allan/allan_display.h"
+#include "allan/allan_report.h"
+#include "report/format.h"
+#include "report/table.h"
+
+namespace truetriad {
+namespace {
+
+/// Square roots of an hour: a density in unit/s/√Hz is √3600 times as much in unit/√h.
+constexpr double kSecondsRootPerHourRoot = 60.0;
+
+using AxisNumber = std::function<std::optional<double>(const AllanAxis&)>;
+
+/// The table of one triad, row by row.
+class CoefficientTable {
+ public:
+  explicit CoefficientTable(const AllanTriad& triad) : triad_(triad), scale_(ShownScale(triad)) {
+    table_ = {.header = {"", "x", "y", "z", "unit"}, .alignment = "lrrrl", .rows = {}};
+  }
+
+  /// A coefficient and its interval; the row stays out when no axis shows it.
+  void AddCoefficient(char symbol, const std::string& name, const std::string& unit) {
+    std::vector<std::string> values = {name + " " + symbol};
+    std::vector<std::string> intervals = {"  95 % interval"};
+    for (const AllanAxis& axis : triad_.axes) {
+      std::string value = "not seen";
+      std::string interval;
+      for (const AllanCoefficient& coefficient : Coefficients(axis, scale_)) {
+        if (coefficient.symbol != symbol) continue;
+        value = ValueText(coefficient);
+        interval = AllanNumber(coefficient.value.low) + "…" + AllanNumber(coefficient.value.high);
+      }
+      values.push_back(value);
+      intervals.push_back(interval);
+    }
+    values.push_back(unit);
+    intervals.push_back(unit);
+    seen_ = intervals[1] + intervals[2] + intervals[3] != "";
+    table_.rows.push_back(values);
+    if (seen_) table_.rows.push_back(intervals);
+  }
+
+  /// A row below the last coefficient, unless no axis shows it; `number` in raw units.
+  void Add(const std::string& name,
+           double scale,
+           const std::string& unit,
+           const AxisNumber& number) {
+    if (!seen_) return;
+    std::vector<std::string> row = {"  " + name};
+    for (const AllanAxis& axis : triad_.axes) {
+      const std::optional<double> value = number(axis);
+      row.push_back(value ? AllanNumber(scale * *value) : "");
+    }
+    row.push_back(unit);
+    table_.rows.push_back(row);
+  }
+
+  const AllanScale& scale() const { return scale_; }
+  std::string Text() const { return TextOf(table_); }
+
+ private:
+  const AllanTriad& triad_;
+  AllanScale scale_;
+  Table table_;
+  bool seen_ = false;
+};
+
+/// The units that data sheets use, where the unit of the readings is known.
+void AddDensityInCommonUnits(const AllanTriad& triad, CoefficientTable* table) {
+  const AxisNumber density = [](const AllanAxis& axis) {
+    return axis.white_density ? std::optional(axis.white_density->value) : std::nullopt;
+  };
+  if (triad.unit.is_counts && !triad.si_per_count) return;
+  const double si = triad.si_per_count.value_or(triad.unit.truth_per_raw);
+  switch (triad.triad) {
+    case Triad::kGyroscope:
+      table->Add("angle random walk",
+                 si * 180.0 / std::numbers::pi * kSecondsRootPerHourRoot,
+                 "deg/√h",
+                 density);
+      break;
+    case Triad::kAccelerometer:
+      table->Add("velocity random walk", si * kSecondsRootPerHourRoot, "m/s/√h", density);
+      table->Add("the same", si / kStandardGravityMps2 * 1e6, "µg/√Hz", density);
+      break;
+    case Triad::kMagnetometer:
+      table->Add("the same", si * 1e3, "nT/√Hz", density);
+      break;
+  }
+}
+
+std::string TriadText(const AllanTriad& triad) {
+  std::string title(TriadName(triad.triad));
+  title += ": " + Significant(triad.rate_hz, 6) + " Hz, " +
+           (triad.duration_s < 3600.0 ? Significant(triad.duration_s, 4) + " s, "
+                                      : Significant(triad.duration_s / 3600.0, 4) + " h, ") +
+           std::to_string(triad.samples) + " samples";
+  if (triad.filled_samples > 0) {
+    title += ", " + std::to_string(triad.filled_samples) + " missing ones filled in";
+  }
+  if (triad.breaks > 0) title += ", " + std::to_string(triad.breaks) + " break(s)";
+  CoefficientTable table(triad);
+  const AllanScale& scale = table.scale();
+  if (scale.shown_per_raw != 1.0) {
+    title += "; 1 count = " + Significant(scale.shown_per_raw, 6) + " " + scale.unit;
+  }
+  if (!triad.at_rest()) return Wrapped(title + ": not at rest, no coefficients", 0);
+
+  table.AddCoefficient('N', "noise density", scale.unit + "/√Hz");
+  table.Add("one sample", scale.shown_per_raw, scale.unit, [](const AllanAxis& axis) {
+    return axis.white_sigma_sample;
+  });
+  AddDensityInCommonUnits(triad, &table);
+  table.Add("fitted from tau", 1.0, "s", [](const AllanAxis& axis) {
+    return axis.white_range_s ? std::optional(axis.white_range_s->front()) : std::nullopt;
+  });
+  table.Add("to tau", 1.0, "s", [](const AllanAxis& axis) {
+    return axis.white_range_s ? std::optional(axis.white_range_s->back()) : std::nullopt;
+  });
+  table.AddCoefficient('B', "bias instability", scale.unit);
+  table.Add("minimum, 0.664 B", scale.shown_per_raw, scale.unit, [](const AllanAxis& axis) {
+    return axis.instability ? std::optional(axis.instability->minimum.value) : std::nullopt;
+  });
+  table.Add("at tau", 1.0, "s", [](const AllanAxis& axis) {
+    return axis.instability ? std::optional(axis.instability->tau_s) : std::nullopt;
+  });
+  table.AddCoefficient('K', "rate random walk", scale.unit + "/s/√Hz");
+  table.Add("step of one sample",
+            scale.shown_per_raw / std::sqrt(triad.rate_hz),
+            scale.unit,
+            [](const AllanAxis& axis) {
+              return axis.random_walk ? std::optional(axis.random_walk->value) : std::nullopt;
+            });
+  table.AddCoefficient('Q', "quantisation", scale.unit + "·s");
+  table.Add(
+      "in one sample", scale.shown_per_raw * triad.rate_hz, scale.unit, [](const AllanAxis& axis) {
+        return axis.quantisation ? std::optional(axis.quantisation->value) : std::nullopt;
+      });
+  return Wrapped(title, 0) + table.Text();
+}
+
+/// What the words of the tables mean, where they stand.
+std::string Notes(const AllanResult& result) {
+  bool bound = false;
+  std::string missing;
+  for (const char symbol : {'N', 'B', 'K', 'Q'}) {
+    for (const AllanTriad& triad : result.triads) {
+      for (const AllanAxis& axis : triad.axes) {
+        bool seen = axis.points.empty() || !triad.at_rest();
+        for (const AllanCoefficient& coefficient : Coefficients(axis, ShownScale(triad))) {
+          seen = seen || coefficient.symbol == symbol;
+          bound = bound || coefficient.upper_bound;
+        }
+        if (!seen && missing.find(symbol) == std::string::npos) missing += symbol;
+      }
+    }
+  }
+  constexpr std::array<std::pair<char, std::string_view>, 4> kReasons = {{
+      {'N', "N not seen: no part of the curve needs the slope -1/2."},
+      {'B', "B not seen: the log is too short for a minimum."},
+      {'K', "K not seen: the curve does not need the slope +1/2 yet; a longer log may show it."},
+      {'Q', "Q not seen: no slope -1 at short tau, as readings of a rate usually have none."},
+  }};
+  std::string text;
+  for (const auto& [symbol, reason] : kReasons) {
+    if (missing.find(symbol) != std::string::npos) text += Wrapped(reason, 2, "- ");
+  }
+  if (bound) {
+    text += Wrapped(
+        "B ≤: the curve is still falling, or has no floor beside white noise; the bias may be "
+        "stabler than that. A longer log may show it.",
+        2,
+        "- ");
+  }
+  return text.empty() ? "" : "\nNotes:\n" + text;
+}
+
+}  // namespace
+
+std::string AllanText(const AllanResult& result) {
+  std::string text = "Allan deviation of " + result.source +
+                     (result.serial.empty() ? "" : ", unit " + result.serial) + "\n";
+  text = Wrapped(text, 0);
+  std::string verdict;
+  for (const AllanTriad& triad : result.triads) {
+    if (triad.at_rest()) continue;
+    verdict += Wrapped(
+        "NOT AT REST: " + std::string(TriadName(triad.triad)) + ": " + triad.disturbance, 0);
+  }
+  if (!verdict.empty()) {
+    text = verdict +
+           "No coefficients are stated of what was not at rest: they would be those of the "
+           "motion.\n\n" +
+           text;
+  }
+  std::string warnings;
+  for (const AllanTriad& triad : result.triads) {
+    text += "\n" + TriadText(triad);
+    for (const std::string& warning : triad.warnings) warnings += Wrapped(warning, 2, "- ");
+  }
+  if (!warnings.empty()) text += "\nWarnings:\n" + warnings;
+  return text + Notes(result);
+}
+
+}  // namespace truetriad

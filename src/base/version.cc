@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/base/version.h"
+
+namespace truetriad {
+
+std::string Version() { return TRUETRIAD_VERSION; }
+
+}  // namespace truetriad

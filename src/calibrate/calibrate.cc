@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/calibrate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/messages.h"
+#include "choice/model_choice.h"
+#include "data/recorded_temperature.h"
+#include "motion/calibrate_motion.h"
+#include "noise/noise_settling.h"
+#include "noise/variance_components.h"
+#include "problem/graph.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "solve/reduced_system.h"
+#include "solve/solve_graph.h"
+#include "start/start.h"
+#include "sweep/calibrate_sweep.h"
+#include "truetriad/verdict/summary.h"
+#include "verdict/checks/held_gyroscope.h"
+#include "verdict/checks/soak.h"
+#include "verdict/observability.h"
+#include "verdict/verdict.h"
+
+namespace truetriad {
+namespace {
+
+// How badly the poses fit, few of them counting little however far off they are: the sum over all
+// deletion tests of log(1 + χ² / dof), the cost of a Cauchy distribution.
+double RobustMisfit(const PoseGraph& graph) {
+  const ReducedSystem system(graph);
+  double misfit = 0.0;
+  for (const DeletionTest& test : DeletionTests(graph, system)) {
+    if (test.rank > 0) misfit += std::log1p(test.chi2 / test.rank);
+  }
+  return misfit;
+}
+
+// The poses at the temperature that most of them share.
+PoseSet AtOneTemperature(const PoseSet& poses) {
+  const std::vector<std::vector<std::size_t>> settings = PosesByTemperature(poses);
+  if (settings.empty()) return poses;
+  const auto most =
+      std::max_element(settings.begin(), settings.end(), [](const auto& a, const auto& b) {
+        return a.size() < b.size();
+      });
+  return PosesAmong(poses, *most);
+}
+
+// With temperature terms also from the poses of one temperature: over all of them a unit that
+// drifts much has readings on no ellipsoid.
+Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
+  auto starts = FindStartValues(poses, options);
+  const bool is_wrong = !starts && starts.error().code != ErrorCode::kNotEnough;
+  if (!options.HasThermal() || is_wrong) return starts;
+  const PoseSet same = AtOneTemperature(poses);
+  if (!CheckPoseCounts(same, options)) return starts;
+  auto more = FindStartValues(same, options);
+  if (!more) return starts;
+  if (starts) more->insert(more->end(), starts->begin(), starts->end());
+  return more;
+}
+
+// Rival starts (a magnetometer's rotation may have several) are all refined; the best fit wins, by
+// a measure that three poses beside a magnet do not decide. Unset when none could be refined.
+std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
+                                            const std::vector<StartValues>& starts,
+                                            const std::vector<PoseNode>& nodes,
+                                            const CalibrateOptions& options,
+                                            NoiseState* noise,
+                                            SolveLog* log) {
+  std::optional<PoseGraph> best;
+  double best_misfit = std::numeric_limits<double>::infinity();
+  for (const StartValues& start : starts) {
+    PoseGraph graph;
+    graph.nodes = nodes;
+    LayOutParameters(options, start, &graph);
+    if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
+    AddPriors(options, &graph);
+    StartNoise(noise, &graph);
+    WeighTurnsAtStart(options.robust, &graph);
+    log->Solve(kRoundTolerance, &graph);
+    if (!std::isfinite(log->final_cost)) continue;
+    const double misfit = starts.size() > 1 ? RobustMisfit(graph) : 0.0;
+    if (misfit < best_misfit) {
+      best_misfit = misfit;
+      best = std::move(graph);
+    }
+  }
+  return best;
+}
+
+// (S_m, dip) and (-S_m, -dip) explain the same readings with every attitude turned half a turn
+// about the vertical. A start spoilt by disturbed poses may have ended on the wrong side of the
+// equator.
+void SettleHemisphere(const CalibrateOptions& options, PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  if (!options.triads[Triad::kMagnetometer].enabled || !layout.IsFree(layout.reference + kDip) ||
+      options.reference.dip_rad.known() || options.attitudes.kind == AttitudeKind::kGiven ||
+      options.triads[Triad::kMagnetometer].prior ||
+      options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    return;
+  }
+  double& dip = graph->shared[layout.reference + kDip];
+  const bool north = dip > 0.0;
+  if (std::abs(std::sin(dip)) < kEquatorSine || north == options.reference.northern_hemisphere) {
+    return;
+  }
+  dip = -dip;
+  graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
+  const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
+  graph->shared.segment(thermal.matrix_at(0), 9 * thermal.terms.matrix_order) *= -1.0;
+  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
+  for (PoseNode& node : graph->nodes) {
+    if (node.kind == PoseKind::kRotation) {
+      const Eigen::Quaterniond turned = half_turn * node.rotation();
+      node.state = {turned.x(), turned.y(), turned.z(), turned.w()};
+    } else if (node.observations.front().triad == Triad::kMagnetometer) {
+      node.state = {-node.state[0], -node.state[1], -node.state[2], 0.0};
+    }
+  }
+}
+
+// Terms that bend what an axis reports. Far from the optimum, where gains are off by much, they run
+// away; close to it they are small.
+bool HasBentAxes(const CalibrateOptions& options) {
+  const auto has = [&options](auto condition) {
+    return std::any_of(options.triads.begin(), options.triads.end(), condition);
+  };
+  return has([](const TriadOptions& triad) {
+           return triad.quadratic == Wanted::kYes || triad.asymmetry == Wanted::kYes;
+         }) &&
+         has([](const TriadOptions& triad) {  // that is to be solved first
+           return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
+         });
+}
+
+CalibrateOptions WithStraightAxes(CalibrateOptions options) {
+  for (TriadOptions& triad : options.triads) {
+    if (triad.quadratic == Wanted::kYes) triad.quadratic = Wanted::kNo;
+    if (triad.asymmetry == Wanted::kYes) triad.asymmetry = Wanted::kNo;
+  }
+  return options;
+}
+
+// Whether the poses tell all that is free, by the noise that the graph is weighted with.
+bool IsDetermined(const PoseGraph& graph, const CalibrateOptions& options) {
+  const ReducedSystem system(graph);
+  return system.rank() == system.size() &&
+         AnalyseObservability(graph, system.shared(), options.observable_sigma).determined;
+}
+
+// Solves for what bends the axes too, from a solution without: first from a rough one; where that
+// leads nowhere, from one whose noise is settled. What the poses do not tell has no optimum to run
+// to: it stays zero, for the verdict to name.
+int SettleBentAxes(const CalibrateOptions& options,
+                   const CalibrateOptions& straight,
+                   NoiseState* noise,
+                   PoseGraph* graph,
+                   SolveLog* log,
+                   Messages* messages) {
+  const PoseGraph rough = *graph;
+  const NoiseState rough_noise = *noise;
+  int rounds = 0;
+  *graph = WithTermsOf(options, rough);
+  if (IsDetermined(*graph, options)) {
+    Messages said;
+    log->Solve(kRoundTolerance, graph);
+    if (log->converged) rounds = SettleNoise(options.robust, noise, graph, log, &said);
+    if (log->converged && graph->shared.allFinite()) {
+      messages->insert(messages->end(), said.begin(), said.end());
+      return rounds;
+    }
+  }
+  *graph = rough;
+  *noise = rough_noise;
+  Messages said_again;
+  rounds += SettleNoise(straight.robust, noise, graph, log, &said_again);
+  const NoiseState settled = *noise;
+  *noise = rough_noise;
+  noise->excess = settled.excess;
+  noise->estimate = settled.estimate;
+  *graph = WithTermsOf(options, *graph);
+  ApplyExcess(noise->excess, graph);
+  if (!IsDetermined(*graph, options)) return rounds;
+  log->Solve(kRoundTolerance, graph);
+  if (!log->converged) return rounds;
+  return rounds + SettleNoise(options.robust, noise, graph, log, messages);
+}
+
+CalibrationSummary Refuse(Outcome outcome, const std::string& message, CalibrationSummary summary) {
+  summary.calibration.outcome = outcome;
+  summary.calibration.messages.push_back(message);
+  return summary;
+}
+
+// With options that leave nothing to be chosen; `settled` may be null.
+Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
+                                       const CalibrateOptions& options,
+                                       SettledModel* settled) {
+  CalibrationSummary summary;
+  summary.options = options;
+  Calibration& calibration = summary.calibration;
+  calibration.gauge = options.gauge;
+  calibration.gauge_sensor = LeadingTriad(options);
+  calibration.serial = poses.serial;
+  calibration.reference.gravity_mps2 = *options.reference.gravity_mps2.value;
+  calibration.reference.temperature_degc = options.reference.temperature_degc;
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
+    return BadInputError(poses.source + ": the experiment wants the " +
+                         std::string(TriadName(triad)) + ", but the recording has none");
+  }
+  if (options.motion) {
+    TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
+    return summary;
+  }
+  if (options.sweep) {
+    TRUETRIAD_RETURN_IF_ERROR(CalibrateSweep(poses, options, &summary));
+    return summary;
+  }
+  NoiseState noise = ChooseNoise(poses, options, &calibration.messages);
+  calibration.quality.poses = static_cast<int>(poses.poses.size());
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || poses.not_at_rest[triad].empty()) continue;
+    return Refuse(Outcome::kNotEnough, poses.not_at_rest[triad], std::move(summary));
+  }
+  if (const Status counts = CheckPoseCounts(poses, options); !counts) {
+    return Refuse(Outcome::kNotEnough, counts.error().message, std::move(summary));
+  }
+  const auto starts = FindStarts(poses, options);
+  if (!starts) {
+    if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
+    calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
+    return Refuse(Outcome::kNotObservable, starts.error().message, std::move(summary));
+  }
+  auto nodes = BuildNodes(poses, options, noise.source);
+  if (!nodes) return nodes.error();
+  if (options.initialise.only) {
+    PoseGraph graph;
+    graph.nodes = std::move(*nodes);
+    LayOutParameters(options, starts->front(), &graph);
+    StateStart(poses, options, noise, starts->front(), graph, &calibration);
+    return summary;
+  }
+  if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options)) {
+    return Refuse(Outcome::kNotConverged, *wrong, std::move(summary));
+  }
+  SolveLog log;
+  const bool is_bent = HasBentAxes(options);
+  const CalibrateOptions first = is_bent ? WithStraightAxes(options) : options;
+  std::optional<PoseGraph> graph = SolveFromBestStart(poses, *starts, *nodes, first, &noise, &log);
+  if (!graph) {
+    return Refuse(
+        Outcome::kNotConverged, "the optimiser failed from every start", std::move(summary));
+  }
+  if (graph->layout.free_size() == 0) {
+    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
+  }
+  // The earth's rate knows north from south: it is to be solved on the right side.
+  if (graph->layout.CountsEarthRate()) SettleHemisphere(options, &*graph);
+  summary.rounds =
+      is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.messages)
+              : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.messages);
+  SettleHemisphere(options, &*graph);
+  summary.iterations = log.iterations;
+  summary.initial_cost = log.initial_cost;
+  summary.final_cost = log.final_cost;
+  TRUETRIAD_RETURN_IF_ERROR(
+      StateVerdict({poses, options, *graph, noise, log.converged}, &calibration));
+  if (settled != nullptr) *settled = {*std::move(graph), std::move(noise)};
+  return summary;
+}
+
+}  // namespace
+
+Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
+  TRUETRIAD_RETURN_IF_ERROR(options.Validate());
+  const int temperatures = static_cast<int>(PosesByTemperature(poses).size());
+  Result<CalibrationSummary> summary =
+      options.HasChoice()
+          ? CalibrateWithChoice(
+                options,
+                temperatures,
+                [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
+                  return CalibrateAs(poses, settled_options, settled);
+                })
+          : CalibrateAs(poses, options, nullptr);
+  if (summary && !options.sweep) {
+    const auto recorded = RecordedDegc(poses);
+    summary->calibration.reference.recorded_degc = recorded;
+    if (options.HasThermal() && options.HasChoice() && temperatures == 1 && recorded) {
+      summary->calibration.messages.push_back(
+          Format("`auto`: all poses were taken at about %.1f degC, which says nothing about other "
+                 "temperatures: bias and sensitivity are those there",
+                 (*recorded)[1]));
+    }
+  }
+  return summary;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+
+#include "math/distributions.h"
+#include "truetriad/calibrate/compare.h"
+#include "verdict/presentation.h"
+#include "verdict/reference_temperature.h"
+
+namespace truetriad {
+namespace {
+
+// Variances below this share of the largest, after scaling to unit diagonal, are entries fixed or
+// tied by the gauge.
+constexpr double kTiedShare = 1e-9;
+// Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
+constexpr double kFixedShare = 1e-20;
+
+// The value of a named entry; reference entries are compared too where both estimate them.
+double ValueOf(const PresentedSolution& solution,
+               const Calibration& calibration,
+               const std::string& name) {
+  const auto entry = ParameterName::Parse(name);
+  if (!entry) {
+    if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
+    if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
+    if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
+    return 0.0;
+  }
+  const TriadModel<double>& model = *solution.models[entry->triad];
+  const auto& thermal = solution.thermal[entry->triad];
+  const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
+  switch (entry->kind) {
+    case ParameterKind::kBias:
+      return (entry->power > 0 ? thermal->bias[term] : model.bias)[entry->row];
+    case ParameterKind::kSensitivity:
+      return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
+                                                                                 entry->col);
+    case ParameterKind::kGSensitivity:
+      return (*solution.g_sensitivity)(entry->row, entry->col);
+    case ParameterKind::kQuadratic:
+      return model.quadratic[entry->row];
+    case ParameterKind::kAsymmetry:
+      return model.asymmetry[entry->row];
+    case ParameterKind::kRateLinear:
+      return (*thermal->rate_linear)[entry->row];
+    case ParameterKind::kRateQuadratic:
+      return (*thermal->rate_quadratic)[entry->row];
+    case ParameterKind::kRateCross:
+      return (*thermal->rate_cross)[entry->row];
+  }
+  return 0.0;
+}
+
+// The names of a covariance list no term that the calibration does not hold.
+bool HoldsItsTerms(const Calibration& calibration) {
+  for (const std::string& name : calibration.covariance.parameters) {
+    const auto entry = ParameterName::Parse(name);
+    if (!entry) continue;
+    const auto& sensor = calibration.sensors[entry->triad];
+    if (!sensor) return false;
+    const ThermalTerms thermal = sensor->thermal.value_or(ThermalTerms());
+    const auto power = static_cast<std::size_t>(entry->power);
+    const bool held =
+        entry->kind == ParameterKind::kBias            ? power <= thermal.bias.size()
+        : entry->kind == ParameterKind::kSensitivity   ? power <= thermal.sensitivity.size()
+        : entry->kind == ParameterKind::kGSensitivity  ? sensor->g_sensitivity.has_value()
+        : entry->kind == ParameterKind::kQuadratic     ? sensor->quadratic_sigma.has_value()
+        : entry->kind == ParameterKind::kAsymmetry     ? sensor->asymmetry_sigma.has_value()
+        : entry->kind == ParameterKind::kRateLinear    ? thermal.rate_linear.has_value()
+        : entry->kind == ParameterKind::kRateQuadratic ? thermal.rate_quadratic.has_value()
+                                                       : thermal.rate_cross.has_value();
+    if (!held) return false;
+  }
+  return true;
+}
+
+// A gyroscope alone has the axes that the operator stated. Beside another calibration they are
+// taken for those of its body.
+bool HasFrameFromOutside(const Calibration& calibration) {
+  return calibration.gauge == Gauge::kFixture && calibration.gauge_sensor == Triad::kGyroscope;
+}
+
+Status CheckComparable(const Calibration& a, const Calibration& b) {
+  if (!a.IsUsable() || !b.IsUsable()) {
+    return BadInputError("both calibrations must be usable: a is " +
+                         std::string(OutcomeName(a.outcome)) + ", b is " +
+                         std::string(OutcomeName(b.outcome)));
+  }
+  if (a.gauge_sensor != b.gauge_sensor && !HasFrameFromOutside(a) && !HasFrameFromOutside(b)) {
+    return BadInputError("the body frame of a is fixed by the " +
+                         std::string(TriadName(a.gauge_sensor)) + ", that of b by the " +
+                         std::string(TriadName(b.gauge_sensor)) +
+                         ": their matrices cannot be compared");
+  }
+  if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
+    return BadInputError(
+        "a covariance lists parameters that its calibration does not hold; the file was changed "
+        "by hand");
+  }
+  for (const Triad triad : kTriads) {
+    if (!a.sensors[triad] || !b.sensors[triad]) continue;
+    const auto& thermal_a = a.sensors[triad]->thermal;
+    const auto& thermal_b = b.sensors[triad]->thermal;
+    if (thermal_a && thermal_b && thermal_a->reference_degc != thermal_b->reference_degc) {
+      return BadInputError(std::string(TriadName(triad)) +
+                           ": the temperature terms of a are about " +
+                           std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
+                           std::to_string(thermal_b->reference_degc) +
+                           " degC, and cannot be moved; calibrate both with the same "
+                           "reference.temperature_degc");
+    }
+    if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
+      return BadInputError(std::string(TriadName(triad)) + ": a takes " +
+                           a.sensors[triad]->input_unit + ", b takes " +
+                           b.sensors[triad]->input_unit);
+    }
+  }
+  return {};
+}
+
+// Whether a calibration holds all of a group, though it estimates others of the sensor: their
+// variances are zero.
+bool IsHeld(const Calibration& calibration, const std::string& group) {
+  const NamedCovariance& covariance = calibration.covariance;
+  const std::string sensor = group.substr(0, group.find('.') + 1);
+  bool is_listed = false, is_sensor_estimated = false;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const std::string& name = covariance.parameters[i];
+    const auto at = static_cast<Eigen::Index>(i);
+    const bool is_estimated = covariance.matrix(at, at) > 0.0;
+    is_sensor_estimated = is_sensor_estimated || (is_estimated && name.starts_with(sensor));
+    if (name.substr(0, name.rfind('.')) != group) continue;
+    if (is_estimated) return false;
+    is_listed = true;
+  }
+  return is_listed && is_sensor_estimated;
+}
+
+// Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone
+// or that one holds, and temperature terms that stand in none. Sensors that only one has are no
+// news.
+std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
+  std::set<std::string> groups;
+  const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
+    const std::vector<std::string>& names = other.covariance.parameters;
+    for (const std::string& name : one.covariance.parameters) {
+      const auto entry = ParameterName::Parse(name);
+      if (!entry || !other.sensors[entry->triad]) continue;
+      const std::string group = name.substr(0, name.rfind('.'));
+      if (IsHeld(one, group)) groups.insert(group + " (held in " + which + ")");
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      groups.insert(group + " (only in " + which + ")");
+    }
+  };
+  add(a, b, "a");
+  add(b, a, "b");
+  for (const auto& [one, which] : {std::pair(&a, "a"), std::pair(&b, "b")}) {
+    const std::vector<std::string>& names = one->covariance.parameters;
+    for (const Triad triad : kTriads) {
+      if (!one->sensors[triad] || !one->sensors[triad]->thermal) continue;
+      const std::string prefix = std::string(TriadName(triad)) + ".thermal";
+      const bool listed = std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+        return name.starts_with(prefix);
+      });
+      if (!listed) groups.insert(prefix + " (without σ in " + which + ")");
+    }
+  }
+  return {groups.begin(), groups.end()};
+}
+
+// Rate terms are of the temperature that they were found with: the element's, or that of a
+// thermometer that may be before or behind it.
+bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
+  const auto entry = ParameterName::Parse(name);
+  if (!entry ||
+      (entry->kind != ParameterKind::kRateLinear && entry->kind != ParameterKind::kRateQuadratic &&
+       entry->kind != ParameterKind::kRateCross)) {
+    return false;
+  }
+  const auto &one = a.sensors[entry->triad]->thermal, &other = b.sensors[entry->triad]->thermal;
+  if (!one || !other) return false;
+  const auto has_lag = [&](const std::optional<Eigen::Vector3d>& lags) {
+    return lags && (*lags)[entry->row] > 0.0;
+  };
+  return has_lag(one->element_lag_s) != has_lag(other->element_lag_s) ||
+         has_lag(one->rate_lag_s) != has_lag(other->rate_lag_s) ||
+         (one->smoothing_s > 0.0) != (other->smoothing_s > 0.0);
+}
+
+// Where the strength of the field was a convention, the other's is as good: the magnetometer of
+// `solution` restated for the field `wanted_ut`.
+void RestateField(double stated_ut, double wanted_ut, PresentedSolution* solution) {
+  const double factor = stated_ut / wanted_ut;
+  solution->models[Triad::kMagnetometer]->sensitivity *= factor;
+  auto& thermal = solution->thermal[Triad::kMagnetometer];
+  if (thermal) {
+    for (Eigen::Matrix3d& term : thermal->sensitivity) term *= factor;
+  }
+  NamedCovariance& covariance = solution->covariance;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(covariance.parameters[i]);
+    if (!name || name->triad != Triad::kMagnetometer || name->kind != ParameterKind::kSensitivity) {
+      continue;
+    }
+    covariance.matrix.row(static_cast<Eigen::Index>(i)) *= factor;
+    covariance.matrix.col(static_cast<Eigen::Index>(i)) *= factor;
+  }
+}
+
+// Where the temperature terms of a calibration are about; unset without any.
+std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
+  for (const auto& sensor : calibration.sensors) {
+    if (sensor && sensor->thermal) return sensor->thermal->reference_degc;
+  }
+  return std::nullopt;
+}
+
+// By as many degrees of freedom as the σ of either are known with: F in place of χ².
+double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
+  double dof = std::numeric_limits<double>::infinity();
+  for (const Calibration* calibration : {&a, &b}) {
+    if (calibration->quality.effective_dof > 0.0) {
+      dof = std::min(dof, calibration->quality.effective_dof);
+    }
+  }
+  return 1.0 - FisherCdf(comparison.chi2 / comparison.dof, comparison.dof, dof);
+}
+
+}  // namespace
+
+Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
+  Calibration b = stated_b;
+  if (const auto degc = ReferenceOfTerms(a); degc && ReferenceOfTerms(b)) StateAbout(*degc, &b);
+  TRUETRIAD_RETURN_IF_ERROR(CheckComparable(a, b));
+  // One gauge for both: that of known attitudes when both have it, else the triangular one.
+  const Gauge gauge =
+      a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;
+  const Triad leading = a.gauge_sensor;
+  PresentedSolution in_a = SolutionOf(a);
+  PresentedSolution in_b = SolutionOf(b);
+  for (PresentedSolution* solution : {&in_a, &in_b}) {
+    if (a.gauge_sensor != b.gauge_sensor) break;  // both as they are stated
+    const double sign = solution->models[leading]->sensitivity(0, 0) < 0.0 ? -1.0 : 1.0;
+    StateInGauge(gauge, leading, sign, solution);
+  }
+
+  Comparison comparison;
+  comparison.not_compared = HeldByOneAlone(a, b);
+  const bool nominal = a.reference.field_nominal || b.reference.field_nominal;
+  if (nominal && in_a.models[Triad::kMagnetometer] && in_b.models[Triad::kMagnetometer] &&
+      a.reference.field_ut && b.reference.field_ut) {
+    comparison.field_scale_taken_out = *a.reference.field_ut != *b.reference.field_ut;
+    RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
+  }
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> common;
+  std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
+  for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {
+    const std::string& name = in_a.covariance.parameters[i];
+    const auto found =
+        std::find(in_b.covariance.parameters.begin(), in_b.covariance.parameters.end(), name);
+    if (found == in_b.covariance.parameters.end()) continue;
+    if (IsOfAnotherTemperature(a, b, name)) {
+      comparison.not_compared.push_back(name + " (of different temperatures)");
+      continue;
+    }
+    const auto at_a = static_cast<Eigen::Index>(i);
+    const auto at_b = static_cast<Eigen::Index>(found - in_b.covariance.parameters.begin());
+    const double variance = in_a.covariance.matrix(at_a, at_a) + in_b.covariance.matrix(at_b, at_b);
+    ComparisonEntry entry;
+    entry.parameter = name;
+    entry.a = ValueOf(in_a, a, name);
+    entry.b = ValueOf(in_b, b, name);
+    entry.difference = entry.a - entry.b;
+    entry.sigma = std::sqrt(std::max(variance, 0.0));
+    comparison.entries.push_back(entry);
+    const std::string group = name.substr(0, name.rfind('.'));
+    largest[group] = std::max(largest[group], variance);
+    common.emplace_back(at_a, at_b);
+  }
+  if (comparison.entries.empty()) {
+    return BadInputError("the two calibrations have no parameter with an uncertainty in common");
+  }
+
+  // Entries that the gauge fixes.
+  std::erase_if(common, [&](const auto& places) {
+    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(places.first)];
+    const double variance = in_a.covariance.matrix(places.first, places.first) +
+                            in_b.covariance.matrix(places.second, places.second);
+    return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
+  });
+
+  if (common.empty()) return comparison;  // Neither states an uncertainty.
+
+  // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
+  const auto n = static_cast<Eigen::Index>(common.size());
+  Eigen::MatrixXd sum(n, n);
+  Eigen::VectorXd difference(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [ia, ib] = common[static_cast<std::size_t>(i)];
+    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(ia)];
+    difference[i] = ValueOf(in_a, a, name) - ValueOf(in_b, b, name);
+    const double sigma = std::sqrt(in_a.covariance.matrix(ia, ia) + in_b.covariance.matrix(ib, ib));
+    comparison.largest_in_sigmas =
+        std::max(comparison.largest_in_sigmas, std::abs(difference[i]) / sigma);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const auto& [ja, jb] = common[static_cast<std::size_t>(j)];
+      sum(i, j) = in_a.covariance.matrix(ia, ja) + in_b.covariance.matrix(ib, jb);
+    }
+  }
+  const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * sum *
+                                                              scale.asDiagonal());
+  const Eigen::VectorXd turned =
+      solver.eigenvectors().transpose() * (scale.asDiagonal() * difference);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (solver.eigenvalues()[i] <= kTiedShare * solver.eigenvalues().maxCoeff()) continue;
+    comparison.chi2 += turned[i] * turned[i] / solver.eigenvalues()[i];
+    ++comparison.dof;
+  }
+  if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);
+  return comparison;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "calibrate/evaluate_turns.h"
+#include "calibrate/evaluated_reading.h"
+#include "truetriad/calibrate/evaluate.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// Error: units that differ, nothing in common.
+Status CheckStreams(const Calibration& calibration, const PoseSet& poses) {
+  bool any = false;
+  for (const Triad triad : kTriads) {
+    const StreamSummary* stream = poses.Find(triad);
+    if (!calibration.sensors[triad] || stream == nullptr) continue;
+    any = true;
+    if (stream->unit.name != calibration.sensors[triad]->input_unit) {
+      return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) + " is in " +
+                           stream->unit.name + ", but the calibration takes " +
+                           calibration.sensors[triad]->input_unit);
+    }
+  }
+  if (!any) {
+    return BadInputError(poses.source + ": holds none of the sensors that the calibration covers");
+  }
+  return {};
+}
+
+// Strength of what a sensor sees at rest; a gyroscope sees nothing.
+double StrengthOf(Triad triad, const ReferenceValues& reference) {
+  switch (triad) {
+    case Triad::kAccelerometer:
+      return reference.gravity_mps2;
+    case Triad::kMagnetometer:
+      return reference.field_ut.value_or(kUnknown);
+    case Triad::kGyroscope:
+      break;
+  }
+  return 0.0;
+}
+
+// Sums over the poses of one sensor.
+struct ErrorSums {
+  double squares = 0.0;
+  double squares_before = 0.0;
+  double expected = 0.0;
+  int count = 0;
+};
+
+// Adds one reading to the sums of its sensor.
+PoseResidual AddReading(const Calibration& calibration,
+                        const StaticPose& pose,
+                        const StreamSummary& stream,
+                        const EvaluatedReading& reading,
+                        ErrorSums* sums) {
+  const double strength = StrengthOf(stream.triad, calibration.reference);
+  PoseResidual residual;
+  residual.pose = pose.number;
+  residual.triad = stream.triad;
+  residual.direction = reading.truth.normalized();
+  residual.norm_error = reading.truth.norm() - strength;
+  residual.norm_error_before =
+      stream.unit.is_counts
+          ? kUnknown
+          : pose.triads[stream.triad]->mean_raw.norm() * stream.unit.truth_per_raw - strength;
+  residual.residual = residual.norm_error * residual.direction;
+  const Eigen::Matrix3d covariance = reading.Covariance(calibration);
+  // About zero a norm is made of all three axes.
+  const double variance = stream.triad == Triad::kGyroscope
+                              ? covariance.trace()
+                              : residual.direction.dot(covariance * residual.direction);
+  residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
+  sums->squares += residual.norm_error * residual.norm_error;
+  sums->squares_before += residual.norm_error_before * residual.norm_error_before;
+  sums->expected += variance;
+  ++sums->count;
+  return residual;
+}
+
+// Standard deviation; unset for less than two values.
+std::optional<double> Spread(const std::vector<double>& values) {
+  if (values.size() < 2) return std::nullopt;
+  const Eigen::Map<const Eigen::ArrayXd> all(values.data(),
+                                             static_cast<Eigen::Index>(values.size()));
+  return std::sqrt((all - all.mean()).square().mean());
+}
+
+// The bias at the reference is a convention (a sweep without a static calibration): the norm error
+// has a constant part that says nothing.
+bool IsBiasHeld(const Calibration& calibration, Triad triad) {
+  if (triad == Triad::kGyroscope || calibration.quality.sweep.empty()) return false;
+  return calibration.sensors[triad]->bias_sigma.isZero(0.0);
+}
+
+// Takes the mean norm error out of the residuals of one sensor, and out of its sums.
+void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* sums) {
+  double mean = 0.0;
+  for (const PoseResidual& residual : *residuals) {
+    if (residual.triad == triad) mean += residual.norm_error / sums->count;
+  }
+  sums->squares = 0.0;
+  sums->squares_before = kUnknown;
+  for (PoseResidual& residual : *residuals) {
+    if (residual.triad != triad) continue;
+    const double size = std::abs(residual.norm_error);
+    residual.norm_error -= mean;
+    residual.residual = residual.norm_error * residual.direction;
+    if (size > 0.0) residual.normalized *= std::abs(residual.norm_error) / size;
+    sums->squares += residual.norm_error * residual.norm_error;
+  }
+}
+
+double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / M_PI;
+}
+
+}  // namespace
+
+Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses) {
+  if (!calibration.IsUsable()) {
+    return BadInputError("this calibration is not usable (" +
+                         std::string(OutcomeName(calibration.outcome)) +
+                         "): there is nothing to evaluate");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));
+  EvaluationSummary summary;
+  summary.poses = static_cast<int>(poses.poses.size());
+  PerTriad<ErrorSums> sums;
+  std::vector<double> angles_deg;
+  std::vector<std::optional<EvaluatedReading>> forces;
+  PerTriad<std::vector<ThermalState>> felt;
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad] || poses.Find(triad) == nullptr) continue;
+    Result<std::vector<ThermalState>> states = FeltAtPoses(*calibration.sensors[triad], poses);
+    TRUETRIAD_RETURN_IF_ERROR(states);
+    felt[triad] = *std::move(states);
+  }
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    PerTriad<std::optional<EvaluatedReading>> seen;
+    bool is_clamped = false;
+    // The accelerometer first: a gyroscope may follow the force.
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      if (poses.Find(triad) == nullptr) continue;
+      const auto& force = seen[Triad::kAccelerometer];
+      Result<std::optional<EvaluatedReading>> reading =
+          EvaluateReading(calibration,
+                          triad,
+                          pose,
+                          felt[triad].empty() ? nullptr : &felt[triad][k],
+                          force ? std::optional(force->truth) : std::nullopt,
+                          poses.source);
+      TRUETRIAD_RETURN_IF_ERROR(reading);
+      seen[triad] = *std::move(reading);
+      if (!seen[triad]) continue;
+      is_clamped = is_clamped || seen[triad]->is_clamped;
+      summary.pose_residuals.push_back(
+          AddReading(calibration, pose, *poses.Find(triad), *seen[triad], &sums[triad]));
+    }
+    if (is_clamped) ++summary.clamped_poses;
+    if (seen[Triad::kAccelerometer] && seen[Triad::kMagnetometer]) {
+      angles_deg.push_back(
+          AngleDeg(seen[Triad::kAccelerometer]->truth, seen[Triad::kMagnetometer]->truth));
+    }
+    forces.push_back(std::move(seen[Triad::kAccelerometer]));
+  }
+  for (const Triad triad : kTriads) {
+    ErrorSums& sum = sums[triad];
+    if (sum.count == 0) continue;
+    if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
+    summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
+    summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
+    if (std::isfinite(sum.squares_before)) {
+      summary.norm_rms_before[triad] = std::sqrt(sum.squares_before / sum.count);
+    }
+  }
+  summary.angle_std_deg = Spread(angles_deg);
+  summary.turns = EvaluateTurns(calibration, poses, forces);
+  return summary;
+}
+
+}  // namespace truetriad

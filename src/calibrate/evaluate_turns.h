@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "calibrate/evaluated_reading.h"
+#include "truetriad/calibrate/calibrate.h"
+#include "truetriad/calibrate/evaluate.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+// Predicts gravity at each next rest by the turn into it. `forces`: the calibrated accelerometer at
+// each pose of `poses`. Unset without a gyroscope, or without a turn between two of them.
+//
+// The error is a direction in the plane across gravity; what lets expect it: the noise of both
+// accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
+// both sensors with their correlation.
+std::optional<EvaluatedTurns> EvaluateTurns(
+    const Calibration& calibration,
+    const PoseSet& poses,
+    const std::vector<std::optional<EvaluatedReading>>& forces);
+
+}  // namespace truetriad

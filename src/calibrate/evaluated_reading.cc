@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibrate/evaluated_reading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace truetriad {
+namespace {
+
+// d truth / d reading: C D^-1 with D the slope of the readings by what the axes feel.
+Eigen::Matrix3d TruthByReading(const TriadModel<double>& model, const Eigen::Vector3d& truth) {
+  const Eigen::Vector3d slope = model.Slope(model.sensitivity * truth);
+  return model.Correction() * slope.cwiseInverse().asDiagonal();
+}
+
+// dx = -C D^-1 (D dS x + u^2 dq + |u| da + db + dG f), u = S x.
+Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
+                                   Triad triad,
+                                   const ModelAtPose& at,
+                                   const Eigen::Vector3d& truth,
+                                   const Eigen::Vector3d& force_mps2) {
+  const NamedCovariance& covariance = calibration.covariance;
+  const Eigen::Matrix3d by_reading = TruthByReading(at.model, truth);
+  const Eigen::Vector3d felt = at.model.sensitivity * truth;
+  const Eigen::Vector3d slope = at.model.Slope(felt);
+  Eigen::Matrix3Xd derivative = Eigen::Matrix3Xd::Zero(3, covariance.matrix.rows());
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const auto name = ParameterName::Parse(covariance.parameters[i]);
+    if (!name || name->triad != triad) continue;
+    double factor = at.FactorOf(*name);
+    if (name->kind == ParameterKind::kSensitivity) factor *= slope[name->row] * truth[name->col];
+    if (name->kind == ParameterKind::kQuadratic) factor *= felt[name->row] * felt[name->row];
+    if (name->kind == ParameterKind::kAsymmetry) factor *= std::abs(felt[name->row]);
+    if (name->kind == ParameterKind::kGSensitivity) factor *= force_mps2[name->col];
+    derivative.col(static_cast<Eigen::Index>(i)) = -factor * by_reading.col(name->row);
+  }
+  return derivative;
+}
+
+}  // namespace
+
+double ModelAtPose::FactorOf(const ParameterName& name) const {
+  switch (name.kind) {
+    case ParameterKind::kBias:
+    case ParameterKind::kSensitivity:
+      return std::pow(tau_degc[name.row], name.power);
+    case ParameterKind::kGSensitivity:
+    case ParameterKind::kQuadratic:
+    case ParameterKind::kAsymmetry:
+      return 1.0;
+    case ParameterKind::kRateLinear:
+      return rate_degcps[name.row];
+    case ParameterKind::kRateQuadratic:
+      return rate_degcps[name.row] * rate_degcps[name.row];
+    case ParameterKind::kRateCross:
+      return tau_degc[name.row] * rate_degcps[name.row];
+  }
+  return 0.0;
+}
+
+ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,
+                                 double temperature_degc,
+                                 double rate_degcps) {
+  return ModelAtTemperatureOf(
+      sensor,
+      {Eigen::Vector3d::Constant(temperature_degc), Eigen::Vector3d::Constant(rate_degcps)});
+}
+
+ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state) {
+  if (!sensor.thermal) return {.model = sensor.model};
+  const ThermalTerms& thermal = *sensor.thermal;
+  ThermalState held = state;
+  held.degc = state.degc.cwiseMax(thermal.range_degc[0]).cwiseMin(thermal.range_degc[1]);
+  return {ModelAtTemperature(sensor.model, thermal, held),
+          held.degc.array() - thermal.reference_degc,
+          held.rate_degcps,
+          held.degc != state.degc};
+}
+
+Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor,
+                                              const PoseSet& poses) {
+  std::vector<ThermalState> felt;
+  const bool has_lags =
+      sensor.thermal && (sensor.thermal->element_lag_s || sensor.thermal->rate_lag_s);
+  if (!has_lags) return felt;
+  const TemperatureTrack& track = poses.sweep.temperature;
+  if (track.empty()) {
+    return BadInputError(poses.source +
+                         ": the calibration follows the temperature with a lag, and rests alone do "
+                         "not tell what the temperature was before; evaluate it with "
+                         "`--poses=sweep` on a recording in one attitude");
+  }
+  TemperatureFilter filter(*sensor.thermal);
+  std::vector<ThermalState> along;
+  for (std::size_t i = 0; i < track.time_s.size(); ++i) {
+    along.push_back(filter.Next(track.time_s[i], track.degc[i]));
+  }
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    ThermalState& mean = felt.emplace_back();
+    const auto count = static_cast<double>(poses.sweep.last[k] - poses.sweep.first[k] + 1);
+    for (std::size_t i = poses.sweep.first[k]; i <= poses.sweep.last[k]; ++i) {
+      mean.degc += along[i].degc / count;
+      mean.rate_degcps += along[i].rate_degcps / count;
+    }
+  }
+  return felt;
+}
+
+Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
+                             const StaticPose& pose,
+                             const ThermalState* felt,
+                             const std::string& source) {
+  if (sensor.thermal && !pose.temperature_degc) {
+    return BadInputError(source + ": pose " + std::to_string(pose.number) +
+                         " has no temperature, but the calibration depends on it; give a recording "
+                         "with a temperature column");
+  }
+  if (felt != nullptr) return ModelAtTemperatureOf(sensor, *felt);
+  return ModelAtTemperatureOf(
+      sensor, pose.temperature_degc.value_or(0.0), pose.temperature_rate_degcps);
+}
+
+Eigen::Matrix3d EvaluatedReading::Covariance(const Calibration& calibration) const {
+  return noise + by_parameters * calibration.covariance.matrix * by_parameters.transpose();
+}
+
+Result<std::optional<EvaluatedReading>> EvaluateReading(
+    const Calibration& calibration,
+    Triad triad,
+    const StaticPose& pose,
+    const ThermalState* felt,
+    const std::optional<Eigen::Vector3d>& force_mps2,
+    const std::string& source) {
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  const std::optional<TriadPose>& seen = pose.triads[triad];
+  if (!sensor || !seen || (sensor->g_sensitivity && !force_mps2)) {
+    return std::optional<EvaluatedReading>();
+  }
+  const Result<ModelAtPose> at = ModelFor(*sensor, pose, felt, source);
+  TRUETRIAD_RETURN_IF_ERROR(at);
+  const Eigen::Vector3d force = force_mps2.value_or(Eigen::Vector3d::Zero());
+  Eigen::Vector3d reading = seen->mean_raw;
+  if (sensor->g_sensitivity) reading -= *sensor->g_sensitivity * force;
+
+  EvaluatedReading evaluated;
+  evaluated.truth = at->model.TruthFromRaw(reading);
+  evaluated.by_parameters = TruthByParameters(calibration, triad, *at, evaluated.truth, force);
+  const Eigen::Matrix3d by_reading = TruthByReading(at->model, evaluated.truth);
+  const Eigen::Matrix3d mean = seen->has_covariance
+                                   ? seen->mean_covariance_raw
+                                   : Eigen::Matrix3d(sensor->noise.sigma.cwiseAbs2().asDiagonal());
+  const double excess = sensor->noise.excess_sigma;
+  evaluated.noise =
+      by_reading * mean * by_reading.transpose() + excess * excess * Eigen::Matrix3d::Identity();
+  evaluated.is_clamped = at->is_clamped;
+  return std::optional(std::move(evaluated));
+}
+
+}  // namespace truetriad

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/parameter_name.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+
+// A sensor's model at some temperature, held at the ends of the calibrated range, and what the
+// terms of the model are multiplied with there.
+struct ModelAtPose {
+  TriadModel<double> model;
+  Eigen::Vector3d tau_degc = Eigen::Vector3d::Zero();  // of each axis
+  Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
+  bool is_clamped = false;
+
+  // What an entry of bias, sensitivity or their temperature terms is multiplied with in its bias or
+  // sensitivity.
+  double FactorOf(const ParameterName& name) const;
+};
+
+ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,
+                                 double temperature_degc,
+                                 double rate_degcps);
+ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
+
+// What each axis feels at the windows of a sweep, one a pose, as `apply` would filter it; empty
+// where the sensor follows the thermometer itself. Error (bad input): it has lags and `poses` no
+// track of temperature.
+Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, const PoseSet& poses);
+
+// At the pose. Error (bad input): it has no temperature, which the sensor needs.
+Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
+                             const StaticPose& pose,
+                             const ThermalState* felt,
+                             const std::string& source);
+
+// One sensor's mean at one pose in true units, with what its error is made of.
+struct EvaluatedReading {
+  Eigen::Vector3d truth = Eigen::Vector3d::Zero();
+  // Of the mean's noise and the pose-to-pose excess.
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  // d truth / d the listed parameters of the calibration.
+  Eigen::Matrix3Xd by_parameters;
+  bool is_clamped = false;
+
+  // Noise and parameters together.
+  Eigen::Matrix3d Covariance(const Calibration& calibration) const;
+};
+
+// `felt`: temperatures at the pose where they are not the pose's own, or null. `force_mps2`:
+// specific force in the body, for a gyroscope that follows it. Unset where the pose has no reading
+// of the sensor, or the force is needed and not there.
+Result<std::optional<EvaluatedReading>> EvaluateReading(
+    const Calibration& calibration,
+    Triad triad,
+    const StaticPose& pose,
+    const ThermalState* felt,
+    const std::optional<Eigen::Vector3d>& force_mps2,
+    const std::string& source);
+
+}  // namespace truetriad

@@ -1,0 +1,324 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "choice/model_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "base/messages.h"
+#include "choice/open_models.h"
+#include "math/distributions.h"
+#include "problem/graph_builder.h"
+#include "solve/solve_graph.h"
+#include "verdict/checks/soak.h"
+#include "verdict/quality.h"
+
+namespace truetriad {
+namespace {
+
+// Share of terms that are not there and yet would stay by the likelihood ratio alone.
+constexpr double kLevel = 0.01;
+// Higher terms are weighed only where as many residual degrees of freedom are left beside them, and
+// nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
+// a model that is too small is wrong without saying so, one that is too large has large σ.
+constexpr double kLeastDof = 10.0;
+// Far more than there are terms: a choice that goes round in circles ends somewhere.
+constexpr int kMostSteps = 100;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// One solution with the noise and the weights of the largest model.
+struct Fit {
+  PoseGraph graph;
+  double chi2 = kInfinity;
+  // Set once they were asked for.
+  std::optional<std::optional<double>> held_out;
+  std::optional<std::vector<TemperatureSetting>> settings;
+  int parameters() const { return graph.layout.free_size(); }
+};
+
+int HighestOrderOf(const SharedLayout& layout) {
+  int highest = 0;
+  for (const ThermalBlock& block : layout.thermal) {
+    highest = std::max({highest, block.terms.bias_order, block.terms.matrix_order});
+  }
+  return highest;
+}
+
+// Directions of the larger model's free coordinates, at its optimum, that the smaller one lacks.
+Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& smaller) {
+  const SharedLayout& layout = larger.layout;
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(layout.size, smaller.layout.free_size());
+  const std::vector<int> places = PlacesIn(layout, smaller.layout);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    moved.row(places[i]) = smaller.layout.basis.row(static_cast<Eigen::Index>(i));
+  }
+  // Where the larger model holds the strength of the field, another strength is another scale of
+  // the magnetometer.
+  const int field = layout.reference + kField;
+  if (!layout.IsFree(field) && layout.Has(Triad::kMagnetometer)) {
+    const Eigen::RowVectorXd strength = moved.row(field) / larger.reference()[kField];
+    moved.middleRows<9>(layout.sensitivity[Triad::kMagnetometer]) +=
+        larger.sensitivity(Triad::kMagnetometer).reshaped() * strength;
+  }
+  const Eigen::MatrixXd kept = layout.basis.transpose() * moved;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(kept);
+  const Eigen::MatrixXd all = qr.householderQ();
+  return all.rightCols(all.cols() - qr.rank());
+}
+
+// Everything that candidates are compared by.
+class Candidates {
+ public:
+  Candidates(const OpenModels& models, const Choice& largest, int folds, SettledModel settled)
+      : models_(models),
+        largest_choice_(largest),
+        noise_(std::move(settled.noise)),
+        largest_(std::move(settled.graph)) {
+    for (const PoseNode& node : largest_.nodes) {
+      for (const Observation& seen : node.observations) rows_ += seen.rejected ? 0 : 3;
+    }
+    for (const IncrementEdge& edge : largest_.increments) rows_ += edge.rejected ? 0 : 3;
+    // Poses at one temperature drift together: others tell what a polynomial is worth.
+    groups_ = models.HasThermalChoice() && folds > 0 ? GroupsOfSettings(largest_)
+                                                     : GroupsOfPosesAndTurns(largest_, folds);
+    Fit& fit = fits_[largest];
+    fit.graph = largest_;
+    Solve(&fit);
+  }
+
+  // Whether it is part of the largest model.
+  bool Holds(const Choice& choice) const {
+    return std::equal(choice.begin(), choice.end(), largest_choice_.begin(), std::less_equal<>());
+  }
+
+  Fit& FitOf(const Choice& choice) {
+    const auto [found, is_new] = fits_.try_emplace(choice);
+    if (is_new) {
+      found->second.graph = WithTermsOf(models_.OptionsOf(choice), largest_);
+      Solve(&found->second);
+    }
+    return found->second;
+  }
+
+  double BicOf(const Fit& fit) const {
+    return fit.chi2 + fit.parameters() * std::log(static_cast<double>(rows_));
+  }
+
+  const std::optional<double>& HeldOutOf(Fit* fit) const {
+    if (fit->held_out) return *fit->held_out;
+    fit->held_out.emplace();
+    // Without one of the temperatures a polynomial needs one more than its order.
+    if (!models_.HasThermalChoice() ||
+        HighestOrderOf(fit->graph.layout) + 2 <= static_cast<int>(groups_.size())) {
+      *fit->held_out = HeldOutError(fit->graph, groups_);
+    }
+    return *fit->held_out;
+  }
+
+  // Probability of the likelihood ratio of two nested models, of which `step` leads from one to the
+  // other. What the poses of one temperature have in common is no evidence for a bias that follows
+  // it: that is held against the scatter of the temperatures, of which there are few, and which
+  // chance may make small.
+  double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {
+    const Eigen::MatrixXd tested = TestedDirections(larger->graph, smaller.graph);
+    const double count = static_cast<double>(tested.cols());
+    const double ratio = std::max(smaller.chi2 - larger->chi2, 0.0);
+    if (count < 1.0) return 1.0;
+    if (!std::isfinite(ratio)) return 0.0;
+    const ReducedSystem system(larger->graph);
+    const JointTest test = KenwardRogerTest(noise_.estimate, system, larger->graph, tested);
+    const double p = 1.0 - FisherCdf(test.scale * ratio / count, count, test.dof);
+    if (!step.thermal_triad || p >= kLevel) return p;
+    const Triad triad = *step.thermal_triad;
+    if (!larger->settings) larger->settings = FindTemperatureSettings(larger->graph);
+    const SettingScatter scatter = ScatterOf(larger->graph, system, *larger->settings, triad);
+    if (scatter.dof <= 0.0) return p;
+    if (step.is_of_bias) {
+      // Chance may make the little that is left small.
+      const double noise = std::max(scatter.ratio, 1.0);
+      return std::max(p, 1.0 - FisherCdf(ratio / count / noise, count, scatter.dof));
+    }
+    // A sensitivity shows between the poses of one temperature, and is moved by what they share as
+    // far as they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
+    const Eigen::MatrixXd drift =
+        tested.transpose() * DriftOf(larger->graph, system, triad, scatter.variance_raw) * tested;
+    const Eigen::MatrixXd own = tested.transpose() * system.covariance() * tested;
+    const double share = own.ldlt().solve(drift).trace() / count;
+    const double dof = std::pow(1.0 + share, 2) / (share * share / scatter.dof + 1.0 / test.dof);
+    return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
+  }
+
+  // Whether all three say that the larger of two models is worth its parameters.
+  bool IsWorthIt(Fit* larger, Fit* smaller, double p_value) const {
+    if (p_value >= kLevel || BicOf(*larger) >= BicOf(*smaller)) return false;
+    const std::optional<double>& with = HeldOutOf(larger);
+    const std::optional<double>& without = HeldOutOf(smaller);
+    return !with || !without || *with < *without;
+  }
+
+ private:
+  // A fit that does not converge is none.
+  static void Solve(Fit* fit) {
+    const SolveOutcome outcome = SolveGraph(&fit->graph);
+    if (outcome.converged && std::isfinite(outcome.final_cost))
+      fit->chi2 = 2.0 * outcome.final_cost;
+  }
+
+  const OpenModels& models_;
+  Choice largest_choice_;
+  std::vector<HeldOutGroup> groups_;
+  NoiseState noise_;
+  PoseGraph largest_;
+  int rows_ = 0;
+  std::map<Choice, Fit> fits_;  // nodes of a map stay where they are
+};
+
+// What a model is worth; `p_value` of the step that leads to it.
+ModelAlternative Described(const std::string& description,
+                           Fit* fit,
+                           std::optional<double> p_value,
+                           const Candidates& candidates) {
+  ModelAlternative alternative;
+  alternative.description = description;
+  alternative.parameters = fit->parameters();
+  alternative.minus_2_log_l = fit->chi2;
+  alternative.p_value = p_value;
+  alternative.bic = candidates.BicOf(*fit);
+  alternative.held_out = candidates.HeldOutOf(fit);
+  return alternative;
+}
+
+// One step: takes away the term that is worth least, else adds the one that is worth most. Unset
+// where neither changes the choice.
+std::optional<ModelAlternative> Improve(const OpenModels& models,
+                                        Candidates* candidates,
+                                        Choice* choice) {
+  Fit& present = candidates->FitOf(*choice);
+  const std::vector<Neighbour> neighbours = models.NeighboursOf(*choice);
+  const Neighbour* worst = nullptr;
+  double largest_p = -1.0;
+  for (const Neighbour& neighbour : neighbours) {
+    if (neighbour.is_larger) continue;
+    Fit& smaller = candidates->FitOf(neighbour.choice);
+    const double p = candidates->PValue(&present, smaller, neighbour);
+    if (p <= largest_p || candidates->IsWorthIt(&present, &smaller, p)) continue;
+    largest_p = p;
+    worst = &neighbour;
+  }
+  const Neighbour* best = nullptr;
+  double smallest_p = kInfinity;
+  for (const Neighbour& neighbour : neighbours) {
+    if (worst != nullptr || !neighbour.is_larger || !candidates->Holds(neighbour.choice)) continue;
+    Fit& larger = candidates->FitOf(neighbour.choice);
+    const double p = candidates->PValue(&larger, present, neighbour);
+    if (p >= smallest_p || !candidates->IsWorthIt(&larger, &present, p)) continue;
+    smallest_p = p;
+    best = &neighbour;
+  }
+  const Neighbour* step = worst != nullptr ? worst : best;
+  if (step == nullptr) return std::nullopt;
+  *choice = step->choice;
+  return Described(step->description,
+                   &candidates->FitOf(*choice),
+                   worst != nullptr ? largest_p : smallest_p,
+                   *candidates);
+}
+
+// The chosen model, then those that differ from it by one step.
+std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
+                                             const Choice& choice,
+                                             Candidates* candidates) {
+  Fit& chosen = candidates->FitOf(choice);
+  std::vector<ModelAlternative> alternatives = {
+      Described(models.DescriptionOf(choice), &chosen, std::nullopt, *candidates)};
+  alternatives.front().chosen = true;
+  for (const Neighbour& neighbour : models.NeighboursOf(choice)) {
+    if (!candidates->Holds(neighbour.choice)) continue;
+    Fit& fit = candidates->FitOf(neighbour.choice);
+    const double p = neighbour.is_larger ? candidates->PValue(&fit, chosen, neighbour)
+                                         : candidates->PValue(&chosen, fit, neighbour);
+    alternatives.push_back(Described(neighbour.description, &fit, p, *candidates));
+  }
+  return alternatives;
+}
+
+// Whether a model without a term leaves so much more that it cannot do without it, however little
+// the larger one leaves to judge it by: F of what both leave over the noise of the rests.
+bool IsFarWorse(const Quality& smaller, const Quality& larger) {
+  constexpr double kFarLevel = 1e-3;
+  const double terms = smaller.dof - larger.dof;
+  const double left = larger.reduced_chi2_before * larger.dof;
+  const double more = smaller.reduced_chi2_before * smaller.dof - left;
+  if (!(terms >= 1.0 && larger.dof >= 1.0 && left > 0.0 && more > 0.0)) return false;
+  return 1.0 - FisherCdf(more / terms / larger.reduced_chi2_before, terms, larger.dof) < kFarLevel;
+}
+
+}  // namespace
+
+Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
+                                               int temperatures,
+                                               const CalibrateOnce& calibrate) {
+  const OpenModels models(options, temperatures);
+  Choice choice = models.Largest();
+  SettledModel settled;
+  struct Larger {
+    Choice choice;
+    SettledModel settled;
+    Quality quality;
+  };
+  std::optional<Larger> larger;  // that was usable, and left little to judge by
+  for (;;) {
+    Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), &settled);
+    if (!summary || options.initialise.only) return summary;
+    const Quality& quality = summary->calibration.quality;
+    const bool usable = summary->calibration.IsUsable();
+    const bool few = quality.dof < kLeastDof;
+    if (larger && (!usable || IsFarWorse(quality, larger->quality))) {
+      choice = larger->choice;
+      settled = std::move(larger->settled);
+      break;
+    }
+    if (usable && !few) break;
+    larger.reset();
+    if (usable) larger = Larger{choice, settled, quality};
+    if (models.Shrink(usable, &choice)) continue;
+    if (usable) {
+      summary->calibration.messages.push_back(Format(
+          "`auto`: %.0f residual degrees of freedom are too few to weigh models; the largest "
+          "that the poses determine was taken, without higher terms",
+          quality.dof));
+    }
+    return summary;
+  }
+  const std::string missing = models.Missing(choice);
+  Candidates candidates(models, choice, options.cross_validation_folds, std::move(settled));
+  std::vector<ModelAlternative> steps = {
+      Described(models.DescriptionOf(choice), &candidates.FitOf(choice), std::nullopt, candidates)};
+  for (int i = 0; i < kMostSteps; ++i) {
+    auto step = Improve(models, &candidates, &choice);
+    if (!step) break;
+    steps.push_back(*std::move(step));
+  }
+  Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), nullptr);
+  if (!summary) return summary;
+  if (!missing.empty()) {
+    summary->calibration.messages.push_back(
+        "`auto`: not weighed, since the poses do not determine it or leave too little to judge it "
+        "by: " +
+        missing);
+  }
+  summary->calibration.quality.model_steps = std::move(steps);
+  summary->calibration.quality.model_choice = AlternativesTo(models, choice, &candidates);
+  return summary;
+}
+
+}  // namespace truetriad

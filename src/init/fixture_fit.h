@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "truetriad/base/result.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+/// A triad in attitudes that a fixture states, in a field whose direction the fixture does not
+/// know.
+struct FixtureFit {
+  TriadModel<double> model;  ///< In the body frame that the attitudes define.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Of the field in the fixture, unit.
+};
+
+/// Least squares for y = S R_k^T (strength * u) + b with a full S and an unknown unit vector u: for
+/// every u linear in S and b, so that only the two angles of u are searched, on a grid and then by
+/// Gauss-Newton (variable projection, Golub and Pereyra 1973). (S, u) and (-S, -u) are the same
+/// solution: det S > 0 is returned. Exact for exact readings.
+/// Error (not enough): fewer than five poses, or attitudes that do not determine it.
+Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
+                                const std::vector<Eigen::Quaterniond>& fixture_from_body,
+                                double strength);
+
+}  // namespace truetriad

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/gyro_increment.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad {
+
+/// A turn, with a direction that stands still in the world (up, say) as the body sees it.
+struct DirectionMove {
+  GyroMove move;
+  Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector, at rest.
+  Eigen::Vector3d after = Eigen::Vector3d::UnitZ();
+  /// At each reading, of any length, disturbed by the motion as it may be.
+  std::vector<Eigen::Vector3d> direction;
+};
+
+/// Sensitivity of a gyroscope of any unit and any order of axes, raw per rad/s, body frame, without
+/// a guess: du/dt = u x C (y - b) is linear in C; then refined on the directions at rest.
+/// Error (not enough): the turns do not determine all nine entries.
+Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& moves,
+                                            const Eigen::Vector3d& bias_raw);
+
+/// Sensitivity and bias of a gyroscope of a unit that never rests: C and C b enter du/dt linearly.
+/// The directions may be noisy throughout; nothing is refined. What is given is held.
+/// Error (not enough): the motion does not determine them.
+Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
+                                         const std::optional<Eigen::Matrix3d>& sensitivity,
+                                         const std::optional<Eigen::Vector3d>& bias_raw);
+
+}  // namespace truetriad

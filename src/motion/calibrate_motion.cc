@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/calibrate_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "base/messages.h"
+#include "motion/chain.h"
+#include "motion/motion_noise.h"
+#include "motion/motion_start.h"
+#include "motion/solver.h"
+#include "motion/track.h"
+#include "problem/graph.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "solve/solve_graph.h"
+#include "verdict/observability.h"
+#include "verdict/presentation.h"
+#include "verdict/quality.h"
+#include "verdict/verdict.h"
+
+namespace truetriad {
+namespace {
+
+// Noise and starts are settled on a chain no finer than this: the readings between two of its nodes
+// lose nothing, and a hand's accelerations hang together much longer.
+constexpr double kSettlingSpacingS = 0.1;
+constexpr int kMaxRounds = 20;
+// A density that changes less than this moves σ by half of it.
+constexpr double kSettledNoise = 0.02;
+// Likewise a clock, in its σ.
+constexpr double kSettledClock = 0.1;
+// Of the duration: a clock further off than this belongs to another recording.
+constexpr double kMostClockError = 0.01;
+// A clock is said to be ahead from this many σ on.
+constexpr double kSaidClockError = 4.0;
+constexpr double kRoughTolerance = 1e-6;
+constexpr double kMotionTolerance = 1e-11;
+// A fit whose residual is this share of the field does not explain the data.
+constexpr double kExplainedShare = 0.5;
+// Nodes that stand for the whole chain where single ones are looked at.
+constexpr std::size_t kShownNodes = 200;
+// The chain hangs together worse than it should where the gyroscope told nothing for longer.
+constexpr double kMuchUntoldShare = 0.1;
+
+// Everything about one start, as far as it has come.
+struct MotionRun {
+  StartValues start;
+  PoseGraph graph;  // without nodes: the shared parameters
+  std::vector<MotionNode> nodes;
+  std::vector<Eigen::Quaterniond> attitudes;
+  MotionNoiseState noise;
+  SolveOutcome outcome;
+  PerTriad<double> clock_sigma_s{};  // of MotionTrack::ahead_s
+  int iterations = 0;
+  int rounds = 0;
+};
+
+TriadModel<double> ModelOf(const PoseGraph& graph, Triad triad) {
+  return {graph.sensitivity(triad), graph.bias(triad)};
+}
+
+GyroModel GyroscopeOf(const PoseGraph& graph) {
+  GyroModel model{ModelOf(graph, Triad::kGyroscope)};
+  if (graph.layout.g_sensitivity >= 0) {
+    model.g_sensitivity =
+        Eigen::Map<const Eigen::Matrix3d>(&graph.shared[graph.layout.g_sensitivity]);
+  }
+  return model;
+}
+
+// The run's chain; it refers to the run's parameters.
+MotionChain ChainOf(const MotionTrack& track, const MotionRun& run) {
+  MotionChain chain(run.graph.layout, run.graph.priors, track, run.nodes, run.attitudes);
+  chain.SetNoise(run.noise.noise, run.graph.shared.data());
+  return chain;
+}
+
+void Solve(double tolerance, MotionChain* chain, MotionRun* run) {
+  run->outcome = SolveMotion(chain, &run->graph, tolerance);
+  run->iterations += run->outcome.iterations;
+  run->attitudes = chain->attitudes();
+}
+
+// Gathers the readings again, with the gyroscope as it is now known, robust weights staying.
+void GatherAgain(const CalibrateOptions& options,
+                 double spacing_s,
+                 MotionTrack* track,
+                 MotionRun* run) {
+  const GyroModel gyroscope = GyroscopeOf(run->graph);
+  if (options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
+    track->SetForces(ModelOf(run->graph, Triad::kAccelerometer));
+  }
+  std::vector<MotionNode> nodes = track->Gather(spacing_s, &gyroscope);
+  std::size_t c = 0;
+  for (MotionNode& node : nodes) {
+    while (c + 1 < run->nodes.size() && run->nodes[c + 1].reading <= node.reading) ++c;
+    node.accelerometer.weight = run->nodes[c].accelerometer.weight;
+    node.magnetometer.weight = run->nodes[c].magnetometer.weight;
+    node.weight = run->nodes[c].weight;
+  }
+  run->attitudes = FinerAttitudes(*track, gyroscope, run->nodes, run->attitudes, nodes);
+  run->nodes = std::move(nodes);
+}
+
+// A first fit from one start.
+MotionRun FirstFit(const PoseSet& poses,
+                   const CalibrateOptions& options,
+                   const StartValues& start,
+                   double spacing_s,
+                   MotionTrack* track) {
+  MotionRun run;
+  run.start = start;
+  LayOutParameters(options, start, &run.graph);
+  AddPriors(options, &run.graph);
+  const GyroModel gyroscope = GyroscopeOf(run.graph);
+  if (options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
+    track->SetForces(*start.models[Triad::kAccelerometer]);
+  }
+  run.nodes = track->Gather(spacing_s, &gyroscope);
+  run.attitudes = StartAttitudes(start, *track, run.nodes);
+  run.noise = ChooseMotionNoise(poses, options, start, *track);
+  MotionChain chain = ChainOf(*track, run);
+  Solve(kRoughTolerance, &chain, &run);
+  return run;
+}
+
+// Allows for clocks that are ahead. Returns the largest change in σ.
+double UpdateClocks(const MotionChain& chain, MotionTrack* track, MotionRun* run) {
+  double change = 0.0;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!run->graph.layout.Has(triad)) continue;
+    const MotionChain::ClockError error = chain.ClockErrorOf(triad, run->graph.shared.data());
+    if (!(error.sigma_s > 0.0)) continue;
+    const double most = kMostClockError * track->duration_s();
+    track->set_ahead_s(triad, std::clamp(track->ahead_s(triad) + error.ahead_s, -most, most));
+    run->clock_sigma_s[triad] = error.sigma_s;
+    change = std::max(change, std::abs(error.ahead_s) / error.sigma_s);
+  }
+  return change;
+}
+
+// Weights, noise, clocks and solution in turn until they stay.
+void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* track, MotionRun* run) {
+  for (run->rounds = 1; run->rounds <= kMaxRounds; ++run->rounds) {
+    GatherAgain(options, spacing_s, track, run);
+    MotionChain chain = ChainOf(*track, *run);
+    chain.Linearise(run->graph.shared.data());
+    const double change =
+        UpdateMotionNoise(options.robust, run->graph.shared.data(), &chain, &run->noise);
+    const double clock_change = UpdateClocks(chain, track, run);
+    Solve(kRoughTolerance, &chain, run);
+    run->nodes = chain.nodes();
+    if (!run->outcome.converged) break;
+    if (change < kSettledNoise && clock_change < kSettledClock) break;
+  }
+}
+
+// Some nodes of the chain as poses, for what looks at single ones.
+std::vector<PoseNode> ShownNodes(const MotionTrack& track, const MotionRun& run) {
+  std::vector<PoseNode> shown;
+  const std::size_t every = run.nodes.size() / kShownNodes + 1;
+  for (std::size_t k = 0; k < run.nodes.size(); k += every) {
+    PoseNode node;
+    node.number = static_cast<int>(k + 1);
+    const Eigen::Quaterniond& q = run.attitudes[k];
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      const GatheredReadings& seen = run.nodes[k].seen(triad);
+      if (seen.count == 0 || !run.graph.layout.Has(triad)) continue;
+      Observation observation;
+      observation.triad = triad;
+      observation.mean_raw = seen.mean_raw;
+      observation.variance =
+          (run.noise.noise.density[triad] / (track.spacing_s(triad) * seen.count)).asDiagonal();
+      observation.weight = seen.weight;
+      node.observations.push_back(observation);
+    }
+    if (!node.observations.empty()) shown.push_back(node);
+  }
+  return shown;
+}
+
+// Time that the readings at one node stand for; of the gyroscope the time between two nodes.
+double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad) {
+  if (triad == Triad::kGyroscope) {
+    return track.duration_s() / static_cast<double>(std::max<std::size_t>(run.nodes.size(), 2) - 1);
+  }
+  double readings = 0.0, seen = 0.0;
+  for (const MotionNode& node : run.nodes) {
+    readings += node.seen(triad).count;
+    seen += node.seen(triad).count > 0 ? 1.0 : 0.0;
+  }
+  return track.spacing_s(triad) * std::max(readings / std::max(seen, 1.0), 1.0);
+}
+
+// RMS of |C(y - b)| - reference and coverage, over all nodes.
+void StateFit(const PoseSet& poses, const MotionRun& run, Quality* quality) {
+  const ReferenceVector reference = run.graph.reference();
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!run.graph.layout.Has(triad)) continue;
+    const TriadModel<double> model = ModelOf(run.graph, triad);
+    const double strength = WorldVector(triad, reference).norm();
+    const StreamSummary& stream = *poses.Find(triad);
+    double after = 0.0, before = 0.0;
+    std::vector<Eigen::Vector3d> directions;
+    for (std::size_t k = 0; k < run.nodes.size(); ++k) {
+      const GatheredReadings& seen = run.nodes[k].seen(triad);
+      if (seen.count == 0) continue;
+      const double error = NormError(model, seen.mean_raw, strength);
+      const double error_before = seen.mean_raw.norm() * stream.unit.truth_per_raw - strength;
+      after += error * error;
+      before += error_before * error_before;
+      directions.emplace_back(run.attitudes[k].conjugate() *
+                              WorldVector(triad, reference).normalized());
+    }
+    if (directions.empty()) continue;
+    const auto count = static_cast<double>(directions.size());
+    quality->residual_rms[triad] = std::sqrt(after / count);
+    if (!stream.unit.is_counts) quality->residual_rms_before[triad] = std::sqrt(before / count);
+    quality->coverage.push_back(DirectionCoverage(triad, directions));
+  }
+}
+
+double DegreesOfFreedom(const MotionRun& run) {
+  double rows = static_cast<double>(run.graph.priors.size()) - run.graph.layout.free_size();
+  bool tells_heading = false;
+  for (const MotionNode& node : run.nodes) {
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      if (node.seen(triad).count == 0 || !run.graph.layout.Has(triad)) continue;
+      rows += 3.0;
+      tells_heading = tells_heading || triad == Triad::kMagnetometer;
+    }
+    rows += node.is_linked ? 0.0 : -3.0;  // a turn has as many rows as an attitude unknowns
+    if (!node.is_linked && !tells_heading) rows += 1.0;
+  }
+  return rows;
+}
+
+void SayRemarks(const CalibrateOptions& options,
+                const MotionTrack& track,
+                const MotionRun& run,
+                Messages* messages) {
+  messages->push_back("the unit was followed through its motion: a chain of " +
+                      std::to_string(run.nodes.size()) +
+                      Format(" attitudes over %.0f s", track.duration_s()));
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || !(run.noise.correlation[triad] > 1.0)) continue;
+    messages->push_back(
+        std::string(TriadName(triad)) +
+        Format(": residuals hang together from one attitude to the next (%.1f times the variance "
+               "of white noise); weights and σ allow for it",
+               run.noise.correlation[triad]));
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const double ahead_s = track.ahead_s(triad);
+    if (!options.triads[triad].enabled ||
+        !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
+      continue;
+    }
+    messages->push_back(
+        std::string(TriadName(triad)) + Format(": its times are %.2f ", 1e3 * std::abs(ahead_s)) +
+        Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
+        (ahead_s > 0.0 ? "later" : "earlier") + " than the gyroscope's; allowed for");
+  }
+  if (options.triads[Triad::kMagnetometer].enabled &&
+      run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedMagnetometer);
+  }
+  if (run.graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
+    messages->emplace_back(kLeftHandedGyroscope);
+  }
+  if (track.untold() > 0) {
+    messages->push_back(Format("the gyroscope tells nothing for %.2f s in ", track.untold_s()) +
+                        std::to_string(track.untold()) +
+                        " place(s) (gaps, saturation or repeated readings): the chain is broken "
+                        "there");
+  }
+}
+
+// Why a solution cannot be used; unset when it can.
+std::optional<std::string> WhyUnusable(const MotionTrack& track,
+                                       const MotionRun& run,
+                                       const Quality& quality,
+                                       Outcome* outcome) {
+  *outcome = Outcome::kNotConverged;
+  if (track.untold_s() > kMuchUntoldShare * track.duration_s()) {
+    return Format("the gyroscope tells nothing for %.1f s of ", track.untold_s()) +
+           Format(
+               "%.1f s (gaps, saturation or repeated readings): what moved meanwhile is not "
+               "known",
+               track.duration_s());
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!quality.residual_rms[triad]) continue;
+    const double share =
+        *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
+    if (share <= kExplainedShare) continue;
+    return std::string(TriadName(triad)) +
+           Format(
+               ": after the fit the readings still scatter by %.0f %% of the field; this is no "
+               "unit turned in one constant field",
+               100.0 * share);
+  }
+  return std::nullopt;
+}
+
+Status StateMotionVerdict(const PoseSet& poses,
+                          const CalibrateOptions& options,
+                          const MotionTrack& track,
+                          const MotionChain& chain,
+                          MotionRun* run,
+                          Calibration* calibration) {
+  Quality& quality = calibration->quality;
+  PoseGraph& graph = run->graph;
+  graph.nodes = ShownNodes(track, *run);
+  quality.poses = static_cast<int>(run->nodes.size());
+  quality.dof = DegreesOfFreedom(*run);
+  quality.effective_dof = std::numeric_limits<double>::infinity();
+  quality.reduced_chi2 = 2.0 * chain.cost() / quality.dof;
+  quality.reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
+  StateReference(options, graph, &calibration->reference);
+  StateFit(poses, *run, &quality);
+
+  const SharedInformation information(
+      graph.layout, graph.shared, chain.information(), chain.gradient());
+  Observability observability = AnalyseObservability(graph, information, options.observable_sigma);
+  quality.weak_directions = std::move(observability.weak_directions);
+  constexpr std::string_view kAddPoses = "add poses ";
+  for (WeakDirection& weak : quality.weak_directions) {
+    if (weak.advice.starts_with(kAddPoses)) {
+      weak.advice.replace(0, kAddPoses.size(), "keep it in motion longer ");
+    }
+  }
+  PresentedSolution solution = SolvedFrame(graph, information.covariance());
+  StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
+
+  std::optional<std::string> refusal = WhyUnusable(track, *run, quality, &calibration->outcome);
+  if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite()) {
+    refusal = "the numbers left the range that can be computed with; look for absurd readings";
+  } else if (!observability.determined || information.rank() < information.size()) {
+    calibration->outcome = Outcome::kNotObservable;
+    refusal = "the motion does not determine every wanted parameter; see the weak directions";
+  } else if (!refusal && !run->outcome.converged) {
+    refusal = "the optimiser did not converge: the readings do not fit the model from any start";
+  }
+  if (refusal) {
+    calibration->messages.push_back(*refusal);
+    return {};
+  }
+  calibration->outcome = Outcome::kConverged;
+  calibration->covariance = solution.covariance;
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled) continue;
+    TriadCalibration sensor = SensorOf(triad, poses, solution);
+    sensor.noise.source = run->noise.source[triad];
+    const double averaged_s = AveragedTime(track, *run, triad);
+    sensor.noise.sigma = (run->noise.noise.density[triad] / averaged_s).cwiseSqrt();
+    if (run->noise.source[triad] != NoiseSource::kResidual) {
+      const Eigen::Vector3d stated = (run->noise.stated.density[triad] / averaged_s).cwiseSqrt();
+      const Eigen::Vector3d gain = sensor.model.sensitivity.rowwise().norm();
+      sensor.noise.excess_sigma = std::sqrt((sensor.noise.sigma.cwiseAbs2() - stated.cwiseAbs2())
+                                                .cwiseQuotient(gain.cwiseAbs2())
+                                                .cwiseMax(0.0)
+                                                .mean());
+      sensor.noise.sigma = stated;
+    }
+    calibration->sensors[triad] = sensor;
+  }
+  SayRemarks(options, track, *run, &calibration->messages);
+  return StateLimits(options, poses, calibration);
+}
+
+}  // namespace
+
+Status CalibrateMotion(const PoseSet& poses,
+                       const CalibrateOptions& options,
+                       CalibrationSummary* summary) {
+  Calibration& calibration = summary->calibration;
+  const auto refuse = [&](Outcome outcome, const std::string& message) -> Status {
+    calibration.outcome = outcome;
+    calibration.messages.push_back(message);
+    return {};
+  };
+  auto track = MotionTrack::Of(poses, options.triads[Triad::kMagnetometer].enabled);
+  if (!track) return track.error();
+  const auto starts = FindMotionStarts(poses, options, *track);
+  if (!starts) {
+    if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
+    return refuse(Outcome::kNotObservable, starts.error().message);
+  }
+  const double wanted_s = options.motion->spacing_s;
+  const double settling_s = std::max(wanted_s, kSettlingSpacingS);
+  std::optional<MotionRun> best;
+  for (const StartValues& start : *starts) {
+    MotionRun run = FirstFit(poses, options, start, settling_s, &*track);
+    if (!std::isfinite(run.outcome.final_cost)) continue;
+    if (!best || run.outcome.final_cost < best->outcome.final_cost) best = std::move(run);
+  }
+  if (!best) return refuse(Outcome::kNotConverged, "the optimiser failed from every start");
+  MotionRun& run = *best;
+  if (run.graph.layout.free_size() == 0) {
+    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
+  }
+  Settle(options, settling_s, &*track, &run);
+  GatherAgain(options, wanted_s, &*track, &run);
+  MotionChain chain = ChainOf(*track, run);
+  Solve(kMotionTolerance, &chain, &run);
+  summary->rounds = run.rounds;
+  summary->iterations = run.iterations;
+  summary->initial_cost = run.outcome.initial_cost;
+  summary->final_cost = run.outcome.final_cost;
+  return StateMotionVerdict(poses, options, *track, chain, &run, &calibration);
+}
+
+}  // namespace truetriad

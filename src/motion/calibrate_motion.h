@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/problem/options.h"
+#include "truetriad/verdict/summary.h"
+
+namespace truetriad {
+
+// Calibrate for a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors
+// as Calibrate; `summary` holds what is known without any data.
+Status CalibrateMotion(const PoseSet& poses,
+                       const CalibrateOptions& options,
+                       CalibrationSummary* summary);
+
+}  // namespace truetriad

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/motion_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "math/distributions.h"
+#include "problem/start_values.h"
+
+namespace truetriad {
+namespace {
+
+// Median of sqrt(chi^2 / 3) with three degrees of freedom.
+constexpr double kMedianLength = 0.8880;
+// Correlation is believed when it stands out of its sampling error by this factor.
+constexpr double kBelievedCorrelation = 4.0;
+// At most this share of the nodes is searched for correlation.
+constexpr double kLongestLagShare = 0.05;
+
+// Of the signal, where the residuals show none.
+constexpr double kLeastNoise = 1e-9;
+
+// White noise of one reading from second differences, which smooth motion hardly enters; robust.
+Eigen::Vector3d SecondDifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::vector<double> sizes;
+    for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
+      sizes.push_back(
+          std::abs(readings[i - 1][axis] - 2.0 * readings[i][axis] + readings[i + 1][axis]));
+    }
+    // 1.4826 median |e| estimates σ; the difference of white noise has 1 + 4 + 1 times its
+    // variance.
+    if (!sizes.empty()) sigma[axis] = 1.4826 * Median(std::move(sizes)) / std::sqrt(6.0);
+  }
+  return sigma;
+}
+
+// 1 + 2 sum of the autocorrelations, as far as they stay positive in pairs (Geyer 1992); 1 unless
+// that stands out.
+double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
+  const Eigen::Index count = residuals.cols();
+  const double variance = residuals.squaredNorm();
+  if (!(variance > 0.0)) return 1.0;
+  const auto at_lag = [&](Eigen::Index lag) {
+    return (residuals.leftCols(count - lag).array() * residuals.rightCols(count - lag).array())
+               .sum() /
+           variance;
+  };
+  const auto longest = static_cast<Eigen::Index>(kLongestLagShare * static_cast<double>(count));
+  double ratio = 1.0;
+  Eigen::Index lag = 1;
+  for (; lag + 1 <= longest; lag += 2) {
+    const double pair = at_lag(lag) + at_lag(lag + 1);
+    if (pair <= 0.0) break;
+    ratio += 2.0 * pair;
+  }
+  const double sampling = 2.0 * std::sqrt(static_cast<double>(lag) / (3.0 * count));
+  return ratio > 1.0 + kBelievedCorrelation * sampling ? ratio : 1.0;
+}
+
+// Robust weights of one sensor, against the typical length of its residuals.
+void Weigh(const RobustOptions& robust,
+           Triad triad,
+           const MotionChain::Residuals& residuals,
+           std::vector<MotionNode>* nodes) {
+  const auto weight_of = [triad](MotionNode& node) -> double& {
+    return triad == Triad::kGyroscope ? node.weight : node.seen(triad).weight;
+  };
+  std::vector<double> lengths(nodes->size(), 0.0), seen;
+  for (std::size_t k = 0; k < nodes->size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    const double left = residuals.left.col(column).sum();
+    if (!(left > 0.0)) continue;
+    lengths[k] =
+        std::sqrt(residuals.value.col(column).squaredNorm() / left / weight_of((*nodes)[k]));
+    seen.push_back(lengths[k]);
+  }
+  if (seen.empty()) return;
+  const double typical = Median(std::move(seen)) / kMedianLength;
+  for (std::size_t k = 0; k < nodes->size(); ++k) {
+    const double length = lengths[k] / typical;
+    weight_of((*nodes)[k]) = length > robust.scale ? robust.scale / length : 1.0;
+  }
+}
+
+}  // namespace
+
+MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
+                                   const CalibrateOptions& options,
+                                   const StartValues& start,
+                                   const MotionTrack& track) {
+  MotionNoiseState state;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    state.noise.density[triad].setOnes();
+    state.stated.density[triad].setZero();
+    if (!sensor.enabled) continue;
+    const double spacing_s = track.spacing_s(triad);
+    const Eigen::Vector3d gain = start.models[triad]->sensitivity.rowwise().norm();
+    const bool is_stated = sensor.noise_sigma_raw || sensor.allan;
+    if (sensor.noise_sigma_raw) {
+      state.source[triad] = sensor.noise_source;
+      state.stated.density[triad] = spacing_s * sensor.noise_sigma_raw->cwiseAbs2();
+    } else if (sensor.allan) {
+      state.source[triad] = NoiseSource::kAllan;
+      state.stated.density[triad] = sensor.allan->white_density_raw.cwiseAbs2();
+    } else {
+      state.source[triad] = NoiseSource::kResidual;
+      const Eigen::Vector3d sigma = SecondDifferenceSigma(poses.tracks[triad].reading_raw);
+      state.noise.density[triad] = spacing_s * sigma.cwiseAbs2();
+      // Readings without noise still need weights.
+      const double strength =
+          triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
+      state.stated.density[triad] = spacing_s * (kLeastNoise * strength * gain).cwiseAbs2();
+    }
+    if (sensor.excess == ExcessNoise::kGiven) {
+      state.stated.density[triad] +=
+          spacing_s * sensor.excess_sigma * sensor.excess_sigma * gain.cwiseAbs2();
+    }
+    state.noise.density[triad] =
+        is_stated ? state.stated.density[triad]
+                  : state.noise.density[triad].cwiseMax(state.stated.density[triad]).eval();
+    state.is_estimated[triad] = !is_stated || sensor.excess == ExcessNoise::kEstimate;
+  }
+  return state;
+}
+
+double UpdateMotionNoise(const RobustOptions& robust,
+                         const double* shared,
+                         MotionChain* chain,
+                         MotionNoiseState* state) {
+  const PerTriad<MotionChain::Residuals> residuals = chain->AllResiduals(shared);
+  double change = 0.0;
+  for (const Triad triad : kTriads) {
+    const MotionChain::Residuals& of_triad = residuals[triad];
+    const double left = of_triad.left.sum();
+    if (!(left > 0.0)) continue;
+    if (robust.enabled) Weigh(robust, triad, of_triad, &chain->nodes());
+    if (!state->is_estimated[triad]) continue;
+    state->correlation[triad] = LongRunRatio(of_triad.value);
+    Eigen::Vector3d factor = Eigen::Vector3d::Constant(of_triad.value.squaredNorm() / left);
+    if (triad != Triad::kGyroscope) {
+      factor = of_triad.value.rowwise().squaredNorm().cwiseQuotient(
+          of_triad.left.rowwise().sum().cwiseMax(1e-12));
+    }
+    Eigen::Vector3d& density = state->noise.density[triad];
+    const Eigen::Vector3d before = density;
+    density = (state->correlation[triad] * factor.cwiseProduct(density))
+                  .cwiseMax(state->stated.density[triad]);
+    change = std::max(change, (density - before).cwiseAbs().cwiseQuotient(before).maxCoeff());
+  }
+  chain->SetNoise(state->noise, shared);
+  return change;
+}
+
+}  // namespace truetriad

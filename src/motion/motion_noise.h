@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "motion/chain.h"
+#include "problem/start_values.h"
+#include "start/start.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// Where the noise of a tumbling unit's readings comes from. What is stated is of one reading.
+struct MotionNoiseState {
+  MotionNoise noise;   // as used
+  MotionNoise stated;  // what it is at least
+  PerTriad<NoiseSource> source{};
+  PerTriad<bool> is_estimated{};
+  // Long-run over white variance of the residuals: 1 unless they hang together.
+  PerTriad<double> correlation{{1.0, 1.0, 1.0}};
+};
+
+// What the experiment states; else a first guess from how the readings scatter about their
+// neighbours.
+MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
+                                   const CalibrateOptions& options,
+                                   const StartValues& start,
+                                   const MotionTrack& track);
+
+// One round: robust weights, then variances by their residuals over what the attitudes leave of
+// them (Foerstner 1979), times how much the residuals hang together from one attitude to the next:
+// a hand's accelerations are no white noise, and what counts is their density at low frequencies.
+// Never below what is stated. Returns the largest relative change of a density.
+double UpdateMotionNoise(const RobustOptions& robust,
+                         const double* shared,
+                         MotionChain* chain,
+                         MotionNoiseState* state);
+
+}  // namespace truetriad

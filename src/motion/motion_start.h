@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "motion/track.h"
+#include "problem/start_values.h"
+#include "start/start.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// Where the optimiser may start when the unit never rests: short means stand in for rests, as far
+// as the vector sensors go; the gyroscope from how gravity turned in the body. Errors as
+// FindStartValues.
+Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
+                                                  const CalibrateOptions& options,
+                                                  const MotionTrack& track);
+
+// Attitudes of the nodes: carried on by the gyroscope, drawn towards what the vector sensors show.
+std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
+                                               const MotionTrack& track,
+                                               const std::vector<MotionNode>& nodes);
+
+// Attitudes of the nodes of a finer chain from those of a coarser one of the same track.
+std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
+                                               const GyroModel& gyroscope,
+                                               const std::vector<MotionNode>& coarse,
+                                               const std::vector<Eigen::Quaterniond>& attitudes,
+                                               const std::vector<MotionNode>& fine);
+
+}  // namespace truetriad

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "motion/track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "data/gyroscope_faults.h"
+#include "math/distributions.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+// Of times in bursts of equal stamps the mean says more. Zero where no two times differ.
+double UsualSpacing(const std::vector<double>& time_s) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
+  if (steps.empty()) return 0.0;
+  const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(steps.size());
+  const double median_s = Median(std::move(steps));
+  return median_s > 0.0 ? median_s : mean_s;
+}
+
+}  // namespace
+
+Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer) {
+  MotionTrack track;
+  const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
+  const auto missing = [&](Triad triad) {
+    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
+                         " has no two readings at different times; expected a recording of the "
+                         "whole motion");
+  };
+  if (gyroscope.time_ns.size() < 2) return missing(Triad::kGyroscope);
+  const std::int64_t begin_ns = gyroscope.time_ns.front();
+  const auto seconds = [begin_ns](std::int64_t time_ns) {
+    return 1e-9 * static_cast<double>(time_ns - begin_ns);
+  };
+  for (std::size_t i = 0; i < gyroscope.time_ns.size(); ++i) {
+    // Of equal times the first counts.
+    if (i > 0 && gyroscope.time_ns[i] <= gyroscope.time_ns[i - 1]) continue;
+    track.time_s_.push_back(seconds(gyroscope.time_ns[i]));
+    track.rate_raw_.push_back(gyroscope.reading_raw[i]);
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (triad == Triad::kMagnetometer && !has_magnetometer) continue;
+    const ReadingTrack& readings = poses.tracks[triad];
+    if (readings.time_ns.size() < 2) return missing(triad);
+    Vectors& vectors = track.vectors_[triad];
+    for (const std::int64_t time_ns : readings.time_ns) vectors.time_s.push_back(seconds(time_ns));
+    vectors.reading_raw = readings.reading_raw;
+    track.spacing_s_[triad] = UsualSpacing(vectors.time_s);
+    if (!(track.spacing_s_[triad] > 0.0)) return missing(triad);
+  }
+  if (track.time_s_.size() < 2) return missing(Triad::kGyroscope);
+  track.spacing_s_[Triad::kGyroscope] = UsualSpacing(track.time_s_);
+  track.FindUntoldSteps(*poses.Find(Triad::kGyroscope));
+  return track;
+}
+
+void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope) {
+  const std::size_t steps = time_s_.size() - 1;
+  is_untold_.assign(steps, false);
+  const double bridged_s = std::max(kBridgedS, kBridgedSpacings * spacing_s_[Triad::kGyroscope]);
+  for (std::size_t i = 0; i < steps; ++i) {
+    is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s;
+  }
+  const auto mark = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin > 0 ? begin - 1 : 0; i < std::min(end, steps); ++i) {
+      is_untold_[i] = true;
+    }
+  };
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::size_t begin = 0;
+    for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
+      const double value = rate_raw_[begin][axis];
+      if (i < rate_raw_.size() && rate_raw_[i][axis] == value) continue;
+      const bool is_extreme =
+          value == gyroscope.minimum_raw[axis] || value == gyroscope.maximum_raw[axis];
+      if (is_extreme && i - begin >= std::size_t{kSaturatedReadings}) mark(begin, i);
+      begin = i;
+    }
+  }
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= rate_raw_.size(); ++i) {
+    if (i < rate_raw_.size() && rate_raw_[i] == rate_raw_[begin]) continue;
+    if (i - begin >= std::size_t{kStuckReadings}) mark(begin, i);
+    begin = i;
+  }
+  for (std::size_t i = 0; i < steps; ++i) {
+    if (!is_untold_[i]) continue;
+    untold_s_ += time_s_[i + 1] - time_s_[i];
+    if (i == 0 || !is_untold_[i - 1]) ++untold_;
+  }
+}
+
+void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
+  const Vectors& readings = vectors_[Triad::kAccelerometer];
+  const Eigen::Matrix3d correction = accelerometer.Correction();
+  const auto time_of = [&](std::size_t j) {
+    return readings.time_s[j] - ahead_s_[Triad::kAccelerometer];
+  };
+  force_mps2_.resize(time_s_.size());
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < time_s_.size(); ++i) {
+    while (right + 1 < readings.time_s.size() && time_of(right) < time_s_[i]) ++right;
+    const std::size_t left = right > 0 && time_of(right) > time_s_[i] ? right - 1 : right;
+    const double span = time_of(right) - time_of(left);
+    const double share =
+        span > 0.0 ? std::clamp((time_s_[i] - time_of(left)) / span, 0.0, 1.0) : 0.0;
+    force_mps2_[i] = correction * ((1.0 - share) * readings.reading_raw[left] +
+                                   share * readings.reading_raw[right] - accelerometer.bias);
+  }
+}
+
+GyroReadings MotionTrack::Between(const MotionNode& node, const MotionNode& next) const {
+  const std::size_t count = next.reading - node.reading + 1;
+  GyroReadings readings{{&time_s_[node.reading], count}, {&rate_raw_[node.reading], count}, {}};
+  if (!force_mps2_.empty()) readings.force_mps2 = {&force_mps2_[node.reading], count};
+  return readings;
+}
+
+std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
+  const auto every =
+      static_cast<std::size_t>(std::clamp(std::round(spacing_s / spacing_s_[Triad::kGyroscope]),
+                                          1.0,
+                                          static_cast<double>(time_s_.size())));
+  std::vector<MotionNode> nodes;
+  nodes.reserve(time_s_.size() / every + 2);
+  std::size_t since = 0;  // steps from the last node
+  for (std::size_t i = 0; i < time_s_.size(); ++i, ++since) {
+    const bool is_last = i + 1 == time_s_.size();
+    const bool after_break = i > 0 && is_untold_[i - 1];
+    if (!nodes.empty() && since < every && !after_break && !is_last && !is_untold_[i]) continue;
+    if (!nodes.empty()) nodes.back().is_linked = !after_break;
+    nodes.emplace_back().reading = i;
+    since = 0;
+  }
+
+  // Attitude at every reading against the last node before it.
+  std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());
+  const Eigen::Matrix3d correction =
+      gyroscope != nullptr ? gyroscope->triad.Correction() : Eigen::Matrix3d::Zero();
+  const auto rate = [&](std::size_t i) -> Eigen::Vector3d {
+    if (gyroscope == nullptr) return Eigen::Vector3d::Zero();
+    Eigen::Vector3d raw = rate_raw_[i] - gyroscope->triad.bias;
+    if (!force_mps2_.empty()) raw -= gyroscope->g_sensitivity * force_mps2_[i];
+    return correction * raw;
+  };
+  for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+    for (std::size_t i = nodes[k].reading; i + 1 < nodes[k + 1].reading; ++i) {
+      const double half_s = 0.5 * (time_s_[i + 1] - time_s_[i]);
+      turns[i + 1] = turns[i] * RotationExp(half_s * (rate(i) + rate(i + 1)));
+    }
+  }
+  const auto turn_at = [&](std::size_t i, double time_s) {
+    return turns[i] * RotationExp((time_s - time_s_[i]) * rate(i));
+  };
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const Vectors& readings = vectors_[triad];
+    const double reach_s = 0.5 * spacing_s_[Triad::kGyroscope];
+    std::size_t k = 0, i = 0;
+    for (std::size_t j = 0; j < readings.time_s.size(); ++j) {
+      const double time_s = readings.time_s[j] - ahead_s_[triad];
+      if (time_s < time_s_.front() - reach_s || time_s > time_s_.back() + reach_s) continue;
+      while (k + 1 < nodes.size() && TimeOf(nodes[k + 1]) <= time_s) ++k;
+      i = std::max(i, nodes[k].reading);
+      while (i + 1 < time_s_.size() && time_s_[i + 1] <= time_s) ++i;
+      const double since_s = time_s - TimeOf(nodes[k]);
+      const bool has_next = k + 1 < nodes.size();
+      const double until_s = has_next ? TimeOf(nodes[k + 1]) - time_s : 0.0;
+      Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+      MotionNode* node = &nodes[k];
+      if (nodes[k].is_linked) {
+        const Eigen::Quaterniond from_first = turn_at(i, time_s);
+        if (since_s <= until_s) {
+          turn = from_first.conjugate().toRotationMatrix();
+        } else {
+          node = &nodes[k + 1];
+          const std::size_t last = nodes[k + 1].reading - 1;
+          const double half_s = 0.5 * (time_s_[last + 1] - time_s_[last]);
+          const Eigen::Quaterniond whole =
+              turns[last] * RotationExp(half_s * (rate(last) + rate(last + 1)));
+          turn = (from_first.conjugate() * whole).toRotationMatrix();
+        }
+      } else if (std::abs(since_s) > reach_s) {
+        // Where the gyroscope tells nothing a reading belongs to no attitude.
+        if (!has_next || until_s > reach_s) continue;
+        node = &nodes[k + 1];
+      }
+      GatheredReadings& seen = node->seen(triad);
+      seen.mean_raw += readings.reading_raw[j];
+      seen.turn += turn;
+      ++seen.count;
+    }
+    for (MotionNode& node : nodes) {
+      GatheredReadings& seen = node.seen(triad);
+      if (seen.count == 0) continue;
+      seen.mean_raw /= seen.count;
+      seen.turn /= seen.count;
+    }
+  }
+  return nodes;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/gyro_increment.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+
+namespace truetriad {
+
+// Readings of a vector sensor gathered about one attitude of the chain.
+struct GatheredReadings {
+  int count = 0;
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  // Mean of R_reading^T R_node: turns a vector in the body at the node to what the readings saw.
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+  double weight = 1.0;  // robust
+};
+
+// One attitude of the chain, at the time of a reading of the gyroscope.
+struct MotionNode {
+  std::size_t reading = 0;  // of the gyroscope
+  GatheredReadings accelerometer, magnetometer;
+  bool is_linked = false;  // the gyroscope tells the turn to the next node
+  double weight = 1.0;     // robust, of that turn
+
+  const GatheredReadings& seen(Triad triad) const {
+    return triad == Triad::kMagnetometer ? magnetometer : accelerometer;
+  }
+  GatheredReadings& seen(Triad triad) {
+    return triad == Triad::kMagnetometer ? magnetometer : accelerometer;
+  }
+};
+
+// The recording of a tumbling unit: the gyroscope's readings by time, those of the vector sensors
+// beside them.
+class MotionTrack {
+ public:
+  // Error (bad input): a triad without readings.
+  static Result<MotionTrack> Of(const PoseSet& poses, bool has_magnetometer);
+
+  // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
+  // at all). Turns that it does not tell (a gap, saturation, repeated readings) break the chain.
+  std::vector<MotionNode> Gather(double spacing_s, const GyroModel* gyroscope) const;
+
+  // What the gyroscope read from `node` to the one after it.
+  GyroReadings Between(const MotionNode& node, const MotionNode& next) const;
+
+  // By how much a vector sensor's clock is ahead of the gyroscope's, s; zero at first. Gather and
+  // SetForces allow for it.
+  double ahead_s(Triad triad) const { return ahead_s_[triad]; }
+  void set_ahead_s(Triad triad, double ahead_s) { ahead_s_[triad] = ahead_s; }
+
+  // The gyroscope's reading at a node.
+  const Eigen::Vector3d& RateAt(const MotionNode& node) const { return rate_raw_[node.reading]; }
+
+  // The specific force at the gyroscope's readings, for its g-sensitivity.
+  void SetForces(const TriadModel<double>& accelerometer);
+
+  double TimeOf(const MotionNode& node) const { return time_s_[node.reading]; }
+  // Median time between two readings.
+  double spacing_s(Triad triad) const { return spacing_s_[triad]; }
+  double duration_s() const { return time_s_.back() - time_s_.front(); }
+  // Time for which the gyroscope tells nothing, s, and how often.
+  double untold_s() const { return untold_s_; }
+  int untold() const { return untold_; }
+
+ private:
+  struct Vectors {
+    std::vector<double> time_s;
+    std::vector<Eigen::Vector3d> reading_raw;
+  };
+  void FindUntoldSteps(const StreamSummary& gyroscope);
+
+  std::vector<double> time_s_;
+  std::vector<Eigen::Vector3d> rate_raw_, force_mps2_;
+  std::vector<bool> is_untold_;  // the step from this reading to the next
+  PerTriad<Vectors> vectors_;
+  PerTriad<double> spacing_s_{}, ahead_s_{};
+  double untold_s_ = 0.0;
+  int untold_ = 0;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,515 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "noise/noise_settling.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <glog/logging.h>
+
+#include "math/distributions.h"
+#include "problem/graph_builder.h"
+#include "solve/solve_graph.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kMaxNoiseRounds = 15;
+// σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
+constexpr double kSaysNothingRad = 0.2;
+constexpr int kReadmittingRounds = 5;
+// Of the median, see WeighTurnsAtStart.
+constexpr double kWildAtStart = 10.0;
+// Of Gauss-Newton steps between rounds: χ² that one changes the parameters by, when nothing is left
+// of it afterwards; the share of the promised decrease that each must bring.
+constexpr double kSmallStepChi2 = 0.01;
+constexpr double kKeptPromise = 0.5;
+constexpr double kCostRounding = 1e-10;
+constexpr int kMostSteps = 4;
+// Mean change of the weights below which they have settled.
+constexpr double kSettledWeight = 1e-3;
+// Change of an excess variance below which it has settled, as a share of the whole variance.
+constexpr double kSettledExcess = 1e-3;
+// Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
+constexpr double kRejectionLevel = 0.01;
+// Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.
+constexpr int kMinRobustDof = 6;
+// An estimated excess with fewer degrees of freedom than this is not an estimate.
+constexpr double kLeastExcessDof = 0.5;
+// Share of the field strength that an unknown noise starts from.
+constexpr double kFirstNoiseShare = 1e-3;
+
+// Variance of a share of what a component's readings are like.
+double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& graph) {
+  const std::optional<Triad> triad = TriadOf(component);
+  const bool is_field = triad && *triad != Triad::kGyroscope;
+  const double sigma = share * (is_field ? WorldVector(*triad, graph.reference()).norm() : 1.0);
+  return sigma * sigma;
+}
+
+// Without rest noise the excess is all the noise there is, and exact data would drive it to zero.
+ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
+  ExcessVariance floor{};
+  for (const NoiseComponent component : noise.estimated) {
+    if (!noise.IsFromResiduals(component)) continue;
+    floor[component] = ShareOfSignal(kLeastNoiseShare, component, graph);
+  }
+  return floor;
+}
+
+// `system`: the graph at its present state; in the end with the variances found.
+void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
+  noise->estimate = EstimateExcess(
+      noise->estimated, noise->estimate, noise->excess, ExcessFloor(*noise, *graph), graph, system);
+  noise->excess = noise->estimate.variance;
+}
+
+// Whether the residuals hold information on a component's excess.
+bool IsSeen(const NoiseState& noise, const PoseGraph& graph, NoiseComponent component) {
+  return noise.IsFromResiduals(component) ||
+         ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
+}
+
+// The component that the residuals tell least about, of those about which they tell too little.
+std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph& graph) {
+  std::optional<NoiseComponent> least;
+  double least_dof = std::numeric_limits<double>::infinity();
+  for (const NoiseComponent component : noise.estimated) {
+    if (IsSeen(noise, graph, component)) continue;
+    const double dof = ExcessDegreesOfFreedom(noise.estimate, graph, component);
+    if (least && !(dof < least_dof)) continue;
+    least = component;
+    least_dof = dof;
+  }
+  return least;
+}
+
+// Residuals that other unknowns can explain as well (the tilt of a six-face block, say) hold no
+// information on the excess: its estimate would be noise, and so would every σ made from it. One
+// after the other: two that cannot be told apart are one that can be without the other.
+void DropExcessThatIsNotSeen(NoiseState* noise,
+                             PoseGraph* graph,
+                             ReducedSystem* system,
+                             Messages* messages) {
+  while (const auto unseen = LeastSeen(*noise, *graph)) {
+    noise->excess[*unseen] = 0.0;
+    std::erase(noise->estimated, *unseen);
+    messages->push_back(
+        NoiseComponentName(*unseen) +
+        ": these poses hold no information on pose-to-pose noise; σ rests on the noise inside "
+        "rests alone (state `noise: { excess: { sigma: … } }` if you know it)");
+    ApplyExcess(noise->excess, graph);
+    system->Eliminate(*graph);
+    noise->estimate = ExcessEstimate{};
+    if (!noise->estimated.empty()) Estimate(noise, graph, system);
+  }
+}
+
+// A turn of a known angle: what was stated of it, not the excess, is most of its noise.
+bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
+  return test.component == NoiseComponent::kTurn &&
+         graph.increments[test.observation].stated_turn >= 0;
+}
+
+// First guess of each excess: what makes the median deletion test match its χ². Half of the poses
+// may be disturbed without moving it much.
+void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
+  const std::vector<DeletionTest> tests = DeletionTests(*graph, *system);
+  const ExcessVariance floor = ExcessFloor(*noise, *graph);
+  for (const NoiseComponent component : noise->estimated) {
+    std::vector<double> ratios;
+    for (const DeletionTest& test : tests) {
+      if (test.component != component || test.rank == 0 || IsStated(test, *graph)) continue;
+      ratios.push_back(test.chi2 / ChiSquareQuantile(0.5, test.rank));
+    }
+    if (ratios.empty()) continue;
+    const double known = MeanKnownVariance(*graph, component);
+    noise->excess[component] =
+        std::max(Median(ratios) * (known + noise->excess[component]) - known, floor[component]);
+  }
+  ApplyExcess(noise->excess, graph);
+  system->Eliminate(*graph);
+}
+
+bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
+  return a.component != NoiseComponent::kTurn && a.node == b.node;
+}
+
+// The weight of what was tested.
+struct RobustWeight {
+  double& weight;
+  bool& rejected;
+};
+
+RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
+  if (test.component == NoiseComponent::kTurn) {
+    IncrementEdge& edge = graph->increments[test.observation];
+    return {edge.weight, edge.rejected};
+  }
+  Observation& observation = graph->nodes[test.node].observations[test.observation];
+  return {observation.weight, observation.rejected};
+}
+
+// What the robust step makes of one test.
+struct Judgement {
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// Which components of the noise were to be estimated, and those of them where that leaves nothing
+// to tell a disturbed observation by.
+struct UnknownNoise {
+  std::vector<NoiseComponent> components;
+  std::vector<NoiseComponent> unjudged;
+};
+
+bool Contains(const std::vector<NoiseComponent>& components, NoiseComponent component) {
+  return std::find(components.begin(), components.end(), component) != components.end();
+}
+
+// Poses and turns that disagree for the most part are not disturbed: what is off is the excess that
+// they were judged with, which was guessed too small. All of them count until they have shown it.
+void AdmitMajorities(const UnknownNoise& unknown,
+                     const std::vector<DeletionTest>& tests,
+                     const PoseGraph& graph,
+                     std::vector<Judgement>* judgements) {
+  for (const NoiseComponent component : unknown.components) {
+    std::vector<Judgement*> judged;
+    std::ptrdiff_t rejected = 0;
+    for (std::size_t i = 0; i < tests.size(); ++i) {
+      if (tests[i].component != component || IsStated(tests[i], graph)) continue;
+      judged.push_back(&(*judgements)[i]);
+      if (judged.back()->rejected) ++rejected;
+    }
+    if (2 * rejected <= std::ssize(judged) && !Contains(unknown.unjudged, component)) continue;
+    for (Judgement* judgement : judged) *judgement = {};
+  }
+}
+
+bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
+  if (component == NoiseComponent::kTurn) {
+    return std::any_of(graph.increments.begin(),
+                       graph.increments.end(),
+                       [](const IncrementEdge& edge) { return edge.rejected; });
+  }
+  return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const PoseNode& node) {
+    return std::any_of(
+        node.observations.begin(), node.observations.end(), [&](const Observation& seen) {
+          return seen.rejected && ComponentOf(node, seen) == component;
+        });
+  });
+}
+
+// An excess that is not seen once some of its observations are rejected was not known when they
+// were. They return, and that component is judged no more. Returns whether there was any.
+bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
+                               const PoseGraph& graph,
+                               UnknownNoise* unknown) {
+  bool readmits = false;
+  for (const NoiseComponent component : noise.estimated) {
+    if (IsSeen(noise, graph, component) || !HasRejected(component, graph)) continue;
+    if (Contains(unknown->unjudged, component)) continue;
+    unknown->unjudged.push_back(component);
+    readmits = true;
+  }
+  return readmits;
+}
+
+struct WeightChange {
+  bool any = false;
+  bool notable = false;  // of the rejected set or of the weights
+};
+
+// Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
+// `may_readmit`: a rejected observation whose test has become good again returns.
+WeightChange UpdateWeights(const RobustOptions& robust,
+                           const NoiseState& noise,
+                           const UnknownNoise& unknown,
+                           const ReducedSystem& system,
+                           bool may_readmit,
+                           PoseGraph* graph) {
+  const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
+  const double level =
+      kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
+  // A weight that starts at `scale` normal σ must start at the same probability for any rank.
+  std::array<double, 4> huber_limit{};
+  // A scale whose tail a double cannot hold is as good as no loss at all.
+  const double inside = std::min(ChiSquareCdf(robust.scale * robust.scale, 1.0), 1.0 - 1e-12);
+  for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
+    huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
+  }
+  std::array<double, kNoiseComponents> dof{};
+  dof.fill(std::numeric_limits<double>::infinity());
+  for (const NoiseComponent component : noise.estimated) {
+    if (noise.estimate.components.empty()) continue;
+    const double found = ExcessDegreesOfFreedom(noise.estimate, *graph, component);
+    dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
+  }
+
+  std::vector<Judgement> judgements(tests.size());
+  for (std::size_t first = 0; first < tests.size();) {
+    // At one pose the triads share the blame for their disagreement: only the worst goes, and the
+    // others are judged again without it. A turn stands by itself.
+    const bool is_turn = tests[first].component == NoiseComponent::kTurn;
+    std::size_t end = first;
+    std::size_t worst = first;
+    double worst_ratio = -1.0;
+    bool has_rejected = false;
+    for (; end < tests.size() && (is_turn ? end == first : IsSamePose(tests[end], tests[first]));
+         ++end) {
+      has_rejected = has_rejected || WeightOf(tests[end], graph).rejected;
+      const double ratio = tests[end].rank > 0 ? tests[end].chi2 / tests[end].rank : 0.0;
+      if (ratio > worst_ratio) {
+        worst_ratio = ratio;
+        worst = end;
+      }
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      const RobustWeight now = WeightOf(tests[i], graph);
+      Judgement& judgement = judgements[i];
+      if (tests[i].rank > 0) {
+        const double z = std::sqrt(tests[i].chi2);
+        const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
+        if (z > limit) judgement.weight = limit / z;
+        const double nu = dof[static_cast<std::size_t>(tests[i].component)];
+        const double p = std::isfinite(nu)
+                             ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
+                             : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
+        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst));
+      } else {
+        judgement.rejected = now.rejected;
+      }
+      judgement.rejected = judgement.rejected || (now.rejected && !may_readmit);
+      if (judgement.rejected) judgement.weight = kRejectedWeight;
+    }
+    first = end;
+  }
+  AdmitMajorities(unknown, tests, *graph, &judgements);
+
+  bool changed = false;
+  double moved = 0.0;
+  for (std::size_t i = 0; i < tests.size(); ++i) {
+    const RobustWeight now = WeightOf(tests[i], graph);
+    changed = changed || judgements[i].rejected != now.rejected;
+    moved += std::abs(judgements[i].weight - now.weight);
+    now.rejected = judgements[i].rejected;
+    now.weight = judgements[i].weight;
+  }
+  return {changed || moved > 0.0,
+          changed || moved > kSettledWeight * static_cast<double>(tests.size())};
+}
+
+// Takes Gauss-Newton steps from a system that was made at the graph's state until nothing is left
+// to go, as long as each does what it promises; false, and nothing changed, where one does not. In
+// the end `system` is the graph's. The last solution is the optimiser's in any case.
+bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
+  const PoseGraph before = *graph;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const double chi2 = system->step().dot(system->information() * system->step());
+    if (!std::isfinite(chi2) || system->rank() < system->size()) break;
+    const double cost = system->cost();
+    system->TakeStep(system->step(), graph);
+    *system = ReducedSystem(*graph);
+    const double rounding = kCostRounding * cost;
+    if (!(cost - system->cost() > kKeptPromise * 0.5 * chi2 - rounding)) break;
+    if (chi2 < kSmallStepChi2) return true;
+  }
+  *graph = before;
+  return false;
+}
+
+}  // namespace
+
+NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Messages* messages) {
+  NoiseState noise;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled) continue;
+    int seen = 0;
+    int with_covariance = 0;
+    const auto count = [&](const StaticPose& pose) {
+      if (!pose.triads[triad]) return;
+      ++seen;
+      if (pose.triads[triad]->has_covariance) ++with_covariance;
+    };
+    for (const StaticPose& pose : poses.poses) count(pose);
+    for (const KnownRate& rate : poses.rates) {
+      if (triad == Triad::kGyroscope) count(rate.means);
+    }
+    const bool all_have_covariance = with_covariance == seen;
+    const bool stated = sensor.noise_sigma_raw || sensor.allan;
+    if (!all_have_covariance && with_covariance > 0 && !stated) {
+      messages->push_back(
+          std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) + " of " +
+          std::to_string(seen) +
+          " poses state no sigma; those of the others are not used, noise comes from the "
+          "residuals");
+    }
+    if (sensor.noise_sigma_raw) {
+      noise.source[triad] = sensor.noise_source;
+    } else if (sensor.allan) {
+      noise.source[triad] = NoiseSource::kAllan;
+    } else {
+      noise.source[triad] = all_have_covariance ? NoiseSource::kStatic : NoiseSource::kResidual;
+    }
+    if (noise.source[triad] == NoiseSource::kResidual || sensor.excess == ExcessNoise::kEstimate) {
+      noise.estimated.push_back(PoseNoise(triad));
+      if (triad != Triad::kGyroscope) continue;
+      if (!poses.rates.empty()) noise.estimated.push_back(NoiseComponent::kRate);
+      if (!poses.moves.empty() && !options.HasGyroscopeAlone()) {
+        noise.estimated.push_back(NoiseComponent::kTurn);
+      }
+    } else if (sensor.excess == ExcessNoise::kGiven) {
+      noise.excess[triad] = sensor.excess_sigma * sensor.excess_sigma;
+    }
+  }
+  return noise;
+}
+
+void StartNoise(NoiseState* noise, PoseGraph* graph) {
+  for (const NoiseComponent component : noise->estimated) {
+    if (!noise->IsFromResiduals(component)) continue;
+    noise->excess[component] = ShareOfSignal(kFirstNoiseShare, component, *graph);
+  }
+  ApplyExcess(noise->excess, graph);
+}
+
+void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
+  if (!robust.enabled || graph->increments.empty()) return;
+  std::vector<double> sizes;
+  for (const IncrementEdge& edge : graph->increments) {
+    Eigen::Vector3d residual;
+    edge.Evaluate(graph->layout,
+                  graph->shared.data(),
+                  graph->nodes[edge.from].state.data(),
+                  graph->nodes[edge.from + 1].state.data(),
+                  &residual,
+                  nullptr,
+                  nullptr,
+                  nullptr);
+    sizes.push_back(residual.norm());
+  }
+  const double wild_rad = kWildAtStart * Median(sizes);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    IncrementEdge& edge = graph->increments[i];
+    if (edge.stated_turn >= 0 || !(sizes[i] > wild_rad)) continue;
+    edge.weight = std::max(wild_rad * wild_rad / (sizes[i] * sizes[i]), kRejectedWeight);
+  }
+}
+
+void SolveLog::Solve(double tolerance, PoseGraph* graph) {
+  const SolveOutcome outcome = SolveGraph(graph, tolerance);
+  VLOG(1) << outcome.iterations << " iterations, cost " << outcome.initial_cost << " -> "
+          << outcome.final_cost;
+  if (initial_cost < 0.0) initial_cost = outcome.initial_cost;
+  iterations += outcome.iterations;
+  final_cost = outcome.final_cost;
+  converged = outcome.converged;
+}
+
+double RejectedFrom(std::size_t tests) {
+  const double level = kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests, 1));
+  return std::sqrt(ChiSquareQuantile(1.0 - level, 1.0));
+}
+
+double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
+  double dof = static_cast<double>(graph.priors.size()) - system.rank();
+  for (const PoseNode& node : graph.nodes) {
+    dof += node.row_count() - node.tangent_size();
+    for (const Observation& observation : node.observations) {
+      if (!observation.rejected) continue;
+      // A rejected triad takes its rows along; a rotation that loses it keeps only a direction.
+      dof -= node.kind == PoseKind::kRotation && !node.has_attitude_prior ? 2 : 3;
+      if (node.kind == PoseKind::kDirection) dof += 2;
+    }
+  }
+  for (const PoseNode& node : graph.nodes) {
+    if (node.role == PoseRole::kTurnAxis) dof -= 1.0;  // the row along the axis says nothing
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.rejected) continue;
+    // Nor do those across the axis of a broken turn.
+    const bool is_broken = edge.stated_covariance.trace() > kSaysNothingRad * kSaysNothingRad;
+    dof += is_broken ? 1.0 : 3.0;
+  }
+  return dof;
+}
+
+int SettleNoise(const RobustOptions& robust,
+                NoiseState* noise,
+                PoseGraph* graph,
+                SolveLog* log,
+                Messages* messages) {
+  ApplyExcess(noise->excess, graph);
+  ReducedSystem system(*graph);
+  UnknownNoise unknown{noise->estimated, {}};
+  const double dof = ResidualDof(*graph, system);
+  const bool weighs = robust.enabled && dof >= kMinRobustDof;
+  if (robust.enabled && !weighs) {
+    messages->push_back(
+        Format("few residual degrees of freedom (%.0f): a disturbed pose could not be told from a "
+               "good one, none was looked for",
+               dof));
+  }
+  if (dof < 1.0) {
+    if (!noise->estimated.empty()) {
+      messages->emplace_back(
+          "no residual degrees of freedom: pose-to-pose noise could not be estimated, σ rests on "
+          "the noise inside rests alone");
+    }
+    for (const NoiseComponent component : noise->estimated) {
+      const bool from_residuals = noise->IsFromResiduals(component);
+      noise->unknown = noise->unknown || from_residuals;
+      if (!from_residuals) noise->excess[component] = 0.0;
+    }
+    noise->estimated.clear();
+  }
+  if (!weighs && noise->estimated.empty()) {
+    ApplyExcess(noise->excess, graph);
+    log->Solve(kFinalTolerance, graph);
+    return 0;
+  }
+  if (weighs) GuessExcessFromMedians(noise, graph, &system);
+  int rounds = 0;
+  for (int round = 0; round < kMaxNoiseRounds; ++round) {
+    ++rounds;
+    // Late in the day borderline observations could come and go for ever.
+    WeightChange weights;
+    if (weighs) {
+      weights = UpdateWeights(robust, *noise, unknown, system, round < kReadmittingRounds, graph);
+    }
+    if (weights.any) system.Eliminate(*graph);
+    if (!TakeSteps(graph, &system)) {
+      log->Solve(kRoundTolerance, graph);
+      // A direction that nothing determines: more rounds would only creep along it.
+      if (!log->converged) {
+        StateCurvatures(*graph, system, &noise->estimate);
+        return rounds;
+      }
+      ApplyExcess(noise->excess, graph);
+      system = ReducedSystem(*graph);
+    }
+    const ExcessVariance before = noise->excess;
+    if (!noise->estimated.empty()) {
+      Estimate(noise, graph, &system);
+      if (weighs && ReadmitWhatCannotBeJudged(*noise, *graph, &unknown)) continue;
+      DropExcessThatIsNotSeen(noise, graph, &system, messages);
+    }
+    bool excess_changed = false;
+    for (const NoiseComponent component : noise->estimated) {
+      const double total = noise->excess[component] + MeanKnownVariance(*graph, component);
+      excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
+                                             kSettledExcess * total;
+    }
+    if (!weights.notable && !excess_changed) break;
+  }
+  StateCurvatures(*graph, system, &noise->estimate);
+  log->Solve(kFinalTolerance, graph);
+  return rounds;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "base/messages.h"
+#include "noise/variance_components.h"
+#include "problem/graph.h"
+#include "solve/reduced_system.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// What is known of the noise that weights the observations, and how.
+struct NoiseState {
+  PerTriad<NoiseSource> source{};
+  std::vector<NoiseComponent> estimated;  // whose excess is estimated
+  ExcessVariance excess{};
+  ExcessEstimate estimate;
+  bool unknown = false;  // residuals were to show it, and there are none
+
+  // All the noise of this component there is comes from the residuals.
+  bool IsFromResiduals(NoiseComponent component) const {
+    if (component == NoiseComponent::kRate) component = NoiseComponent::kGyroscope;
+    const std::optional<Triad> triad = TriadOf(component);
+    return triad && source[*triad] == NoiseSource::kResidual;
+  }
+};
+
+// Where each triad's rest noise comes from, and whether its excess is estimated.
+NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Messages* messages);
+
+// Before anything is known of the excess: what keeps triads without rest noise balanced against
+// each other. Sets the graph's variances.
+void StartNoise(NoiseState* noise, PoseGraph* graph);
+
+// Gives little weight to turns that contradict the poses at the start many times more than turns
+// do by and large: a few would pull the first solution far away. UpdateWeights judges them anew.
+void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph);
+
+// The optimisations of a run, added up.
+struct SolveLog {
+  bool converged = false;  // the last one
+  int iterations = 0;
+  double initial_cost = -1.0;  // of the first one
+  double final_cost = -1.0;
+
+  void Solve(double tolerance, PoseGraph* graph);
+};
+
+// The σ of one normal number from which on the robust step leaves out one of so many.
+double RejectedFrom(std::size_t tests);
+
+// Rows and priors less unknowns; rejected observations do not count.
+double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
+
+// The robust step, the excess noise and the solution, in turn until nothing changes. Returns the
+// number of rounds.
+int SettleNoise(const RobustOptions& robust,
+                NoiseState* noise,
+                PoseGraph* graph,
+                SolveLog* log,
+                Messages* messages);
+
+}  // namespace truetriad

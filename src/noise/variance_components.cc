@@ -1,0 +1,590 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "noise/variance_components.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace truetriad {
+namespace {
+
+constexpr int kMaxScoringSteps = 60;
+// Of a variance's own σ.
+constexpr double kSettledScoring = 1e-4;
+// Of a variance: a step as short as this is taken by Newton's method, and the expected information
+// is worked out anew when a variance has changed by more.
+constexpr double kNearOptimum = 0.3;
+constexpr double kMostShrinking = 0.95;
+
+// Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
+struct VariancePart {
+  std::size_t factor = 0;
+  Eigen::Index row = 0;
+  NoiseComponent component = NoiseComponent::kAccelerometer;
+  std::size_t index = 0;  // of the observation in its node, or of the increment
+  Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// All of them, in the order of the factors. `unit` is at the graph's sensitivities.
+std::vector<VariancePart> PartsOf(const PoseGraph& graph) {
+  PerTriad<Eigen::Matrix3d> unit;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    unit[triad] = graph.sensitivity(triad) * graph.sensitivity(triad).transpose();
+  }
+  std::vector<VariancePart> parts;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::vector<Observation>& observations = graph.nodes[k].observations;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const Observation& seen = observations[i];
+      const std::optional<NoiseComponent> component = ComponentOf(graph.nodes[k], seen);
+      if (!component) continue;
+      parts.push_back({k,
+                       static_cast<Eigen::Index>(3 * i),
+                       *component,
+                       i,
+                       unit[seen.triad],
+                       seen.variance,
+                       seen.weight,
+                       seen.rejected});
+    }
+  }
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    parts.push_back({graph.nodes.size() + i,
+                     0,
+                     NoiseComponent::kTurn,
+                     i,
+                     Eigen::Matrix3d::Identity(),
+                     edge.variance,
+                     edge.weight,
+                     edge.rejected});
+  }
+  return parts;
+}
+
+}  // namespace
+
+std::string NoiseComponentName(NoiseComponent component) {
+  const std::optional<Triad> triad = TriadOf(component);
+  if (triad) return std::string(TriadName(*triad));
+  return component == NoiseComponent::kRate ? "rates" : "turns";
+}
+
+std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation) {
+  if (node.role == PoseRole::kRate) return NoiseComponent::kRate;
+  if (node.role == PoseRole::kRest) return PoseNoise(observation.triad);
+  return std::nullopt;
+}
+
+double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component) {
+  double sum = 0.0;
+  int count = 0;
+  if (component == NoiseComponent::kTurn) {
+    for (const IncrementEdge& edge : graph.increments) {
+      if (edge.rejected || edge.stated_turn >= 0) continue;
+      sum += edge.increment.covariance.trace() / 3.0;
+      ++count;
+    }
+  }
+  PerTriad<Eigen::Matrix3d> correction;
+  for (const Triad triad : kTriads) {
+    if (graph.layout.Has(triad)) correction[triad] = graph.sensitivity(triad).inverse();
+  }
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      if (ComponentOf(node, seen) != component || seen.rejected) continue;
+      const Eigen::Matrix3d& C = correction[seen.triad];
+      sum += (C * seen.rest_covariance * C.transpose() + seen.rate_covariance).trace() / 3.0;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
+void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
+  PerTriad<Eigen::Matrix3d> unit;
+  for (const Triad triad : kTriads) {
+    if (!graph->layout.Has(triad)) continue;
+    unit[triad] = graph->sensitivity(triad) * graph->sensitivity(triad).transpose();
+  }
+  for (PoseNode& node : graph->nodes) {
+    for (Observation& observation : node.observations) {
+      const std::optional<NoiseComponent> component = ComponentOf(node, observation);
+      observation.variance = observation.rest_covariance +
+                             (component ? excess[*component] : 0.0) * unit[observation.triad];
+      if (node.role == PoseRole::kRest) continue;
+      const Eigen::Matrix3d sensitivity = graph->sensitivity(observation.triad);
+      observation.variance += sensitivity * observation.rate_covariance * sensitivity.transpose();
+    }
+  }
+  for (IncrementEdge& edge : graph->increments) {
+    edge.variance = edge.increment.covariance + edge.stated_covariance +
+                    excess[NoiseComponent::kTurn] * Eigen::Matrix3d::Identity();
+  }
+}
+
+namespace {
+
+// Rows of D J that have one variance, component by component, and Z_s D J.
+class ComponentRows {
+ public:
+  using Change = ReducedSystem::VarianceChange;
+
+  ComponentRows(const std::vector<NoiseComponent>& components, const PoseGraph& graph)
+      : changes_(components.size()), rows_(components.size()), ZB_(components.size()) {
+    for (const VariancePart& part : PartsOf(graph)) {
+      const auto at = std::find(components.begin(), components.end(), part.component);
+      if (part.rejected || at == components.end()) continue;
+      changes_[static_cast<std::size_t>(at - components.begin())].push_back(
+          {part.factor, part.row, part.unit / part.weight});
+    }
+    for (const std::vector<Change>& of_one : changes_) {
+      all_.insert(all_.end(), of_one.begin(), of_one.end());
+    }
+  }
+
+  // Takes the rows from a system that was eliminated anew.
+  void Take(const ReducedSystem& system) {
+    const auto B = system.B();
+    for (std::size_t s = 0; s < changes_.size(); ++s) {
+      const Eigen::Index count = 3 * static_cast<Eigen::Index>(changes_[s].size());
+      rows_[s].resize(count, B.cols());
+      ZB_[s].resize(count, B.cols());
+      Eigen::Index at = 0;
+      for (const Change& change : changes_[s]) {
+        const auto own = B.middleRows<3>(RowOf(change, system));
+        rows_[s].middleRows<3>(at) = own;
+        ZB_[s].middleRows<3>(at).setZero();
+        AddProduct(1.0, change.change, own, ZB_[s].middleRows<3>(at));
+        at += 3;
+      }
+    }
+  }
+
+  // C_s, see ExcessEstimate.
+  Eigen::MatrixXd Sensitivity(std::size_t s) const { return SymmetricProduct(rows_[s], ZB_[s]); }
+
+  // D Z_t D J, all rows.
+  StackedRows Projected(std::size_t t, const ReducedSystem& system) const {
+    StackedRows all = StackedRows::Zero(system.residual().size(), ZB_[t].cols());
+    Eigen::Index at = 0;
+    for (const Change& change : changes_[t]) {
+      all.middleRows<3>(RowOf(change, system)) = ZB_[t].middleRows<3>(at);
+      at += 3;
+    }
+    return system.Project(all);
+  }
+
+  // The component's rows of such a matrix.
+  StackedRows RowsOf(std::size_t s, const StackedRows& all, const ReducedSystem& system) const {
+    StackedRows own(ZB_[s].rows(), all.cols());
+    Eigen::Index at = 0;
+    for (const Change& change : changes_[s]) {
+      own.middleRows<3>(at) = all.middleRows<3>(RowOf(change, system));
+      at += 3;
+    }
+    return own;
+  }
+
+  static Eigen::Index RowOf(const Change& change, const ReducedSystem& system) {
+    return system.factors()[change.factor].row + change.row;
+  }
+
+  std::size_t size() const { return changes_.size(); }
+  const std::vector<Change>& changes(std::size_t s) const { return changes_[s]; }
+  const std::vector<Change>& all_changes() const { return all_; }
+  const StackedRows& ZB(std::size_t s) const { return ZB_[s]; }
+
+ private:
+  std::vector<std::vector<Change>> changes_;
+  std::vector<Change> all_;
+  std::vector<StackedRows> rows_, ZB_;
+};
+
+// Score of the components and their average information, the mean of the observed and the expected
+// one but for a term that vanishes: 1/2 r^T P Z_s P Z_t P r. Gilmour, Thompson and Cullis 1995.
+void ScoreOf(const ComponentRows& rows,
+             const ReducedSystem& system,
+             Eigen::VectorXd* score,
+             Eigen::MatrixXd* average) {
+  const Eigen::Index count = score->size();
+  StackedRows Zq = StackedRows::Zero(system.residual().size(), count);  // Z_s P r
+  for (Eigen::Index s = 0; s < count; ++s) {
+    double sum = 0.0;
+    for (const ReducedSystem::VarianceChange& change : rows.changes(static_cast<std::size_t>(s))) {
+      const Eigen::Index row = ComponentRows::RowOf(change, system);
+      const Eigen::Vector3d q = system.projected().segment<3>(row);
+      const Eigen::Vector3d changed = change.change * q;
+      Zq.block<3, 1>(row, s) = changed;
+      sum += q.dot(changed) -
+             system.ProjectorBlock(change.factor, change.row).cwiseProduct(change.change).sum();
+    }
+    (*score)[s] = 0.5 * sum;
+  }
+  const Eigen::MatrixXd shared = system.B().transpose() * Zq;
+  *average = 0.5 * (Zq.transpose() * system.Project(Zq) -
+                    shared.transpose() * (system.covariance() * shared));
+}
+
+// D Z_s D J of every component.
+std::vector<StackedRows> AllProjected(const ComponentRows& rows, const ReducedSystem& system) {
+  std::vector<StackedRows> all;
+  for (std::size_t s = 0; s < rows.size(); ++s) all.push_back(rows.Projected(s, system));
+  return all;
+}
+
+// Fisher information of the components; `rows` are those of `system`.
+Eigen::MatrixXd FisherOf(const ComponentRows& rows,
+                         const std::vector<StackedRows>& all_projected,
+                         const ReducedSystem& system) {
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  std::vector<Eigen::MatrixXd> MC;  // M^-1 C_s
+  for (std::size_t s = 0; s < rows.size(); ++s) {
+    MC.emplace_back(system.covariance() * rows.Sensitivity(s));
+  }
+  Eigen::MatrixXd fisher(count, count);
+  for (Eigen::Index t = 0; t < count; ++t) {
+    const auto second = static_cast<std::size_t>(t);
+    // tr(D Z_s D Z_t) is minus what tr(D Z_s) changes by when V changes by Z_t.
+    const std::vector<Eigen::Matrix3d> derivative =
+        system.ProjectorDerivative(rows.changes(second), rows.all_changes());
+    const StackedRows& projected = all_projected[second];
+    std::size_t listed = 0;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const auto first = static_cast<std::size_t>(s);
+      double sum = 0.0;
+      for (const ReducedSystem::VarianceChange& change : rows.changes(first)) {
+        sum -= derivative[listed++].cwiseProduct(change.change).sum();
+        if (s < t) continue;
+        const Eigen::Index row = ComponentRows::RowOf(change, system);
+        const Eigen::Matrix3d inner =
+            system.BM().middleRows<3>(row).lazyProduct(projected.middleRows<3>(row).transpose());
+        sum -= 2.0 * inner.cwiseProduct(change.change).sum();
+      }
+      if (s < t) continue;
+      sum += MC[first].cwiseProduct(MC[second].transpose()).sum();
+      fisher(s, t) = fisher(t, s) = 0.5 * sum;
+    }
+  }
+  return fisher;
+}
+
+// Whether information about variances that were like `from` says something where they are `to`.
+bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
+  const Eigen::ArrayXd ratio = (from.array() / to.array()).log();
+  return ratio.abs().maxCoeff() < kNearOptimum;
+}
+
+// The information of a variance goes with its inverse square, to first order.
+Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
+                         const Eigen::VectorXd& from,
+                         const Eigen::VectorXd& to) {
+  const Eigen::VectorXd ratio = from.cwiseQuotient(to);
+  return ratio.asDiagonal() * information * ratio.asDiagonal();
+}
+
+// What brings the diagonal of an information matrix to one: variances of turns (rad^2) and of
+// magnetometers (uT^2) differ by so much that elimination would take the smaller pivots for zeros.
+Eigen::VectorXd Balance(const Eigen::MatrixXd& information) {
+  Eigen::VectorXd balance(information.rows());
+  for (Eigen::Index s = 0; s < balance.size(); ++s) {
+    const double own = information(s, s);
+    balance[s] = own > 0.0 ? 1.0 / std::sqrt(own) : 1.0;
+  }
+  return balance;
+}
+
+Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information) {
+  const Eigen::VectorXd balance = Balance(information);
+  const Eigen::MatrixXd balanced = balance.asDiagonal() * information * balance.asDiagonal();
+  return balance.asDiagonal() * balanced.fullPivLu().inverse() * balance.asDiagonal();
+}
+
+// The step to the maximum of a likelihood with this score and information that takes no component
+// below its limit (≤ 0): those that it would take there stand on it, the others follow.
+Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
+                          const Eigen::MatrixXd& information,
+                          const Eigen::VectorXd& score) {
+  const Eigen::Index count = score.size();
+  std::vector<bool> stands(static_cast<std::size_t>(count), false);
+  for (;;) {
+    Eigen::MatrixXd matrix = information;
+    Eigen::VectorXd right = score;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      if (!stands[static_cast<std::size_t>(s)]) continue;
+      matrix.row(s).setZero();
+      matrix(s, s) = 1.0;
+      right[s] = limit[s];
+    }
+    Eigen::VectorXd step = matrix.fullPivLu().solve(right);
+    bool is_done = true;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      if (stands[at] || !(step[s] < limit[s])) continue;
+      stands[at] = true;
+      is_done = false;
+    }
+    if (is_done) return step;
+  }
+}
+
+}  // namespace
+
+ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
+                              const ExcessEstimate& before,
+                              const ExcessVariance& start,
+                              const ExcessVariance& floor,
+                              PoseGraph* graph,
+                              ReducedSystem* system) {
+  ExcessEstimate estimate;
+  estimate.variance = start;
+  estimate.components = components;
+  const auto count = static_cast<Eigen::Index>(components.size());
+  ComponentRows rows(components, *graph);
+  Eigen::VectorXd known(count);
+  for (Eigen::Index s = 0; s < count; ++s) {
+    known[s] = MeanKnownVariance(*graph, components[static_cast<std::size_t>(s)]);
+  }
+  const auto totals = [&](const ExcessVariance& variance) {
+    Eigen::VectorXd all = known;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      all[s] += variance[components[static_cast<std::size_t>(s)]];
+    }
+    return all;
+  };
+  Eigen::MatrixXd fisher;  // at the variances `fisher_at`
+  Eigen::VectorXd fisher_at;
+  if (before.components == components) {
+    fisher = before.fisher;
+    fisher_at = totals(before.variance);
+  }
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
+  Eigen::MatrixXd average;
+  double last_change = 0.0;
+  for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
+    if (iteration > 0) {
+      ApplyExcess(estimate.variance, graph);
+      system->Eliminate(*graph);
+    }
+    ScoreOf(rows, *system, &score, &average);
+    const Eigen::VectorXd total = totals(estimate.variance);
+    // Steps overshoot far from the optimum: at most to a twentieth of the whole.
+    Eigen::VectorXd limit(count);
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const NoiseComponent component = components[static_cast<std::size_t>(s)];
+      limit[s] =
+          std::max(floor[component] - estimate.variance[component], -kMostShrinking * total[s]);
+    }
+    // Newton's step near the optimum, where the expected information is known already: the observed
+    // one is twice the average less the expected. Fisher's step from further away.
+    Eigen::VectorXd step;
+    if (fisher.size() > 0 && IsNear(fisher_at, total)) {
+      const Eigen::MatrixXd observed = 2.0 * average - Rescaled(fisher, fisher_at, total);
+      const bool is_convex = observed.llt().info() == Eigen::Success;
+      step = StepAbove(limit, is_convex ? observed : average, score);
+    }
+    if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
+      rows.Take(*system);
+      fisher = FisherOf(rows, AllProjected(rows, *system), *system);
+      fisher_at = total;
+      step = StepAbove(limit, fisher, score);
+    }
+    const Eigen::MatrixXd expected = Rescaled(fisher, fisher_at, total);
+    double largest_change = 0.0;
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const NoiseComponent component = components[static_cast<std::size_t>(s)];
+      double& variance = estimate.variance[component];
+      const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
+      double next = variance + step[s];
+      if (next < 1e-9 * sigma) next = 0.0;
+      next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
+      largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
+      variance = next;
+    }
+    // What is still to come, if the steps go on shrinking as they did.
+    const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
+    if (!(largest_change * contraction > kSettledScoring)) break;
+    last_change = largest_change;
+  }
+  ApplyExcess(estimate.variance, graph);
+  system->Eliminate(*graph);
+  const Eigen::VectorXd total = totals(estimate.variance);
+  if (IsNear(fisher_at, total)) {
+    estimate.fisher = Rescaled(fisher, fisher_at, total);
+  } else {
+    rows.Take(*system);
+    estimate.fisher = FisherOf(rows, AllProjected(rows, *system), *system);
+  }
+  estimate.covariance = BalancedInverse(estimate.fisher);
+  return estimate;
+}
+
+void StateCurvatures(const PoseGraph& graph,
+                     const ReducedSystem& system,
+                     ExcessEstimate* estimate) {
+  const std::size_t count = estimate->components.size();
+  if (count == 0) return;
+  ComponentRows rows(estimate->components, graph);
+  rows.Take(system);
+  const std::vector<StackedRows> projected = AllProjected(rows, system);
+  estimate->fisher = FisherOf(rows, projected, system);
+  estimate->covariance = BalancedInverse(estimate->fisher);
+  estimate->sensitivities.clear();
+  for (std::size_t s = 0; s < count; ++s) {
+    estimate->sensitivities.push_back(rows.Sensitivity(s));
+  }
+  estimate->curvatures.resize(count * count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const Eigen::MatrixXd through = system.covariance() * estimate->sensitivities[t];
+    for (std::size_t s = t; s < count; ++s) {
+      Eigen::MatrixXd& pair = estimate->curvatures[s * count + t];
+      pair = TransposedProduct(rows.ZB(s), rows.RowsOf(s, projected[t], system));
+      pair -= estimate->sensitivities[s] * through;
+      if (s != t) estimate->curvatures[t * count + s] = pair.transpose();
+    }
+  }
+}
+
+Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system) {
+  Eigen::MatrixXd inner = Eigen::MatrixXd::Zero(system.size(), system.size());
+  const auto count = static_cast<Eigen::Index>(estimate.components.size());
+  for (Eigen::Index s = 0; s < count; ++s) {
+    for (Eigen::Index t = 0; t < count; ++t) {
+      inner +=
+          estimate.covariance(s, t) * estimate.curvatures[static_cast<std::size_t>(s * count + t)];
+    }
+  }
+  return system.covariance() +
+         system.covariance() * (inner + inner.transpose()) * system.covariance();
+}
+
+double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
+                              const PoseGraph& graph,
+                              NoiseComponent component) {
+  const auto at = std::find(estimate.components.begin(), estimate.components.end(), component);
+  if (at == estimate.components.end()) return std::numeric_limits<double>::infinity();
+  const auto s = at - estimate.components.begin();
+  const double total = estimate.variance[component] + MeanKnownVariance(graph, component);
+  return 2.0 * total * total / estimate.covariance(s, s);
+}
+
+namespace {
+
+// `changes`: relative change of the tested parameters' covariance with each variance.
+JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
+                          const std::vector<Eigen::MatrixXd>& changes,
+                          double q) {
+  JointTest test;
+  double a1 = 0.0;
+  double a2 = 0.0;
+  for (std::size_t s = 0; s < changes.size(); ++s) {
+    for (std::size_t t = 0; t < changes.size(); ++t) {
+      const double weight =
+          variance_covariance(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(t));
+      a1 += weight * changes[s].trace() * changes[t].trace();
+      a2 += weight * (changes[s] * changes[t]).trace();
+    }
+  }
+  // Nothing was estimated, or nothing that matters: χ².
+  if (!(a2 > 1e-12 * q)) return test;
+  const double b = (a1 + 6.0 * a2) / (2.0 * q);
+  const double g = ((q + 1.0) * a1 - (q + 4.0) * a2) / ((q + 2.0) * a2);
+  const double d = 3.0 * q + 2.0 * (1.0 - g);
+  const double c1 = g / d;
+  const double c2 = (q - g) / d;
+  const double c3 = (q + 2.0 - g) / d;
+  // The moments are expansions for many degrees of freedom; where they break down there are few.
+  const double mean_inverse = 1.0 - a2 / q;
+  const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
+  if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {
+    const double mean = 1.0 / mean_inverse;
+    const double variance = 2.0 / q * (1.0 + c1 * b) / spread;
+    const double rho = variance / (2.0 * mean * mean);
+    // An F distribution with a variance has more than four; anything else is the expansion's fault.
+    if (q * rho > 1.0) {
+      test.dof = 4.0 + (q + 2.0) / (q * rho - 1.0);
+      test.scale = std::min(1.0, test.dof / (mean * (test.dof - 2.0)));
+      return test;
+    }
+  }
+  test.dof = std::max(1.0, 2.0 * q * q / std::max(a1, 2.0 * q * a2));
+  return test;
+}
+
+}  // namespace
+
+JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
+  std::vector<Eigen::MatrixXd> changes;
+  for (const Eigen::MatrixXd& sensitivity : estimate.sensitivities) {
+    changes.emplace_back(system.covariance() * sensitivity);
+  }
+  return ApproximateTest(estimate.covariance, changes, system.size());
+}
+
+JointTest KenwardRogerTest(const ExcessEstimate& estimate,
+                           const ReducedSystem& system,
+                           const PoseGraph& graph,
+                           const Eigen::MatrixXd& tested) {
+  const Eigen::MatrixXd covariance = system.covariance() * tested;
+  const Eigen::FullPivLU<Eigen::MatrixXd> own(tested.transpose() * covariance);
+  std::vector<Eigen::MatrixXd> changes(estimate.components.size(),
+                                       Eigen::MatrixXd::Zero(tested.cols(), tested.cols()));
+  for (const VariancePart& part : PartsOf(graph)) {
+    const auto at =
+        std::find(estimate.components.begin(), estimate.components.end(), part.component);
+    if (part.rejected || at == estimate.components.end()) continue;
+    const Eigen::MatrixXd rows =
+        system.B().middleRows<3>(system.factors()[part.factor].row + part.row) * covariance;
+    changes[static_cast<std::size_t>(at - estimate.components.begin())] +=
+        rows.transpose() * part.unit * rows / part.weight;
+  }
+  for (Eigen::MatrixXd& change : changes) change = own.solve(change).eval();
+  return ApproximateTest(estimate.covariance, changes, static_cast<double>(tested.cols()));
+}
+
+// With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by
+// q^T A^+ q. Its residual against the prediction from everything else is A^-1 q with covariance
+// A^-1 (at the weight it has); taking its own variance back to weight 1 gives the test at face
+// value, whatever the robust step did.
+std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
+  std::vector<DeletionTest> tests;
+  for (const VariancePart& part : PartsOf(graph)) {
+    const ReducedSystem::Factor& factor = system.factors()[part.factor];
+    // In units of the observation's own standard deviation, so that eigenvalues compare.
+    const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
+    const Eigen::Matrix3d A =
+        root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
+    const Eigen::Vector3d q =
+        root.transpose() * system.projected().segment<3>(factor.row + part.row);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+    DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
+    for (int axis = 0; axis < 3; ++axis) {
+      const double eigenvalue = solver.eigenvalues()[axis];
+      // Below this the observation is needed to determine something: it tests nothing.
+      if (eigenvalue < 1e-6) continue;
+      const double residual = solver.eigenvectors().col(axis).dot(q) / eigenvalue;
+      // No eigenvalue is above 1 but by rounding.
+      const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
+      test.chi2 += residual * residual / variance;
+      ++test.rank;
+    }
+    // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
+    if (!std::isfinite(test.chi2)) {
+      test.chi2 = 0.0;
+      test.rank = 0;
+    }
+    tests.push_back(test);
+  }
+  return tests;
+}
+
+}  // namespace truetriad

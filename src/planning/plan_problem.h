@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "base/messages.h"
+#include "noise/variance_components.h"
+#include "planning/exchange.h"
+#include "planning/plan_turns.h"
+#include "problem/graph.h"
+#include "problem/start_values.h"
+#include "start/start.h"
+#include "truetriad/base/result.h"
+#include "truetriad/planning/plan.h"
+#include "verdict/presentation.h"
+
+namespace truetriad {
+
+// σ / wanted that counts as reached: four poses of noise σ make σ / 2 but for the rounding.
+inline constexpr double kReached = 1.0 + 1e-9;
+
+// A quantity whose σ is predicted, as a linear function of the free coordinates.
+struct PlanQuantity {
+  std::string name, group, unit;
+  double typical = 1.0;    // as large as the signal
+  Eigen::RowVectorXd row;  // by the free coordinates in typical units
+};
+
+// The estimator's graph for poses that nobody has taken yet: exact readings of the nominal unit,
+// linearised there. All information is in typical units of the free coordinates.
+class PlanProblem {
+ public:
+  // Error: noise or gain that is not stated.
+  static Result<PlanProblem> Create(const PoseSet& measured, const PlanOptions& options);
+
+  // What each pose says by itself. Without a gyroscope that is all; what the turns between poses
+  // say, Information has.
+  std::vector<InformationRows> Rows(const std::vector<ProgramPose>& poses) const;
+
+  // What priors and measured poses say.
+  const Eigen::MatrixXd& known() const { return known_; }
+  // What these, the program's poses and the turns between them say, in this order.
+  Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
+  // The same as known(), with an uncertainty of many times the signal where nothing is known, so
+  // that there is an inverse from the first pose on.
+  Eigen::MatrixXd Regularised() const;
+
+  const std::vector<PlanQuantity>& quantities() const { return quantities_; }
+
+  // σ of every quantity; infinite where it is not determined.
+  Eigen::VectorXd Sigmas(const Eigen::MatrixXd& information) const;
+
+  // What is taken for the noise of a planned pose's mean, and for how long it is to rest (0: not
+  // known).
+  std::vector<PlannedNoise> Noise(const std::vector<ProgramPose>& poses) const;
+  double RestSeconds() const;
+
+  // The graph of the measured poses and the program, as the estimator would have it.
+  PoseGraph GraphWith(const std::vector<ProgramPose>& poses) const;
+
+  // The nominal unit in the wanted gauge, with the covariance of the free coordinates.
+  PresentedSolution Present(const Eigen::MatrixXd& free_covariance) const;
+
+  // The measured poses, and what the program's rests would read without noise.
+  PoseSet ExactReadings(const std::vector<ProgramPose>& poses) const;
+
+  // Calibrates from these poses' exact readings. Error: fewer poses than the model needs, or the
+  // estimator does not find its way.
+  Status Rehearse(const std::vector<ProgramPose>& poses) const;
+
+  const CalibrateOptions& options() const { return calibrate_; }
+  bool has_heading() const { return has_heading_; }
+  bool has_gyroscope() const { return calibrate_.triads[Triad::kGyroscope].enabled; }
+
+  // The poses in the order in which the turns between them show the gyroscope best.
+  std::vector<ProgramPose> OrderedForGyroscope(const std::vector<ProgramPose>& poses) const;
+
+  const Messages& messages() const { return messages_; }
+
+ private:
+  PlanProblem() = default;
+
+  void AppendReadings(const std::vector<ProgramPose>& poses, PoseSet* set) const;
+  std::vector<ProgramPose> MeasuredAttitudes() const;
+
+  Status ChooseNominal(const PoseSet& measured, const PlanOptions& options);
+  Status ChooseNoise(const PoseSet& measured,
+                     const PlanOptions& options,
+                     const std::optional<Calibration>& calibrated);
+  Status ChooseTurns(const PlanOptions& options, const std::optional<Calibration>& calibrated);
+  double AttitudeSigma() const;
+  std::vector<PoseNode> Nodes(const PoseSet& poses) const;
+  std::vector<PoseNode> PlannedNodes(const std::vector<ProgramPose>& poses) const;
+  void FindQuantities();
+
+  CalibrateOptions calibrate_;
+  StartValues nominal_;
+  PerTriad<NoiseSource> source_{};
+  PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose, raw
+  ExcessVariance excess_{};
+  std::map<std::pair<int, Triad>, double> weights_;  // robust ones of measured poses
+  Eigen::Vector3d attitude_sigma_rad_ = Eigen::Vector3d::Zero();
+  double rest_s_ = 0.0;
+  PlannedTurns turns_;
+  // False: what the unit reads is the same whichever way it faces. A magnetometer alone sees one
+  // direction too, but that is the field's, which is not vertical.
+  bool has_heading_ = true;
+  PoseSet measured_;
+  PoseGraph graph_;  // measured poses; layout and priors of the whole
+  Eigen::VectorXd scale_;
+  Eigen::MatrixXd known_;
+  std::vector<PlanQuantity> quantities_;
+  Eigen::MatrixXd quantity_rows_;  // of all quantities
+  Messages messages_;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "planning/plan_turns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "model/gyro_increment.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+// A heading that nothing tells, rad.
+constexpr double kAnyHeadingRad = 10.0;
+// What a turn of one radian shows of a matrix by itself, before there are turns about all axes.
+constexpr double kHardlyKnown = 1.0;
+// A turn about of a stretch that gains less in log det is not worth it.
+constexpr double kLeastGain = 1e-6;
+constexpr int kMostSweeps = 50;
+constexpr int kIntegrationSteps = 16;
+
+// 9 entries of the matrix and 3 asymmetries.
+using TurnInformation = Eigen::Matrix<double, 12, 12>;
+
+TurnInformation InformationOf(const Eigen::Quaterniond& from,
+                              const Eigen::Quaterniond& to,
+                              const PlannedTurns& turns,
+                              const TriadModel<double>& gyroscope,
+                              double attitude_sigma_rad,
+                              bool has_heading,
+                              bool asymmetry) {
+  const Eigen::Vector3d turn = RotationLog(from.conjugate() * to);
+  GyroMove move;
+  for (int i = 0; i <= kIntegrationSteps; ++i) {
+    move.time_s.push_back(turns.duration_s * i / kIntegrationSteps);
+    move.reading_raw.push_back(gyroscope.RawFromTruth(turn / turns.duration_s));
+  }
+  // White noise is what it is over the turn, however few readings stand for it.
+  const Eigen::Vector3d sigma_raw =
+      turns.reading_sigma_raw *
+      std::sqrt(kIntegrationSteps / std::max(turns.duration_s * turns.rate_hz, 1.0));
+  const GyroIncrement seen = IntegrateMove(move,
+                                           {gyroscope, Eigen::Matrix3d::Zero(), asymmetry},
+                                           sigma_raw,
+                                           RateSampling::kInstantaneous);
+  const double isotropic =
+      turns.sigma_rad * turns.sigma_rad + 2.0 * attitude_sigma_rad * attitude_sigma_rad;
+  Eigen::Matrix3d covariance = seen.covariance + isotropic * Eigen::Matrix3d::Identity();
+  if (!has_heading) {
+    const Eigen::Vector3d vertical = to.conjugate() * Eigen::Vector3d::UnitZ();
+    covariance += kAnyHeadingRad * kAnyHeadingRad * vertical * vertical.transpose();
+  }
+  // By shares of the gains.
+  const Eigen::Vector3d gain = gyroscope.sensitivity.rowwise().norm();
+  Eigen::Matrix<double, 3, 12> by;
+  by.leftCols<9>() = seen.by_sensitivity * gain.replicate<3, 1>().asDiagonal();
+  by.rightCols<3>() = seen.by_asymmetry;
+  return by.transpose() * covariance.llt().solve(by);
+}
+
+class Orderer {
+ public:
+  Orderer(std::vector<TurnInformation> information, std::size_t count, bool asymmetry)
+      : information_(std::move(information)), count_(count), asymmetry_(asymmetry) {}
+
+  double Worth(const std::vector<std::size_t>& order) const {
+    TurnInformation sum = kHardlyKnown * TurnInformation::Identity();
+    for (std::size_t k = 0; k + 1 < order.size(); ++k) {
+      sum += information_[order[k] * count_ + order[k + 1]];
+    }
+    const Eigen::Index size = asymmetry_ ? 12 : 9;
+    return 2.0 * Eigen::LLT<Eigen::MatrixXd>(sum.topLeftCorner(size, size))
+                     .matrixLLT()
+                     .diagonal()
+                     .array()
+                     .log()
+                     .sum();
+  }
+
+ private:
+  std::vector<TurnInformation> information_;
+  std::size_t count_;
+  bool asymmetry_;
+};
+
+}  // namespace
+
+RecordedMove ExactMove(const Eigen::Quaterniond& from,
+                       const Eigen::Quaterniond& to,
+                       const PlannedTurns& turns,
+                       const TriadModel<double>& gyroscope,
+                       const TriadModel<double>& accelerometer,
+                       const Eigen::Vector3d& up) {
+  RecordedMove move;
+  const Eigen::Vector3d turn = RotationLog(from.conjugate() * to);
+  const auto steps =
+      std::max<std::int64_t>(std::llround(turns.duration_s * turns.rate_hz), kIntegrationSteps);
+  for (std::int64_t i = 0; i <= steps; ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(steps);
+    move.time_ns.push_back(std::llround(1e9 * turns.duration_s * share));
+    move.gyroscope_raw.push_back(gyroscope.RawFromTruth(turn / turns.duration_s));
+    move.accelerometer_raw.push_back(
+        accelerometer.RawFromTruth((from * RotationExp(share * turn)).conjugate() * up));
+  }
+  return move;
+}
+
+std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
+                                           const PlannedTurns& turns,
+                                           const TriadModel<double>& gyroscope,
+                                           double attitude_sigma_rad,
+                                           bool has_heading,
+                                           bool asymmetry) {
+  const std::size_t count = poses.size();
+  if (count < 3) return poses;
+  std::vector<TurnInformation> information;
+  information.reserve(count * count);
+  for (const ProgramPose& from : poses) {
+    for (const ProgramPose& to : poses) {
+      information.push_back(InformationOf(from.world_from_body,
+                                          to.world_from_body,
+                                          turns,
+                                          gyroscope,
+                                          attitude_sigma_rad,
+                                          has_heading,
+                                          asymmetry));
+    }
+  }
+  const Orderer orderer(std::move(information), count, asymmetry);
+  std::vector<std::size_t> order(count);
+  for (std::size_t k = 0; k < count; ++k) order[k] = k;
+  double worth = orderer.Worth(order);
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    bool improved = false;
+    for (std::size_t i = 0; i + 1 < count; ++i) {
+      for (std::size_t j = i + 1; j < count; ++j) {
+        // The chamber goes to each temperature once.
+        if (poses[order[i]].temperature_degc != poses[order[j]].temperature_degc) break;
+        for (const bool reversed : {true, false}) {
+          std::vector<std::size_t> other = order;
+          if (reversed) {
+            std::reverse(other.begin() + static_cast<std::ptrdiff_t>(i),
+                         other.begin() + static_cast<std::ptrdiff_t>(j) + 1);
+          } else {
+            std::swap(other[i], other[j]);
+          }
+          const double other_worth = orderer.Worth(other);
+          if (other_worth < worth + kLeastGain) continue;
+          worth = other_worth;
+          order = std::move(other);
+          improved = true;
+        }
+      }
+    }
+    if (!improved) break;
+  }
+  std::vector<ProgramPose> ordered;
+  ordered.reserve(count);
+  for (const std::size_t place : order) ordered.push_back(poses[place]);
+  return ordered;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/increment_edge.h"
+#include "problem/parameters.h"
+#include "problem/pose_node.h"
+
+namespace truetriad {
+
+// What is known beforehand of one entry of the shared vector.
+struct ScalarPrior {
+  int index = 0;
+  double mean = 0.0;
+  double sigma = 1.0;
+};
+
+// The factor graph of model.md §2: shared parameters, one node a pose, priors.
+struct PoseGraph {
+  SharedLayout layout;
+  Eigen::VectorXd shared;
+  std::vector<PoseNode> nodes;
+  std::vector<IncrementEdge> increments;  // in the order of their nodes
+  Eigen::VectorXd integrated_at;          // the shared parameters where the increments were
+  std::vector<ScalarPrior> priors;
+  // Attitudes from outside were restated in a level frame by this.
+  Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
+
+  // At the reference temperature.
+  Eigen::Map<const Eigen::Matrix3d> sensitivity(Triad triad) const {
+    return Eigen::Map<const Eigen::Matrix3d>(&shared[layout.sensitivity[triad]]);
+  }
+  Eigen::Map<const Eigen::Vector3d> bias(Triad triad) const {
+    return Eigen::Map<const Eigen::Vector3d>(&shared[layout.bias[triad]]);
+  }
+  // At the temperature of one pose.
+  TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const {
+    return node.ModelOfTriad(layout, shared.data(), triad);
+  }
+  ReferenceVector reference() const { return shared.segment<kReferenceSize>(layout.reference); }
+};
+
+}  // namespace truetriad

@@ -1,0 +1,481 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/graph_builder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "problem/known_motion_rows.h"
+#include "problem/moves.h"
+#include "problem/observe.h"
+#include "model/world.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+// The seat of a six-face rest is never exact: a zero sigma is this.
+constexpr double kSmallestSeatRad = 1e-7;
+
+// Which entries of the sensitivity's temperature terms are free, as basis matrices.
+std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
+                                                bool triangular,
+                                                const Eigen::Matrix3d& start) {
+  const Eigen::Matrix3d axis_map = NearestAxisMap(start);
+  switch (shape) {
+    case ThermalMatrix::kFull:
+      return SensitivityBasis(MatrixModel::kFull, triangular, axis_map);
+    case ThermalMatrix::kDiagonal:
+      return SensitivityBasis(MatrixModel::kDiagonal, triangular, axis_map);
+    case ThermalMatrix::kScale:
+      break;
+  }
+  // In the proportions of the gains at the start: linear, and the gains' own errors are as small
+  // against them as the term is against the gains.
+  const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * axis_map;
+  return {gains / gains.norm()};
+}
+
+// Over the poses that will be solved and the reference, where bias and sensitivity are to hold: far
+// outside of [-1, 1] a polynomial is all rounding.
+ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
+  ThermalScale scale;
+  scale.reference_degc = reference_degc;
+  double low = reference_degc;
+  double high = reference_degc;
+  double fastest = 0.0;
+  for (const PoseNode& node : nodes) {
+    low = std::min(low, node.temperature_degc);
+    high = std::max(high, node.temperature_degc);
+    fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
+  }
+  scale.centre_degc = 0.5 * (low + high);
+  // One temperature, or none that changes, determines nothing on any scale.
+  if (high > low) scale.half_range_degc = 0.5 * (high - low);
+  if (fastest > 0.0) scale.rate_degcps = fastest;
+  return scale;
+}
+
+// A turn that the graph can use: the nodes `from` and the next are those of consecutive poses.
+struct Turn {
+  std::size_t from = 0;
+  const RecordedMove* move = nullptr;
+};
+
+// A gyroscope alone does not.
+bool SeesAttitude(const PoseNode& node) {
+  return std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
+    return seen.triad != Triad::kGyroscope;
+  });
+}
+
+std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
+  std::vector<Turn> turns;
+  std::size_t node = 0;
+  for (const RecordedMove& move : poses.moves) {
+    const int number = poses.poses[move.from].number;
+    while (node < nodes.size() && nodes[node].number < number) ++node;
+    if (!move.fault.empty() || node + 1 >= nodes.size() || nodes[node].number != number ||
+        nodes[node + 1].number != poses.poses[move.from + 1].number || !SeesAttitude(nodes[node]) ||
+        !SeesAttitude(nodes[node + 1])) {
+      continue;
+    }
+    turns.push_back({node, &move});
+  }
+  return turns;
+}
+
+// Poses at the ends of a turn have a whole rotation each; where nothing in a chain of turns tells
+// its heading, that of its first pose is held.
+void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
+  std::vector<bool> linked(nodes->size(), false);  // to the next
+  for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
+  for (std::size_t begin = 0; begin < nodes->size();) {
+    std::size_t end = begin;
+    bool tells_heading = (*nodes)[begin].TellsHeading();
+    while (linked[end]) tells_heading = (*nodes)[++end].TellsHeading() || tells_heading;
+    for (std::size_t k = begin; k <= end && end > begin; ++k) {
+      if ((*nodes)[k].kind == PoseKind::kDirection) (*nodes)[k].kind = PoseKind::kRotation;
+    }
+    (*nodes)[begin].holds_heading = end > begin && !tells_heading;
+    begin = end + 1;
+  }
+}
+
+// The earth's rate shows in the gyroscope by the heading of each pose that it rests in.
+Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
+  bool heading_is_held = false;  // of the chain that the node belongs to
+  for (const PoseNode& node : nodes) {
+    heading_is_held = node.holds_heading || (heading_is_held && !node.TellsHeading());
+    const bool is_seen = std::any_of(
+        node.observations.begin(), node.observations.end(), [](const Observation& seen) {
+          return seen.triad == Triad::kGyroscope;
+        });
+    if (!is_seen || (node.kind != PoseKind::kDirection && !heading_is_held)) continue;
+    return BadInputError(poses.source + ": pose " + std::to_string(node.number) +
+                         " has neither a reading of the magnetometer nor a known attitude, so that "
+                         "nothing tells its heading, which `reference.earth_rate` needs; leave the "
+                         "pose out, or drop the key");
+  }
+  return {};
+}
+
+// Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
+void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
+  for (PoseNode& node : *nodes) {
+    if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
+    const Eigen::Quaterniond q = level_from_fixture * node.rotation();
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    node.prior_world_from_body = level_from_fixture * node.prior_world_from_body;
+  }
+}
+
+}  // namespace
+
+Triad LeadingTriad(const CalibrateOptions& options) {
+  if (options.HasGyroscopeAlone()) return Triad::kGyroscope;
+  return options.triads[Triad::kAccelerometer].enabled ? Triad::kAccelerometer
+                                                       : Triad::kMagnetometer;
+}
+
+double LeadingAxisSign(const CalibrateOptions& options) {
+  const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
+  return accelerometer.enabled && accelerometer.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+}
+
+namespace {
+
+// Readings without noise still need weights that can be computed with, beside priors and other
+// sensors.
+void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  const auto for_each = [&](auto what) {
+    for (PoseNode& node : *nodes) {
+      for (Observation& seen : node.observations) {
+        if (seen.triad == triad) what(&seen);
+      }
+    }
+  };
+  for_each([&](const Observation* seen) {
+    low = low.min(seen->mean_raw.array());
+    high = high.max(seen->mean_raw.array());
+  });
+  const double least = kLeastNoiseShare * 0.5 * (high - low).maxCoeff();
+  if (!std::isfinite(least)) return;
+  for_each([&](Observation* seen) {
+    seen->rest_covariance.diagonal() = seen->rest_covariance.diagonal().cwiseMax(least * least);
+  });
+}
+
+}  // namespace
+
+Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         const PerTriad<NoiseSource>& sources) {
+  std::vector<int> faces(poses.poses.size(), -1);
+  if (options.attitudes.kind == AttitudeKind::kSixFace) {
+    auto found = FacesOfPoses(poses, options.triads[Triad::kAccelerometer].sign);
+    if (!found) return found.error();
+    faces = std::move(*found);
+  }
+  std::vector<PoseNode> nodes;
+  for (std::size_t k = 0; k < poses.poses.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    PoseNode node;
+    node.number = pose.number;
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
+      const TriadOptions& sensor = options.triads[triad];
+      if (!sensor.enabled || !pose.triads[triad]) continue;
+      Result<Observation> observation = Observe(poses, pose, triad, sensor, sources[triad]);
+      TRUETRIAD_RETURN_IF_ERROR(observation);
+      node.observations.push_back(*std::move(observation));
+    }
+    const auto vectors = std::count_if(
+        node.observations.begin(), node.observations.end(), [](const Observation& seen) {
+          return seen.triad != Triad::kGyroscope;
+        });
+    if (vectors == 0 && !options.HasGyroscopeAlone()) continue;
+    if (node.observations.empty()) continue;
+    if (options.HasThermal()) {
+      if (!pose.temperature_degc) {
+        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                             " has no temperature; every pose needs one for `thermal:` terms (a "
+                             "column temperature[degC]); add it, or remove the key");
+      }
+      node.temperature_degc = *pose.temperature_degc;
+      node.temperature_rate_degcps = pose.temperature_rate_degcps;
+    }
+    // A gyroscope alone at rest: it reads its bias, whatever the attitude.
+    node.kind = vectors == 0   ? PoseKind::kHeld
+                : vectors == 1 ? PoseKind::kDirection
+                               : PoseKind::kRotation;
+    if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
+      if (!pose.attitude) {
+        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                             " has no known attitude; every pose needs one with `attitudes: "
+                             "{file: …}`");
+      }
+      const Eigen::Quaterniond& q = pose.attitude->world_from_body;
+      node.state = {q.x(), q.y(), q.z(), q.w()};
+      if (pose.attitude->sigma_rad.maxCoeff() > 0.0) {
+        node.kind = PoseKind::kRotation;
+        node.has_attitude_prior = true;
+        node.prior_world_from_body = q;
+        node.prior_sigma_rad = pose.attitude->sigma_rad;
+      } else {
+        node.kind = PoseKind::kHeld;
+      }
+    }
+    // The face is known from what the accelerometer says; a pose without it carries no face.
+    if (faces[k] >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
+      node.face = faces[k];
+      node.seat_sigma_rad =
+          std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
+    }
+    nodes.push_back(node);
+  }
+  if (options.triads[Triad::kGyroscope].enabled) {
+    LinkByTurns(poses, &nodes);
+    if (options.reference.earth_rate) TRUETRIAD_RETURN_IF_ERROR(CheckHeadings(poses, nodes));
+    TRUETRIAD_RETURN_IF_ERROR(AddKnownMotions(poses, options, sources, &nodes));
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (options.triads[triad].enabled && sources[triad] == NoiseSource::kStatic) {
+      RaiseRestNoise(triad, &nodes);
+    }
+  }
+  return nodes;
+}
+
+void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph) {
+  graph->increments.clear();
+  for (const Turn& turn : TurnsBetween(poses, graph->nodes)) {
+    const PoseNode& first = graph->nodes[turn.from];
+    const PoseNode& second = graph->nodes[turn.from + 1];
+    IncrementEdge& edge = graph->increments.emplace_back();
+    edge.from = turn.from;
+    // Forces are those of the present accelerometer, each time it is integrated.
+    edge.move = MoveOf(*turn.move, nullptr);
+    if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
+    edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);
+    edge.temperature_degc = 0.5 * (first.temperature_degc + second.temperature_degc);
+    edge.temperature_rate_degcps =
+        0.5 * (first.temperature_rate_degcps + second.temperature_rate_degcps);
+    edge.Integrate(graph->layout, graph->shared.data());
+  }
+  SetStartHeadings(graph);
+  JoinKnownTurns(poses, start, graph);
+}
+
+void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
+  SharedLayout& layout = graph->layout;
+  layout = SharedLayout{};
+  const auto wants = [&options](Triad triad) { return options.triads[triad].enabled; };
+  int size = 0;
+  for (const Triad triad : kTriads) {
+    if (!wants(triad)) continue;
+    layout.bias[triad] = size;
+    layout.sensitivity[triad] = size + 3;
+    layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
+    size += 12 + layout.thermal[triad].size();
+    for (const auto& [term, at] :
+         {std::pair(options.triads[triad].quadratic, &layout.quadratic[triad]),
+          std::pair(options.triads[triad].asymmetry, &layout.asymmetry[triad])}) {
+      if (term != Wanted::kYes) continue;
+      *at = size;
+      size += 3;
+    }
+  }
+  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
+    layout.g_sensitivity = size;
+    size += 9;
+  }
+  layout.reference = size;
+  size += kReferenceSize;
+  for (const PoseNode& node : graph->nodes) {
+    if (node.face < 0 || layout.face_tilt[static_cast<std::size_t>(node.face)] >= 0) continue;
+    layout.face_tilt[static_cast<std::size_t>(node.face)] = size;
+    size += 2;
+  }
+  layout.size = size;
+  layout.thermal_scale = ScaleOf(graph->nodes, options.reference.temperature_degc);
+
+  graph->shared = Eigen::VectorXd::Zero(size);
+  std::vector<Eigen::VectorXd> columns;
+  const auto free_entry = [&columns, size](int index) {
+    columns.push_back(Eigen::VectorXd::Unit(size, index));
+  };
+  const auto free_matrix = [&columns, size](int at, const Eigen::Matrix3d& entry) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(size);
+    column.segment<9>(at) = entry.reshaped();
+    columns.push_back(column);
+  };
+  const Triad leading = LeadingTriad(options);
+  const bool fixture = options.IsBodyKnown();
+  for (const Triad triad : kTriads) {
+    if (!wants(triad)) continue;
+    const TriadOptions& sensor = options.triads[triad];
+    const TriadModel<double>& model = *start.models[triad];
+    graph->shared.segment<3>(layout.bias[triad]) = sensor.fixed_bias.value_or(model.bias);
+    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
+    if (!sensor.fixed_bias) {
+      for (int i = 0; i < 3; ++i) free_entry(layout.bias[triad] + i);
+    }
+    const bool triangular = triad == leading && !fixture;
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < 3 * thermal.vector_count(); ++i) free_entry(thermal.at + i);
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      for (const Eigen::Matrix3d& entry :
+           ThermalMatrixBasis(thermal.terms.matrix, triangular, model.sensitivity)) {
+        free_matrix(thermal.matrix_at(i), entry);
+      }
+    }
+    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+      for (int i = 0; i < 3 && at >= 0; ++i) free_entry(at + i);
+    }
+    if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
+      for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);
+    }
+    if (sensor.fixed_sensitivity) continue;
+    const Eigen::Matrix3d axis_map =
+        triad == leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(model.sensitivity);
+    for (const Eigen::Matrix3d& entry : SensitivityBasis(sensor.model, triangular, axis_map)) {
+      free_matrix(layout.sensitivity[triad], entry);
+    }
+  }
+
+  graph->shared.segment<kReferenceSize>(layout.reference) = start.reference;
+  const ReferenceOptions& reference = options.reference;
+  if (wants(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
+    free_entry(layout.reference + kGravity);
+  }
+  if (wants(Triad::kMagnetometer)) {
+    const bool matrix_held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+    const bool field_free =
+        reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
+    if (field_free) free_entry(layout.reference + kField);
+    // A magnetometer alone sees neither dip nor heading.
+    const bool sees_dip =
+        wants(Triad::kAccelerometer) || options.attitudes.kind == AttitudeKind::kGiven;
+    if (sees_dip && !(reference.dip_rad.known() && reference.dip_rad.sigma == 0.0)) {
+      free_entry(layout.reference + kDip);
+    }
+  }
+  const bool counts_earth_rate = reference.earth_rate && wants(Triad::kGyroscope);
+  if (counts_earth_rate) {
+    layout.earth_rate_radps =
+        EarthRateInWorld(reference.earth_rate->latitude_rad, reference.earth_rate->declination_rad);
+  }
+  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
+  if ((wants(Triad::kMagnetometer) || counts_earth_rate) &&
+      options.attitudes.kind == AttitudeKind::kGiven) {
+    free_entry(layout.reference + kHeading);
+  }
+  if (options.attitudes.unknown_fixture_rotation) {
+    free_entry(layout.reference + kFixtureTilt);
+    free_entry(layout.reference + kFixtureTilt + 1);
+    graph->level_from_fixture = start.level_from_fixture;
+    LevelAttitudes(start.level_from_fixture, &graph->nodes);
+  }
+  for (const int tilt : layout.face_tilt) {
+    if (tilt < 0) continue;
+    free_entry(tilt);
+    free_entry(tilt + 1);
+  }
+  layout.basis.resize(size, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    layout.basis.col(static_cast<Eigen::Index>(i)) = columns[i];
+  }
+  SetStartAttitudes(start, graph);
+}
+
+std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part) {
+  const std::vector<std::string> names = ParameterNames(whole);
+  std::vector<int> places;
+  for (const std::string& name : ParameterNames(part)) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    places.push_back(found == names.end() ? -1 : static_cast<int>(found - names.begin()));
+  }
+  return places;
+}
+
+PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) {
+  StartValues start;
+  start.reference = solved.reference();
+  start.level_from_fixture = solved.level_from_fixture;
+  for (const Triad triad : kTriads) {
+    if (!solved.layout.Has(triad)) continue;
+    const std::optional<Eigen::Matrix3d>& held = options.triads[triad].fixed_sensitivity;
+    start.models[triad] = {held ? *held : Eigen::Matrix3d(solved.sensitivity(triad)),
+                           solved.bias(triad)};
+  }
+  PoseGraph graph = solved;
+  LayOutParameters(options, start, &graph);
+  graph.nodes = solved.nodes;  // with the attitudes that they have
+  const SharedLayout& layout = graph.layout;
+  const std::vector<int> places = PlacesIn(solved.layout, layout);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (places[i] < 0) continue;
+    graph.shared[static_cast<Eigen::Index>(i)] = solved.shared[places[i]];
+  }
+  const auto keep_what_is_free = [&graph, &layout](int at) {
+    const Eigen::MatrixXd basis = layout.basis.middleRows<9>(at);
+    const Eigen::Matrix<double, 9, 1> entries = graph.shared.segment<9>(at);
+    graph.shared.segment<9>(at) = basis * (basis.transpose() * entries);
+  };
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    if (options.triads[triad].fixed_sensitivity) {
+      graph.shared.segment<9>(layout.sensitivity[triad]) =
+          options.triads[triad].fixed_sensitivity->reshaped();
+    } else {
+      keep_what_is_free(layout.sensitivity[triad]);
+    }
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) keep_what_is_free(thermal.matrix_at(i));
+  }
+  for (IncrementEdge& edge : graph.increments) edge.Integrate(layout, graph.shared.data());
+  graph.integrated_at = graph.shared;
+  AddPriors(options, &graph);
+  return graph;
+}
+
+void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {
+  graph->priors.clear();
+  const SharedLayout& layout = graph->layout;
+  const auto add = [graph, &layout](int index, double mean, double sigma) {
+    if (!std::isfinite(sigma) || sigma <= 0.0 || !layout.IsFree(index)) return;
+    graph->priors.push_back({index, mean, sigma});
+  };
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || !options.triads[triad].prior) continue;
+    const TriadPrior& prior = *options.triads[triad].prior;
+    for (int i = 0; i < 3; ++i) {
+      add(layout.bias[triad] + i, prior.bias[i], prior.bias_sigma[i]);
+    }
+    for (int i = 0; i < 9; ++i) {
+      add(layout.sensitivity[triad] + i,
+          prior.sensitivity.reshaped()[i],
+          prior.sensitivity_sigma.reshaped()[i]);
+    }
+  }
+  const ReferenceOptions& reference = options.reference;
+  const auto add_reference = [&](int at, const Knowledge& knowledge) {
+    if (knowledge.known()) add(layout.reference + at, *knowledge.value, knowledge.sigma);
+  };
+  add_reference(kGravity, reference.gravity_mps2);
+  add_reference(kField, reference.field_ut);
+  add_reference(kDip, reference.dip_rad);
+  for (const int tilt : layout.face_tilt) {
+    if (tilt < 0) continue;
+    add(tilt, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+    add(tilt + 1, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+  }
+}
+
+}  // namespace truetriad

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/moves.h"
+
+namespace truetriad {
+
+GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer) {
+  GyroMove move;
+  move.time_s.reserve(recorded.time_ns.size());
+  for (const std::int64_t time_ns : recorded.time_ns) {
+    move.time_s.push_back(1e-9 * static_cast<double>(time_ns - recorded.time_ns.front()));
+  }
+  move.reading_raw = recorded.gyroscope_raw;
+  if (accelerometer == nullptr) return move;
+  move.force_mps2.reserve(recorded.accelerometer_raw.size());
+  for (const Eigen::Vector3d& raw : recorded.accelerometer_raw) {
+    move.force_mps2.push_back(accelerometer->TruthFromRaw(raw));
+  }
+  return move;
+}
+
+Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope) {
+  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt());
+}
+
+}  // namespace truetriad

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/data/static_pose.h"
+#include "model/gyro_increment.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+// A recorded move as it is integrated, with the specific force that the accelerometer shows, if
+// there is a model of it.
+GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
+
+// σ of one reading of a gyroscope as it adds up over a turn, raw unit: that inside the rests with
+// its correlation in time.
+Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope);
+
+}  // namespace truetriad

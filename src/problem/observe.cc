@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/observe.h"
+
+#include <string>
+
+#include "problem/moves.h"
+
+namespace truetriad {
+namespace {
+
+// Noise of one reading of the gyroscope, rad/s, where the recording shows none.
+constexpr double kLeastRateSigma = 1e-9;
+
+// Time that the samples of a mean stand for, one sample spacing each; 0 where it is not known.
+double AveragedTime(const StaticPose& pose, Triad triad) {
+  const auto samples = static_cast<double>(pose.triads[triad]->samples);
+  return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
+}
+
+}  // namespace
+
+Result<Observation> Observe(const PoseSet& poses,
+                            const StaticPose& pose,
+                            Triad triad,
+                            const TriadOptions& sensor,
+                            NoiseSource source) {
+  Observation observation;
+  observation.triad = triad;
+  observation.mean_raw = pose.triads[triad]->mean_raw;
+  if (sensor.noise_sigma_raw) {
+    observation.rest_covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
+  } else if (sensor.allan) {
+    const double duration_s = AveragedTime(pose, triad);
+    if (!(duration_s > 0.0)) {
+      return BadInputError(poses.source + ": pose " + std::to_string(pose.number) + ", " +
+                           std::string(TriadName(triad)) +
+                           ": how long it was averaged is not known, so an Allan deviation "
+                           "cannot tell its noise; record rests with time, or state `noise: { "
+                           "sigma: [x, y, z] }`");
+    }
+    observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
+  } else if (source != NoiseSource::kResidual) {
+    observation.rest_covariance = pose.triads[triad]->mean_covariance_raw;
+  }
+  return observation;
+}
+
+Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity) {
+  return ReadingSigma(*poses.Find(Triad::kGyroscope))
+      .cwiseMax(kLeastRateSigma * sensitivity.rowwise().norm());
+}
+
+}  // namespace truetriad

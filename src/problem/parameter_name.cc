@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/parameter_name.h"
+
+#include <array>
+#include <string_view>
+
+#include "base/named_values.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::string_view kAxes = "xyz";
+constexpr NamedValues<ParameterKind, 8> kKinds = {{
+    {ParameterKind::kBias, "bias"},
+    {ParameterKind::kSensitivity, "sensitivity"},
+    {ParameterKind::kGSensitivity, "g_sensitivity"},
+    {ParameterKind::kRateLinear, "rate.linear"},
+    {ParameterKind::kRateQuadratic, "rate.quadratic"},
+    {ParameterKind::kRateCross, "rate.cross"},
+    {ParameterKind::kQuadratic, "quadratic"},
+    {ParameterKind::kAsymmetry, "asymmetry"},
+}};
+
+bool IsMatrix(ParameterKind kind) {
+  return kind == ParameterKind::kSensitivity || kind == ParameterKind::kGSensitivity;
+}
+
+}  // namespace
+
+std::string ParameterName::str() const {
+  std::string text(TriadName(triad));
+  if (is_thermal()) text += ".thermal";
+  text.append(".").append(kKinds.Name(kind));
+  if (power > 0) text.append(".").append(std::to_string(power));
+  text += '.';
+  text += kAxes[static_cast<std::size_t>(row)];
+  if (IsMatrix(kind)) text += kAxes[static_cast<std::size_t>(col)];
+  return text;
+}
+
+std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
+  // sensor [thermal] kind [power] axes
+  const std::size_t first = text.find('.');
+  const std::size_t last = text.rfind('.');
+  const auto triad = TriadFromName(text.substr(0, first));
+  if (!triad || last <= first) return std::nullopt;
+  ParameterName name;
+  name.triad = *triad;
+  std::string_view what = std::string_view(text).substr(first + 1, last - first - 1);
+  constexpr std::string_view kThermal = "thermal.";
+  if (what.starts_with(kThermal)) {
+    what.remove_prefix(kThermal.size());
+    const std::size_t dot = what.rfind('.');
+    if (dot + 2 == what.size() && what.back() >= '1' && what.back() <= '9') {
+      name.power = what.back() - '0';
+      what = what.substr(0, dot);
+    }
+  }
+  const auto kind = kKinds.Find(what);
+  const std::string_view axes = std::string_view(text).substr(last + 1);
+  if (!kind || axes.size() != (IsMatrix(*kind) ? 2U : 1U)) return std::nullopt;
+  name.kind = *kind;
+  if (axes.find_first_not_of(kAxes) != std::string_view::npos) return std::nullopt;
+  name.row = static_cast<int>(kAxes.find(axes.front()));
+  if (IsMatrix(name.kind)) name.col = static_cast<int>(kAxes.find(axes.back()));
+  return name;
+}
+
+}  // namespace truetriad

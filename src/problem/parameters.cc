@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/parameters.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "problem/parameter_name.h"
+#include "truetriad/math/rotation.h"
+#include "model/world.h"
+
+namespace truetriad {
+namespace {
+
+// A unit that is turned by hand.
+constexpr double kTypicalRateRadps = 1.0;
+
+}  // namespace
+
+ThermalFactors SharedLayout::FactorsOf(Triad triad,
+                                       double temperature_degc,
+                                       double temperature_rate_degcps) const {
+  if (thermal[triad].size() == 0) return {};
+  return thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps);
+}
+
+TriadModel<double> SharedLayout::ModelOf(Triad triad,
+                                         const double* shared,
+                                         const ThermalFactors& factors) const {
+  TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + sensitivity[triad]),
+                           Eigen::Map<const Eigen::Vector3d>(shared + bias[triad])};
+  thermal[triad].AddTerms(factors, shared, &model);
+  if (quadratic[triad] >= 0) {
+    model.quadratic = Eigen::Map<const Eigen::Vector3d>(shared + quadratic[triad]);
+  }
+  if (asymmetry[triad] >= 0) {
+    model.asymmetry = Eigen::Map<const Eigen::Vector3d>(shared + asymmetry[triad]);
+  }
+  return model;
+}
+
+void SharedLayout::SetModelJacobian(Triad triad,
+                                    const ThermalFactors& factors,
+                                    const Eigen::Matrix3d& by_bias,
+                                    const Eigen::Matrix<double, 3, 9>& by_sensitivity,
+                                    Eigen::Ref<Eigen::MatrixXd> rows) const {
+  rows.middleCols<3>(bias[triad]) = by_bias;
+  rows.middleCols<9>(sensitivity[triad]) = by_sensitivity;
+  const ThermalBlock& terms = thermal[triad];
+  if (terms.size() == 0) return;
+  const auto vector_factors = terms.VectorFactors(factors);
+  for (int i = 0; i < terms.vector_count(); ++i) {
+    rows.middleCols<3>(terms.vector_at(i)) = vector_factors[static_cast<std::size_t>(i)] * by_bias;
+  }
+  for (int i = 0; i < terms.terms.matrix_order; ++i) {
+    rows.middleCols<9>(terms.matrix_at(i)) =
+        factors.power[static_cast<std::size_t>(i)] * by_sensitivity;
+  }
+}
+
+Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
+  const Eigen::MatrixXd rows = basis.middleRows(offset, block_size);
+  Eigen::MatrixXd block(block_size, rows.cols());
+  int used = 0;
+  for (Eigen::Index col = 0; col < rows.cols(); ++col) {
+    if (!rows.col(col).isZero(0.0)) block.col(used++) = rows.col(col);
+  }
+  return block.leftCols(used);
+}
+
+std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
+                                              bool leading_triangular,
+                                              const Eigen::Matrix3d& axis_map) {
+  std::vector<Eigen::Matrix3d> basis;
+  const auto add = [&basis](const Eigen::Matrix3d& matrix) {
+    basis.push_back(matrix / matrix.norm());
+  };
+  if (model == MatrixModel::kBias) return basis;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) {
+      Eigen::Matrix3d entry = Eigen::Matrix3d::Zero();
+      entry(row, col) = 1.0;
+      if (model == MatrixModel::kDiagonal) {
+        if (row == col) add(entry * axis_map);
+      } else if (leading_triangular) {
+        // A symmetric leading triad is the full one in another gauge.
+        if (row >= col) add(entry);
+      } else if (model == MatrixModel::kSymmetric) {
+        if (row == col) add(entry * axis_map);
+        if (row > col) add((entry + entry.transpose()) * axis_map);
+      } else {
+        add(entry);
+      }
+    }
+  }
+  return basis;
+}
+
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix) {
+  const Eigen::Matrix3d unit = matrix.rowwise().normalized();
+  std::array<int, 3> columns = {0, 1, 2};
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double best_score = -1.0;
+  do {
+    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
+    double score = 0.0;
+    for (int row = 0; row < 3; ++row) {
+      const int col = columns[static_cast<std::size_t>(row)];
+      map(row, col) = unit(row, col) < 0.0 ? -1.0 : 1.0;
+      score += std::abs(unit(row, col));
+    }
+    if (score > best_score) {
+      best_score = score;
+      best = map;
+    }
+  } while (std::next_permutation(columns.begin(), columns.end()));
+  return best;
+}
+
+Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared) {
+  Eigen::VectorXd sizes = Eigen::VectorXd::Ones(layout.size);
+  const ReferenceVector reference = shared.segment<kReferenceSize>(layout.reference);
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const Eigen::Map<const Eigen::Matrix3d> sensitivity(&shared[layout.sensitivity[triad]]);
+    const Eigen::Vector3d gain = sensitivity.rowwise().norm();
+    const double strength =
+        triad == Triad::kGyroscope ? kTypicalRateRadps : WorldVector(triad, reference).norm();
+    sizes.segment<3>(layout.bias[triad]) = gain * strength;
+    sizes.segment<9>(layout.sensitivity[triad]) = gain.replicate<3, 1>();
+    const ThermalBlock& thermal = layout.thermal[triad];
+    for (int i = 0; i < thermal.vector_count(); ++i) {
+      sizes.segment<3>(thermal.vector_at(i)) = gain * strength;
+    }
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
+    }
+    if (layout.quadratic[triad] >= 0) {
+      sizes.segment<3>(layout.quadratic[triad]) = (gain * strength).cwiseInverse();
+    }
+  }
+  if (layout.g_sensitivity >= 0) {
+    // As large a rate from the pull of gravity as the typical one.
+    sizes.segment<9>(layout.g_sensitivity) =
+        sizes.segment<3>(layout.bias[Triad::kGyroscope]).replicate<3, 1>() / reference[kGravity];
+  }
+  sizes[layout.reference + kGravity] = reference[kGravity];
+  sizes[layout.reference + kField] = reference[kField];
+  return sizes;
+}
+
+std::vector<std::string> ParameterNames(const SharedLayout& layout) {
+  static constexpr std::array<const char*, kFaceCount> kFaces = {
+      "x_up", "x_down", "y_up", "y_down", "z_up", "z_down"};
+  std::vector<std::string> names(static_cast<std::size_t>(layout.size));
+  const auto name = [&names](int index) -> std::string& {
+    return names[static_cast<std::size_t>(index)];
+  };
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const auto name_vector = [&](int at, ParameterKind kind, int power) {
+      for (int row = 0; row < 3; ++row) {
+        name(at + row) = ParameterName{triad, kind, power, row, 0}.str();
+      }
+    };
+    const auto name_matrix = [&](int at, int power) {
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col < 3; ++col) {
+          name(at + 3 * col + row) =
+              ParameterName{triad, ParameterKind::kSensitivity, power, row, col}.str();
+        }
+      }
+    };
+    name_vector(layout.bias[triad], ParameterKind::kBias, 0);
+    name_matrix(layout.sensitivity[triad], 0);
+    const ThermalBlock& thermal = layout.thermal[triad];
+    int i = 0;
+    while (i < thermal.terms.bias_order) {
+      name_vector(thermal.vector_at(i), ParameterKind::kBias, i + 1);
+      ++i;
+    }
+    for (const auto& [wanted, kind] :
+         {std::pair(thermal.terms.rate_linear, ParameterKind::kRateLinear),
+          std::pair(thermal.terms.rate_quadratic, ParameterKind::kRateQuadratic),
+          std::pair(thermal.terms.rate_cross, ParameterKind::kRateCross)}) {
+      if (wanted) name_vector(thermal.vector_at(i++), kind, 0);
+    }
+    for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
+    if (layout.quadratic[triad] >= 0) {
+      name_vector(layout.quadratic[triad], ParameterKind::kQuadratic, 0);
+    }
+    if (layout.asymmetry[triad] >= 0) {
+      name_vector(layout.asymmetry[triad], ParameterKind::kAsymmetry, 0);
+    }
+  }
+  if (layout.g_sensitivity >= 0) {
+    for (int i = 0; i < 9; ++i) {
+      name(layout.g_sensitivity + i) =
+          ParameterName{Triad::kGyroscope, ParameterKind::kGSensitivity, 0, i % 3, i / 3}.str();
+    }
+  }
+  name(layout.reference + kGravity) = "reference.gravity_mps2";
+  name(layout.reference + kField) = "reference.field_ut";
+  name(layout.reference + kDip) = "reference.dip_rad";
+  name(layout.reference + kHeading) = "reference.heading_rad";
+  name(layout.reference + kFixtureTilt) = "reference.fixture_tilt_rad.x";
+  name(layout.reference + kFixtureTilt + 1) = "reference.fixture_tilt_rad.y";
+  for (std::size_t face = 0; face < kFaces.size(); ++face) {
+    if (layout.face_tilt[face] < 0) continue;
+    name(layout.face_tilt[face]) = std::string("face_tilt.") + kFaces[face] + ".first";
+    name(layout.face_tilt[face] + 1) = std::string("face_tilt.") + kFaces[face] + ".second";
+  }
+  return names;
+}
+
+namespace {
+
+// In the level frame, whose x is the fixture's.
+Eigen::Vector3d LevelVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
+  if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
+  if (triad == Triad::kGyroscope) return Eigen::Vector3d::Zero();
+  return FieldInWorld(reference[kField], reference[kDip], reference[kHeading]);
+}
+
+Eigen::Vector3d FixtureTilt(const Eigen::Ref<const ReferenceVector>& reference) {
+  return {reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0};
+}
+
+// d Exp(-t) v, v of the level frame with the derivative `by_reference` for all but the tilt t.
+Eigen::Matrix<double, 3, kReferenceSize> TiltedJacobian(
+    const Eigen::Vector3d& level,
+    Eigen::Matrix<double, 3, kReferenceSize> by_reference,
+    const Eigen::Ref<const ReferenceVector>& reference) {
+  // Exp(-t - d) v = Exp(-t) Exp(-J d) v = Exp(-t) (v + [v]_x J d), J the right Jacobian at -t.
+  const Eigen::Vector3d tilt = FixtureTilt(reference);
+  const Eigen::Matrix3d turn = Skew(level) * RightJacobian(-tilt);
+  by_reference.middleCols<2>(kFixtureTilt) = turn.leftCols<2>();
+  return RotationExp(-tilt).toRotationMatrix() * by_reference;
+}
+
+Eigen::Vector3d LevelEarthRate(const SharedLayout& layout,
+                               const Eigen::Ref<const ReferenceVector>& reference) {
+  return Eigen::AngleAxisd(reference[kHeading], Eigen::Vector3d::UnitZ()) * layout.earth_rate_radps;
+}
+
+}  // namespace
+
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
+  return RotationExp(-FixtureTilt(reference)) * LevelVector(triad, reference);
+}
+
+Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
+    Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
+  Eigen::Matrix<double, 3, kReferenceSize> jacobian;
+  jacobian.setZero();
+  if (triad == Triad::kGyroscope) return jacobian;
+  if (triad == Triad::kAccelerometer) {
+    jacobian(2, kGravity) = 1.0;
+  } else {
+    const double field = reference[kField];
+    const double dip = reference[kDip];
+    const double heading = reference[kHeading];
+    jacobian.col(kField) = FieldInWorld(1.0, dip, heading);
+    jacobian.col(kDip) = field * Eigen::Vector3d(-std::sin(dip) * std::cos(heading),
+                                                 -std::sin(dip) * std::sin(heading),
+                                                 -std::cos(dip));
+    jacobian.col(kHeading) =
+        field *
+        Eigen::Vector3d(-std::cos(dip) * std::sin(heading), std::cos(dip) * std::cos(heading), 0.0);
+  }
+  return TiltedJacobian(LevelVector(triad, reference), jacobian, reference);
+}
+
+Eigen::Vector3d EarthRate(const SharedLayout& layout,
+                          const Eigen::Ref<const ReferenceVector>& reference) {
+  return RotationExp(-FixtureTilt(reference)) * LevelEarthRate(layout, reference);
+}
+
+Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
+    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference) {
+  const Eigen::Vector3d level = LevelEarthRate(layout, reference);
+  Eigen::Matrix<double, 3, kReferenceSize> jacobian;
+  jacobian.setZero();
+  jacobian.col(kHeading) = Eigen::Vector3d::UnitZ().cross(level);
+  return TiltedJacobian(level, jacobian, reference);
+}
+
+}  // namespace truetriad

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/thermal_block.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/problem/options.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+// The six faces of a block in the order +x, -x, +y, -y, +z, -z.
+inline constexpr int kFaceCount = 6;
+
+// Places in the reference block.
+enum ReferenceIndex {
+  kGravity = 0,
+  kField = 1,
+  kDip = 2,
+  kHeading = 3,
+  kFixtureTilt = 4,  // two entries
+  kReferenceSize = 6
+};
+using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
+
+// Where each parameter block stands in the one vector of shared (not per-pose) parameters:
+//
+//   <triad>.bias         3   raw unit
+//   <triad>.sensitivity  9   raw per true unit, column-major
+//   <triad>.thermal          temperature terms that are wanted, thermal_block.h
+//   <triad>.quadratic    3   per raw unit, triad_model.h
+//   <triad>.asymmetry    3   share of the gain
+//   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
+//   reference            6   g (m/s^2), B (uT), dip (rad), heading of the field (rad), tilt of the
+//                            fixture about its two level axes (rad)
+//   face_tilt            2 a face of the six-face block, rad about its two tangent axes
+//
+// Blocks that are not wanted have offset -1. Every entry that is not estimated is held, by its
+// column missing from `basis`: free coordinates t move the vector by basis * t. A basis (rather
+// than a list of free entries) also carries the tied entries of a symmetric matrix.
+struct SharedLayout {
+  PerTriad<int> bias{{-1, -1, -1}};
+  PerTriad<int> sensitivity{{-1, -1, -1}};
+  PerTriad<ThermalBlock> thermal;
+  ThermalScale thermal_scale;
+  PerTriad<int> quadratic{{-1, -1, -1}};
+  PerTriad<int> asymmetry{{-1, -1, -1}};
+  int g_sensitivity = -1;
+  int reference = 0;
+  std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
+  int size = 0;
+
+  // Of the earth, held: along magnetic north, west and up. Zero: the earth stands still.
+  Eigen::Vector3d earth_rate_radps = Eigen::Vector3d::Zero();
+
+  Eigen::MatrixXd basis;  // size x free coordinates, columns orthonormal
+  int free_size() const { return static_cast<int>(basis.cols()); }
+
+  bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
+  bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
+  bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
+
+  // What the temperature terms of `triad` are multiplied with; all zero where it has none.
+  ThermalFactors FactorsOf(Triad triad,
+                           double temperature_degc,
+                           double temperature_rate_degcps) const;
+  // The triad's model with these factors.
+  TriadModel<double> ModelOf(Triad triad,
+                             const double* shared,
+                             const ThermalFactors& factors) const;
+  // Sets the columns of a triad's bias, sensitivity and temperature terms in `rows`, from the
+  // derivatives with respect to the bias and the sensitivity (columns of it one after another)
+  // that ModelOf gives. Higher terms and g-sensitivity are left to the caller.
+  void SetModelJacobian(Triad triad,
+                        const ThermalFactors& factors,
+                        const Eigen::Matrix3d& by_bias,
+                        const Eigen::Matrix<double, 3, 9>& by_sensitivity,
+                        Eigen::Ref<Eigen::MatrixXd> rows) const;
+
+  // The basis restricted to one block: its own rows, only the columns that touch it.
+  Eigen::MatrixXd BlockBasis(int offset, int block_size) const;
+};
+
+// Which entries of a triad's sensitivity are free, as basis matrices.
+//
+//   `axis_map`  nearest signed permutation of the start value: a diagonal or symmetric
+//               magnetometer keeps the axis order it was mounted with. Identity for the leading
+//               triad.
+std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
+                                              bool leading_triangular,
+                                              const Eigen::Matrix3d& axis_map);
+
+// The signed permutation nearest to `matrix` (rows scaled to unit length first).
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
+
+// Typical size of every entry of the shared vector, by which a direction's σ is judged "large":
+// biases and gains are measured against the triad's own gain and the field it saw.
+//
+//   bias         gain_i * reference     raw unit       (a bias as large as the signal)
+//   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
+//   thermal      the same               as much over the range of temperatures
+//   quadratic    1 / (gain_i * reference)  per raw (a term as large as the signal)
+//   asymmetry    1                      share
+//   gravity, B   their value            true unit
+//   dip, heading, tilts  1              rad
+Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
+
+// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one an entry; the
+// temperature terms by the names of those in tau that they stand for. parameter_name.h.
+std::vector<std::string> ParameterNames(const SharedLayout& layout);
+
+// World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, see
+// EarthRate. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
+// against the level one: Exp(-t) v.
+Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
+
+// d WorldVector / d (g, B, dip, heading, tilt).
+Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
+    Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
+
+// The layout's earth rate (rad/s) in the frame of the attitudes: turned about the vertical by the
+// heading of magnetic north, then by the fixture's tilt, as the field is.
+Eigen::Vector3d EarthRate(const SharedLayout& layout,
+                          const Eigen::Ref<const ReferenceVector>& reference);
+
+// d EarthRate / d (g, B, dip, heading, tilt).
+Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
+    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference);
+
+}  // namespace truetriad

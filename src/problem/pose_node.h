@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "problem/parameters.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
+// Three triads with all temperature and higher terms, g-sensitivity, reference, six tilts.
+inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize + 6) + 9 + kReferenceSize + 12;
+
+using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
+using PoseSharedJacobian =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxSharedSize>;
+using PoseRowMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
+using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
+
+// What is unknown about the attitude of one pose.
+enum class PoseKind {
+  kHeld,       // known exactly: nothing
+  kDirection,  // seen by one vector sensor: the direction of its field in the body, 2 dof
+  kRotation,   // world <- body, 3 dof
+};
+
+// What a node of the graph stands for.
+enum class PoseRole {
+  kRest,      // a rest of the unit
+  kRate,      // a stretch of known rate; the attitude means nothing
+  kTurnAxis,  // the mean rate of a known turn, which tells its axis
+  kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
+};
+
+// What one triad says about one pose.
+struct Observation {
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
+  // Covariance of the mean inside the rest, raw unit squared.
+  Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
+  // Covariance of the known rate, (rad/s)^2.
+  Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
+  // What it is weighted with: rest noise and excess noise.
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  // Robust weight: divides the variance.
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// One pose of the graph: its observations, what is known of its attitude, its attitude.
+//
+// Rows, unwhitened (model.md §2):
+//   static triad      h(S * R^T v) - (y - b)   v: specific force or field in the world; S and b at
+//                                              the pose's temperature; h: higher terms,
+//                                              triad_model.h
+//   attitude prior    Log(R_prior^T R)         about the body axes
+//   static gyroscope  h(S w) + b + G f - y       w: the known rate; at rest that of the earth, if
+//                                              counted; f: specific force in the body
+//   heading           Log(R R_held^T) about the vertical: for the first pose of a chain in which
+//                     nothing tells the heading; with nothing against it, it takes no part in χ²
+//   six-face prior    components of the up direction along the two tangent axes of the face, minus
+//                     the face's own tilt
+// The static rows carry the sign model - reading, so that Jacobians have none.
+struct PoseNode {
+  int number = 0;  // StaticPose::number; known rates go on counting
+  PoseRole role = PoseRole::kRest;
+  PoseKind kind = PoseKind::kRotation;
+  // Quaternion x, y, z, w (Eigen's order) or direction x, y, z, 0.
+  std::array<double, 4> state{0.0, 0.0, 0.0, 1.0};
+  double temperature_degc = 25.0;  // only read where there are temperature terms
+  double temperature_rate_degcps = 0.0;
+  std::vector<Observation> observations;
+
+  Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
+  // Mean specific force while the rate was held, as the accelerometer saw it.
+  Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
+
+  bool has_attitude_prior = false;
+  Eigen::Quaterniond prior_world_from_body = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d prior_sigma_rad = Eigen::Vector3d::Ones();
+
+  bool holds_heading = false;
+  Eigen::Quaterniond held_world_from_body = Eigen::Quaterniond::Identity();
+
+  int face = -1;  // index of the face that points up, or -1
+  double seat_sigma_rad = 0.0;
+
+  int state_size() const { return kind == PoseKind::kDirection ? 3 : 4; }
+  int tangent_size() const {
+    return kind == PoseKind::kHeld ? 0 : kind == PoseKind::kDirection ? 2 : 3;
+  }
+  int row_count() const {
+    return 3 * static_cast<int>(observations.size()) + (has_attitude_prior ? 3 : 0) +
+           (holds_heading ? 1 : 0) + (face >= 0 ? 2 : 0);
+  }
+  Eigen::Quaterniond rotation() const { return {state[3], state[0], state[1], state[2]}; }
+  Eigen::Vector3d direction() const { return {state[0], state[1], state[2]}; }
+
+  // Model of `triad` at the pose's temperature.
+  TriadModel<double> ModelOfTriad(const SharedLayout& layout,
+                                  const double* shared,
+                                  Triad triad) const;
+
+  // Whether anything that it sees or was told says how it stands about the vertical.
+  bool TellsHeading() const;
+
+  // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
+  // table, it is not counted.
+  bool SeesEarthRate(const SharedLayout& layout) const {
+    return role == PoseRole::kRest && layout.CountsEarthRate();
+  }
+
+  // Field of `triad` in the body frame, true unit, at the given parameters; of the gyroscope the
+  // known rate, or the earth's.
+  Eigen::Vector3d FieldInBody(const SharedLayout& layout,
+                              Triad triad,
+                              const Eigen::Ref<const ReferenceVector>& reference,
+                              const double* state_values) const;
+
+  // Rows and, where wanted, their Jacobians with respect to the shared vector (every entry, free
+  // or not) and to the pose's tangent space: for a rotation R <- R Exp(d), for a direction
+  // u <- u + T(u) d with T from TangentBasis. Pointers may be null.
+  void Evaluate(const SharedLayout& layout,
+                const double* shared,
+                const double* state_values,
+                PoseResidual12* residual,
+                PoseSharedJacobian* shared_jacobian,
+                PoseStateJacobian* tangent_jacobian) const;
+
+  // W with W^T W the inverse covariance of all rows, robust weights included: block lower
+  // triangular.
+  PoseRowMatrix SquareRootInformation() const;
+  // W^T W, with one block for every three rows on its diagonal.
+  PoseRowMatrix Information() const;
+
+  // The state moved along its tangent space, as long as tangent_size().
+  std::array<double, 4> StateAfter(const Eigen::Ref<const Eigen::VectorXd>& tangent) const;
+  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) { state = StateAfter(tangent); }
+
+ private:
+  // G f in the static gyroscope's rows.
+  void AddPullOfGravity(const SharedLayout& layout,
+                        const double* shared,
+                        const double* state_values,
+                        int row,
+                        PoseResidual12* residual,
+                        PoseSharedJacobian* shared_jacobian,
+                        PoseStateJacobian* tangent_jacobian) const;
+};
+
+// Two unit vectors that complete the unit vector `direction` to a right-handed frame.
+Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
+
+// Outward axis of a face (order +x, -x, +y, …) and its two tangent axes as columns.
+Eigen::Matrix3d FaceAxes(int face);
+
+}  // namespace truetriad

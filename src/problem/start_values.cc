@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/start_values.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "init/frame_alignment.h"
+#include "init/six_position.h"
+#include "math/distributions.h"
+
+namespace truetriad {
+
+std::vector<Eigen::Vector3d> ReadingsOf(const PoseSet& poses, Triad triad) {
+  std::vector<Eigen::Vector3d> readings;
+  for (const StaticPose& pose : poses.poses) {
+    if (pose.triads[triad]) readings.push_back(pose.triads[triad]->mean_raw);
+  }
+  return readings;
+}
+
+Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& reading : ReadingsOf(poses, triad)) values.push_back(reading[axis]);
+    if (!values.empty()) median[axis] = Median(values);
+  }
+  return median;
+}
+
+Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign) {
+  static constexpr std::array<const char*, kFaceCount> kNames = {
+      "+x", "-x", "+y", "-y", "+z", "-z"};
+  std::vector<int> faces(poses.poses.size(), -1);
+  std::vector<Eigen::Vector3d> readings;
+  std::vector<std::size_t> unnamed;
+  for (std::size_t k = 0; k < faces.size(); ++k) {
+    const StaticPose& pose = poses.poses[k];
+    if (!pose.triads[Triad::kAccelerometer]) continue;
+    const auto* name = std::find(kNames.begin(), kNames.end(), pose.face_up);
+    if (name != kNames.end()) {
+      faces[k] = static_cast<int>(name - kNames.begin());
+      continue;
+    }
+    readings.push_back(pose.triads[Triad::kAccelerometer]->mean_raw);
+    unnamed.push_back(k);
+  }
+  if (unnamed.empty()) return faces;
+  const auto assigned = AssignFaces(readings);
+  if (!assigned) return assigned.error();
+  for (std::size_t i = 0; i < unnamed.size(); ++i) {
+    const FacePose& face = (*assigned)[i];
+    // A chip that reports gravity reads positive on the axis that points down.
+    const bool up = (face.sign > 0) == (sign == AccelerometerSign::kSpecificForce);
+    faces[unnamed[i]] = 2 * face.axis + (up ? 0 : 1);
+  }
+  return faces;
+}
+
+void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
+  const Eigen::Vector3d up_in_world = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d field_in_world =
+      WorldVector(Triad::kMagnetometer, start.reference).normalized();
+  for (PoseNode& node : graph->nodes) {
+    if (node.kind == PoseKind::kHeld || node.has_attitude_prior) continue;
+    PerTriad<std::optional<Eigen::Vector3d>> seen;
+    for (const Observation& observation : node.observations) {
+      if (observation.triad == Triad::kGyroscope) continue;
+      seen[observation.triad] =
+          start.models[observation.triad]->TruthFromRaw(observation.mean_raw).normalized();
+    }
+    const auto& up = seen[Triad::kAccelerometer];
+    const auto& field = seen[Triad::kMagnetometer];
+    if (node.kind == PoseKind::kDirection) {
+      const Eigen::Vector3d direction = up ? *up : *field;
+      node.state = {direction.x(), direction.y(), direction.z(), 0.0};
+    } else {
+      const Eigen::Quaterniond q =
+          up && field ? TriadAttitude(up_in_world, field_in_world, *up, *field)
+          : up        ? Eigen::Quaterniond::FromTwoVectors(*up, up_in_world)
+                      : Eigen::Quaterniond::FromTwoVectors(*field, field_in_world);
+      node.state = {q.x(), q.y(), q.z(), q.w()};
+    }
+  }
+}
+
+void SetStartHeadings(PoseGraph* graph) {
+  for (const IncrementEdge& edge : graph->increments) {
+    const PoseNode& before = graph->nodes[edge.from];
+    PoseNode& node = graph->nodes[edge.from + 1];
+    const bool has_field =
+        std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
+          return seen.triad == Triad::kMagnetometer;
+        });
+    if (has_field || node.kind != PoseKind::kRotation || node.has_attitude_prior) continue;
+    const Eigen::Quaterniond predicted = before.rotation() * edge.increment.rotation;
+    // North as predicted, up as seen.
+    const Eigen::Vector3d up = node.rotation().conjugate() * Eigen::Vector3d::UnitZ();
+    const Eigen::Quaterniond q = TriadAttitude(Eigen::Vector3d::UnitZ(),
+                                               Eigen::Vector3d::UnitX(),
+                                               up,
+                                               predicted.conjugate() * Eigen::Vector3d::UnitX());
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+  }
+  for (PoseNode& node : graph->nodes) node.held_world_from_body = node.rotation();
+}
+
+}  // namespace truetriad

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
+#include "config/field_check.h"
+#include "session/settle_experiment.h"
+#include "truetriad/base/version.h"
+#include "truetriad/calibrate/calibrate.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/session/session.h"
+
+namespace truetriad {
+namespace {
+
+Calibration NotEnough(const Experiment& experiment, const Error& reason) {
+  Calibration calibration;
+  calibration.outcome = Outcome::kNotEnough;
+  calibration.messages = {reason.message};
+  calibration.gauge = experiment.options.gauge;
+  if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
+    calibration.gauge_sensor =
+        experiment.options.HasGyroscopeAlone() ? Triad::kGyroscope : Triad::kMagnetometer;
+  }
+  const ReferenceOptions& reference = experiment.options.reference;
+  calibration.reference.gravity_mps2 = *reference.gravity_mps2.value;
+  calibration.reference.temperature_degc = reference.temperature_degc;
+  return calibration;
+}
+
+Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
+  if (loaded.not_enough) {
+    Calibration calibration = NotEnough(experiment, *loaded.not_enough);
+    calibration.config_yaml = experiment.resolved_yaml;
+    return calibration;
+  }
+  Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
+  if (!summary) return AtItsKey(experiment, summary.error());
+  // A choice that failed leaves it to the next run to choose.
+  summary->calibration.config_yaml = summary->calibration.IsUsable()
+                                         ? ResolvedWithChoice(experiment, summary->options)
+                                         : experiment.resolved_yaml;
+  return std::move(summary->calibration);
+}
+
+}  // namespace
+
+Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
+  Result<LoadedPoses> loaded = LoadPoses(experiment.input, experiment.poses, progress);
+  TRUETRIAD_RETURN_IF_ERROR(loaded);
+  if (!loaded->not_enough) {
+    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&*loaded, &experiment));
+  }
+  Result<Calibration> calibration = CalibratePoses(*loaded, experiment);
+  TRUETRIAD_RETURN_IF_ERROR(calibration);
+  calibration->serial = experiment.serial.empty() ? loaded->poses.serial : experiment.serial;
+  if (!loaded->poses.serial.empty() && calibration->serial != loaded->poses.serial) {
+    calibration->messages.push_back("the recording is of `" + loaded->poses.serial +
+                                    "`, the experiment says `" + experiment.serial +
+                                    "`: check which unit this is");
+  }
+  calibration->model = experiment.model;
+  calibration->software_version = Version();
+  calibration->created = TimestampUtc();
+  calibration->inputs = std::move(loaded->inputs);
+  CheckField(experiment, &*calibration);
+  calibration->messages.insert(
+      calibration->messages.end(), loaded->poses.warnings.begin(), loaded->poses.warnings.end());
+  for (const Triad triad : kTriads) {
+    if (std::optional<TriadCalibration>& sensor = calibration->sensors[triad]) {
+      sensor->si_per_count = loaded->si_per_count[triad];
+    }
+  }
+  return calibration;
+}
+
+}  // namespace truetriad

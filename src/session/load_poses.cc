@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <utility>
+
+#include "io/known_motion_file.h"
+#include "truetriad/io/recording.h"
+#include "truetriad/session/session.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+
+Result<PoseSelection> SelectionOf(const PosesConfig& config) {
+  PoseSelection selection;
+  selection.kind = config.kind;
+  selection.every = config.every;
+  selection.sweep = config.sweep;
+  const bool has_attitudes = config.kind == PoseSelectionKind::kSweep && !config.file.empty();
+  if (config.kind == PoseSelectionKind::kRanges || has_attitudes) {
+    Result<std::vector<PoseRange>> ranges = ReadPoseRanges(config.file);
+    TRUETRIAD_RETURN_IF_ERROR(ranges);
+    selection.ranges = *std::move(ranges);
+  }
+  return selection;
+}
+
+/// The turns and rates that the experiment states.
+Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selection) {
+  if (!config.turns_file.empty()) {
+    Result<std::vector<StatedTurn>> turns = ReadStatedTurns(
+        config.turns_file,
+        {config.turn_sigma_deg * kRadPerDeg, config.turn_axis_sigma_deg * kRadPerDeg});
+    TRUETRIAD_RETURN_IF_ERROR(turns);
+    for (const std::string& id : config.held_out_turns) {
+      bool found = false;
+      for (StatedTurn& turn : *turns) {
+        if (id != "all" && id != turn.id) continue;
+        found = turn.held_out = true;
+      }
+      if (found) continue;
+      return BadInputError("turns.held_out: `" + id + "` is the id of no turn in " +
+                           config.turns_file);
+    }
+    selection->turns = *std::move(turns);
+  }
+  if (!config.rates_file.empty()) {
+    Result<std::vector<StatedRate>> rates = ReadStatedRates(
+        config.rates_file,
+        {config.rate_sigma_degps * kRadPerDeg, config.rate_axis_sigma_deg * kRadPerDeg});
+    TRUETRIAD_RETURN_IF_ERROR(rates);
+    selection->rates = *std::move(rates);
+  }
+  return {};
+}
+
+/// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
+Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
+  Result<std::optional<PoseSelection>> stated = ManifestPoseSelection(input);
+  TRUETRIAD_RETURN_IF_ERROR(stated);
+  if (*stated) return **std::move(stated);
+  PoseSelection selection;
+  for (const StreamInfo& stream : info.streams) {
+    if (stream.has_pose_column) selection.kind = PoseSelectionKind::kColumn;
+  }
+  return selection;
+}
+
+/// A table is already averaged: to find rests in it, or to take each row, is to read it as it is.
+bool MayBeTable(const PosesConfig& config) {
+  return config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow;
+}
+
+/// What can be said about the streams of a recording without any pose.
+Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOptions& options) {
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  PoseSelection everything;
+  everything.kind = PoseSelectionKind::kEveryN;
+  everything.every = std::numeric_limits<std::int64_t>::max();
+  Result<PoseSet> set = CollectPoses(**source, everything);
+  TRUETRIAD_RETURN_IF_ERROR(set);
+  set->poses.clear();
+  set->how = "static detection";
+  set->static_share = 0.0;
+  for (StreamSummary& stream : set->streams) {
+    // Spread over motion, which is not noise.
+    stream.noise_sigma_raw.setZero();
+    stream.correlation_inflation.setOnes();
+  }
+  return set;
+}
+
+Result<LoadedPoses> LoadRecording(const std::string& input,
+                                  const PosesConfig& config,
+                                  const ProgressCallback& progress) {
+  const OpenRecordingOptions options{config.column, config.sweep.ambient};
+  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
+  TRUETRIAD_RETURN_IF_ERROR(source);
+  Result<PoseSelection> selection =
+      config.given ? SelectionOf(config) : StatedSelection(input, (*source)->info());
+  TRUETRIAD_RETURN_IF_ERROR(selection);
+
+  selection->moves = config.moves;
+  selection->time_offset_s = config.time_offset_s;
+  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &*selection));
+  LoadedPoses loaded;
+  Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
+  if (!poses && poses.error().code == ErrorCode::kNotEnough) {
+    loaded.not_enough = poses.error();
+    poses = DescribeStreams(input, options);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(poses);
+  loaded.poses = *std::move(poses);
+  loaded.inputs = (*source)->inputs();
+  for (const StreamInfo& stream : (*source)->info().streams) {
+    loaded.si_per_count[stream.triad] = stream.si_per_count;
+  }
+  return loaded;
+}
+
+}  // namespace
+
+Result<LoadedPoses> LoadPoses(const std::string& input,
+                              const PosesConfig& config,
+                              const ProgressCallback& progress) {
+  if (!MayBeTable(config)) return LoadRecording(input, config, progress);
+  const Result<bool> is_table = IsPoseTable(input);
+  TRUETRIAD_RETURN_IF_ERROR(is_table);
+  if (!*is_table) return LoadRecording(input, config, progress);
+  Result<PoseTable> table = ReadPoseTable(input);
+  TRUETRIAD_RETURN_IF_ERROR(table);
+  LoadedPoses loaded;
+  loaded.poses = std::move(table->poses);
+  loaded.inputs = std::move(table->inputs);
+  PoseSelection selection;
+  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
+  if (!selection.turns.empty()) {
+    return BadInputError(input +
+                         ": is a table of means, in which no turn can be followed; give the "
+                         "recording, or remove `turns:`");
+  }
+  TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
+  return loaded;
+}
+
+Result<PosesConfig> ParsePoses(const std::string& text) {
+  PosesConfig config;
+  if (text.empty()) return config;
+  config.given = true;
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  const std::string value = colon == std::string::npos ? "" : text.substr(colon + 1);
+  if (text == "detect") return config;
+  if (text == "every_row") {
+    config.kind = PoseSelectionKind::kEveryRow;
+    return config;
+  }
+  if (kind == "every") {
+    config.kind = PoseSelectionKind::kEveryN;
+    const char* end = value.data() + value.size();
+    const auto [stop, failure] = std::from_chars(value.data(), end, config.every);
+    if (failure == std::errc() && stop == end && config.every >= 1) return config;
+  }
+  if (kind == "column" && !value.empty()) {
+    config.kind = PoseSelectionKind::kColumn;
+    config.column = value;
+    return config;
+  }
+  if (kind == "file" && !value.empty()) {
+    config.kind = PoseSelectionKind::kRanges;
+    config.file = value;
+    return config;
+  }
+  if (kind == "sweep") {
+    config.kind = PoseSelectionKind::kSweep;
+    if (colon == std::string::npos) return config;
+    const char* end = value.data() + value.size();
+    const auto [stop, failure] = std::from_chars(value.data(), end, config.sweep.window_s);
+    if (failure == std::errc() && stop == end && config.sweep.window_s > 0.0) return config;
+  }
+  return UsageError("--poses=" + text +
+                    " is not known; expected detect, every_row, every:N (N >= 1), column:NAME, "
+                    "file:PATH, sweep or sweep:SECONDS");
+}
+
+}  // namespace truetriad

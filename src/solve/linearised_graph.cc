@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/linearised_graph.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+using Block = TridiagonalChain::Block;
+
+// What is not zero of the basis of the free coordinates: hardly more than one entry a column.
+struct BasisEntry {
+  Eigen::Index row = 0;
+  Eigen::Index column = 0;
+  double value = 0.0;
+};
+
+std::vector<BasisEntry> EntriesOf(const Eigen::MatrixXd& basis) {
+  std::vector<BasisEntry> entries;
+  for (Eigen::Index column = 0; column < basis.cols(); ++column) {
+    for (Eigen::Index row = 0; row < basis.rows(); ++row) {
+      if (basis(row, column) != 0.0) entries.push_back({row, column, basis(row, column)});
+    }
+  }
+  return entries;
+}
+
+}  // namespace
+
+PairBlock PoseBlock(const LinearisedGraph::Factor& factor,
+                    const std::vector<Block>& own,
+                    const std::vector<Block>& with_next) {
+  if (factor.own == factor.A.cols()) return own[factor.node];
+  const Block& first = own[factor.node];
+  const Block& second = own[factor.node + 1];
+  PairBlock block(first.rows() + second.rows(), first.cols() + second.cols());
+  block << first, with_next[factor.node], with_next[factor.node].transpose(), second;
+  return block;
+}
+
+void AddPoseBlock(const LinearisedGraph::Factor& factor,
+                  const PairBlock& block,
+                  std::vector<Block>* own,
+                  std::vector<Block>* with_next) {
+  const Eigen::Index first = factor.own;
+  const Eigen::Index second = factor.A.cols() - first;
+  if (first > 0) (*own)[factor.node] += block.topLeftCorner(first, first);
+  if (second == 0) return;
+  (*own)[factor.node + 1] += block.bottomRightCorner(second, second);
+  if (first > 0) (*with_next)[factor.node] = block.topRightCorner(first, second);
+}
+
+LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
+  const SharedLayout& layout = graph.layout;
+  const int n = layout.free_size();
+  Eigen::Index rows = 3 * static_cast<Eigen::Index>(graph.increments.size());
+  for (const PoseNode& node : graph.nodes) rows += node.row_count();
+  columns_.resize(rows, n + 1);
+  const std::vector<BasisEntry> basis = EntriesOf(layout.basis);
+  factors_.reserve(graph.nodes.size() + graph.increments.size());
+  PoseSharedJacobian shared_jacobian;
+  Eigen::Index row = 0;
+  const auto take = [&](Factor&& factor, const auto& residual) {
+    factor.row = row;
+    auto own = columns_.middleRows(row, factor.rows());
+    own.setZero();
+    for (const BasisEntry& entry : basis) {
+      own.col(entry.column) += entry.value * shared_jacobian.col(entry.row);
+    }
+    own.col(n) = residual;
+    row += factor.rows();
+    factors_.push_back(std::move(factor));
+  };
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const PoseNode& node = graph.nodes[k];
+    Factor factor;
+    factor.node = k;
+    PoseResidual12 residual;
+    PoseStateJacobian by_state;
+    node.Evaluate(
+        layout, graph.shared.data(), node.state.data(), &residual, &shared_jacobian, &by_state);
+    factor.A = by_state;
+    factor.own = by_state.cols();
+    tangent_sizes_.push_back(node.tangent_size());
+    take(std::move(factor), residual);
+  }
+  for (const IncrementEdge& edge : graph.increments) {
+    Factor factor;
+    factor.node = edge.from;
+    Eigen::Vector3d residual;
+    Eigen::Matrix3d by_first, by_second;
+    edge.Evaluate(layout,
+                  graph.shared.data(),
+                  graph.nodes[edge.from].state.data(),
+                  graph.nodes[edge.from + 1].state.data(),
+                  &residual,
+                  &shared_jacobian,
+                  &by_first,
+                  &by_second);
+    factor.own = graph.nodes[edge.from].tangent_size();
+    const int next = graph.nodes[edge.from + 1].tangent_size();
+    factor.A.resize(3, factor.own + next);
+    factor.A << by_first.leftCols(factor.own), by_second.leftCols(next);
+    take(std::move(factor), residual);
+  }
+  residual_ = columns_.col(n);
+  prior_information_ = Eigen::MatrixXd::Zero(n, n);
+  prior_gradient_ = Eigen::VectorXd::Zero(n);
+  for (const ScalarPrior& prior : graph.priors) {
+    const Eigen::RowVectorXd direction = layout.basis.row(prior.index) / prior.sigma;
+    prior_information_ += direction.transpose() * direction;
+    const double off = (graph.shared[prior.index] - prior.mean) / prior.sigma;
+    prior_gradient_ += direction.transpose() * off;
+    prior_cost_ += 0.5 * off * off;
+  }
+  Eliminate(graph);
+}
+
+// A^T V^-1 A from the factors' information.
+void LinearisedGraph::FormChain() {
+  std::vector<Block> diagonal;
+  std::vector<Block> coupling(tangent_sizes_.empty() ? 0 : tangent_sizes_.size() - 1);
+  for (const int size : tangent_sizes_) diagonal.push_back(Block::Zero(size, size));
+  for (const Factor& factor : factors_) {
+    if (factor.A.cols() == 0) continue;
+    AddPoseBlock(factor, factor.A.transpose() * factor.weighted, &diagonal, &coupling);
+  }
+  chain_ = TridiagonalChain(diagonal, coupling);
+}
+
+// With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
+StackedRows LinearisedGraph::Project(const StackedRows& y) const {
+  StackedRows projected = StackedRows::Zero(y.rows(), y.cols());
+  StackedRows right = StackedRows::Zero(chain_.size(), y.cols());
+  for (const Factor& factor : factors_) {
+    const auto rows = y.middleRows(factor.row, factor.rows());
+    AddBlockDiagonalProduct(
+        factor.information, rows, projected.middleRows(factor.row, factor.rows()));
+    AddProduct(
+        1.0, factor.weighted.transpose(), rows, right.middleRows(PoseRow(factor), factor.A.cols()));
+  }
+  chain_.SolveInPlace(&right);
+  for (const Factor& factor : factors_) {
+    AddProduct(-1.0,
+               factor.weighted,
+               right.middleRows(PoseRow(factor), factor.A.cols()),
+               projected.middleRows(factor.row, factor.rows()));
+  }
+  return projected;
+}
+
+void LinearisedGraph::Eliminate(const PoseGraph& graph) {
+  const int n = size();
+  for (std::size_t f = 0; f < factors_.size(); ++f) {
+    Factor& factor = factors_[f];
+    if (f < graph.nodes.size()) {
+      factor.information = graph.nodes[f].Information();
+    } else {
+      factor.information = graph.increments[f - graph.nodes.size()].Information();
+    }
+    factor.weighted.resize(factor.A.rows(), factor.A.cols());
+    constexpr Eigen::Index kBlock = 3;
+    for (Eigen::Index row = 0; row < factor.rows(); row += kBlock) {
+      const Eigen::Index rows = std::min(kBlock, factor.rows() - row);
+      factor.weighted.middleRows(row, rows).noalias() =
+          factor.information.block(row, row, rows, rows)
+              .lazyProduct(factor.A.middleRows(row, rows));
+    }
+  }
+  FormChain();
+  projected_columns_ = Project(columns_);
+  const Eigen::MatrixXd whole = SymmetricProduct(columns_, projected_columns_);
+  matrix_ = prior_information_ + whole.topLeftCorner(n, n);
+  gradient_ = prior_gradient_ + whole.topRightCorner(n, 1);
+  cost_ = prior_cost_;
+  for (const Factor& factor : factors_) {
+    const auto r = residual_.segment(factor.row, factor.rows());
+    cost_ += 0.5 * r.dot(factor.information.lazyProduct(r));
+  }
+}
+
+// -(A^T W A)^-1 A^T W (r + J t).
+Eigen::VectorXd LinearisedGraph::PoseSteps(const Eigen::VectorXd& shared_step) const {
+  Eigen::VectorXd left = residual_;
+  if (size() > 0) left += J() * shared_step;
+  StackedRows steps = StackedRows::Zero(chain_.size(), 1);
+  for (const Factor& factor : factors_) {
+    steps.middleRows(PoseRow(factor), factor.A.cols()).noalias() -=
+        factor.weighted.transpose() * left.segment(factor.row, factor.rows());
+  }
+  chain_.SolveInPlace(&steps);
+  return steps.col(0);
+}
+
+void LinearisedGraph::TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const {
+  const Eigen::VectorXd pose_steps = PoseSteps(shared_step);
+  for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
+    PoseNode& node = graph->nodes[k];
+    node.Step(pose_steps.segment(chain_.offset(k), node.tangent_size()));
+  }
+  graph->shared += graph->layout.basis * shared_step;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/graph.h"
+#include "solve/row_products.h"
+#include "solve/tridiagonal_chain.h"
+
+namespace truetriad {
+
+// The graph linearised at its current state, with the poses eliminated by our own Schur complement.
+//
+// A factor has rows r + J t + A p (t: free shared coordinates, p: the tangent spaces of the poses
+// that it sees, one, or two neighbours) with covariance V. Eliminating the poses projects the rows
+// of all factors,
+//
+//   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
+//
+// so that the reduced information is M = prior + J^T D J. Only the blocks of one factor are ever
+// formed: A^T V^-1 A is block tridiagonal, and everything is linear in the number of poses.
+class LinearisedGraph {
+ public:
+  using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
+
+  struct Factor {
+    std::size_t node = 0;       // the pose that it sees, or the first of the two
+    Eigen::Index row = 0;       // where its rows begin among those of all factors
+    PoseColumns A;              // of its pose, and of the next where that is seen
+    Eigen::Index own = 0;       // columns of A that belong to its pose
+    PoseRowMatrix information;  // V^-1, blocks of three rows on its diagonal
+    PoseColumns weighted;       // V^-1 A
+
+    Eigen::Index rows() const { return A.rows(); }
+  };
+
+  // Linearises all factors: those of the poses in their order, then the increments in theirs.
+  explicit LinearisedGraph(const PoseGraph& graph);
+
+  // Eliminates with the variances and weights the graph has now. Cheap against the constructor; may
+  // be called again after the variances changed.
+  void Eliminate(const PoseGraph& graph);
+
+  const std::vector<Factor>& factors() const { return factors_; }
+  int size() const { return static_cast<int>(columns_.cols()) - 1; }
+
+  // Rows of all factors: residuals r, J, B = D J.
+  const Eigen::VectorXd& residual() const { return residual_; }
+  auto J() const { return columns_.leftCols(size()); }
+  auto B() const { return projected_columns_.leftCols(size()); }
+
+  // Half the sum of squares where it stands, priors included; its gradient with the poses at their
+  // best, and M.
+  double cost() const { return cost_; }
+  const Eigen::VectorXd& gradient() const { return gradient_; }
+  const Eigen::MatrixXd& matrix() const { return matrix_; }
+
+  // The best step of all poses that goes with a step of the shared coordinates, tangent space after
+  // tangent space.
+  Eigen::VectorXd PoseSteps(const Eigen::VectorXd& shared_step) const;
+
+  // Moves `graph`, which this was made of, by a step of the free shared coordinates and the best
+  // step of its poses.
+  void TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const;
+
+  // D y, for any number of columns.
+  StackedRows Project(const StackedRows& y) const;
+
+ protected:
+  Eigen::Index PoseRow(const Factor& factor) const { return chain_.offset(factor.node); }
+  const TridiagonalChain& chain() const { return chain_; }
+  const StackedRows& projected_columns() const { return projected_columns_; }
+  const std::vector<int>& tangent_sizes() const { return tangent_sizes_; }
+
+ private:
+  void FormChain();
+
+  std::vector<Factor> factors_;
+  StackedRows columns_;            // J, r
+  StackedRows projected_columns_;  // D J, D r
+  Eigen::VectorXd residual_;
+  std::vector<int> tangent_sizes_;
+  TridiagonalChain chain_;
+  Eigen::MatrixXd prior_information_;
+  Eigen::VectorXd prior_gradient_;
+  double prior_cost_ = 0.0;
+  Eigen::MatrixXd matrix_;
+  Eigen::VectorXd gradient_;
+  double cost_ = 0.0;
+};
+
+// The block of a symmetric matrix that belongs to the poses a factor sees, from its own blocks.
+using PairBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+PairBlock PoseBlock(const LinearisedGraph::Factor& factor,
+                    const std::vector<TridiagonalChain::Block>& own,
+                    const std::vector<TridiagonalChain::Block>& with_next);
+
+// Adds a factor's block to where its poses stand.
+void AddPoseBlock(const LinearisedGraph::Factor& factor,
+                  const PairBlock& block,
+                  std::vector<TridiagonalChain::Block>* own,
+                  std::vector<TridiagonalChain::Block>* with_next);
+
+}  // namespace truetriad

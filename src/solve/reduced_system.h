@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/graph.h"
+#include "solve/linearised_graph.h"
+#include "solve/shared_information.h"
+
+namespace truetriad {
+
+// The linearised graph with what its solution is known to: what ceres::Covariance would give where
+// it can, plus what it cannot: projections of residuals, variance components, rank-deficient
+// systems. With the whole system's projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all
+// columns)
+//
+//   P = D - D J M^-1 J^T D        P r = D (r + J step).
+class ReducedSystem : public LinearisedGraph {
+ public:
+  // Three rows of a factor that have one variance, and what that changes by.
+  struct VarianceChange {
+    std::size_t factor = 0;
+    Eigen::Index row = 0;  // of the factor's
+    Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
+  };
+
+  explicit ReducedSystem(const PoseGraph& graph);
+
+  // As LinearisedGraph, with all that follows.
+  void Eliminate(const PoseGraph& graph);
+
+  // Rows of all factors: B M^-1 and the projected residuals P r.
+  const StackedRows& BM() const { return BM_; }
+  const Eigen::VectorXd& projected() const { return projected_; }
+
+  // M and what follows from it.
+  const SharedInformation& shared() const { return shared_; }
+  const Eigen::MatrixXd& information() const { return shared_.matrix(); }
+  const Eigen::MatrixXd& covariance() const { return shared_.covariance(); }
+  const Eigen::VectorXd& scale() const { return shared_.scale(); }
+  int rank() const { return shared_.rank(); }
+  const Eigen::VectorXd& step() const { return shared_.step(); }
+
+  // The blocks of D and of P that belong to a factor: of D all rows, of P three.
+  const PoseRowMatrix& D(std::size_t factor) const { return D_[factor]; }
+  Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
+
+  // The blocks of dD = -D dV D at the places of `wanted`, one for each; what those change is not
+  // looked at.
+  std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
+                                                   const std::vector<VarianceChange>& wanted) const;
+
+ private:
+  void Complete(const PoseGraph& graph);
+
+  std::vector<PoseRowMatrix> D_;
+  StackedRows BM_;
+  Eigen::VectorXd projected_;
+  SharedInformation shared_;
+};
+
+}  // namespace truetriad

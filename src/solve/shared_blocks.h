@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <ceres/manifold.h>
+
+#include "problem/parameters.h"
+
+namespace truetriad {
+
+// A block of the shared vector as Ceres sees it.
+struct SharedBlock {
+  int offset = 0;
+  int size = 0;
+};
+
+// The blocks of a layout that are parameters of the graph, in the model's order.
+std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout);
+// Those that turns depend on: the gyroscope's.
+std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout);
+
+// Parameters that move in a linear subspace: x + basis * delta. Held entries are rows of zeros,
+// tied entries share a column.
+class LinearManifold final : public ceres::Manifold {
+ public:
+  // Columns of `basis` are orthonormal.
+  explicit LinearManifold(Eigen::MatrixXd basis) : basis_(std::move(basis)) {}
+  int AmbientSize() const override { return static_cast<int>(basis_.rows()); }
+  int TangentSize() const override { return static_cast<int>(basis_.cols()); }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  Eigen::MatrixXd basis_;
+};
+
+}  // namespace truetriad

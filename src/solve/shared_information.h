@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "problem/graph.h"
+
+namespace truetriad {
+
+// Cholesky factor of a matrix scaled to unit diagonal: per_own * matrix * per_own.
+struct ScaledFactor {
+  Eigen::VectorXd per_own;  // one over the square roots of the diagonal
+  Eigen::LLT<Eigen::MatrixXd> factor;
+};
+// Unset where the matrix is so near to singular that its eigenvalues must be looked at.
+std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
+
+// The information of all factors about the free shared coordinates, the attitudes eliminated.
+class SharedInformation {
+ public:
+  SharedInformation() = default;
+  // `information` M and `gradient` of half the sum of squares, in free coordinates.
+  SharedInformation(const SharedLayout& layout,
+                    const Eigen::VectorXd& shared,
+                    Eigen::MatrixXd information,
+                    const Eigen::VectorXd& gradient);
+
+  int size() const { return static_cast<int>(matrix_.rows()); }
+  const Eigen::MatrixXd& matrix() const { return matrix_; }
+  // M^-1; a direction that is not determined (see `rank`) has zero variance here.
+  const Eigen::MatrixXd& covariance() const { return covariance_; }
+  // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors: worked out by
+  // this call.
+  struct Spectrum {
+    Eigen::VectorXd values;
+    Eigen::MatrixXd vectors;
+  };
+  Spectrum FindSpectrum() const;
+  // Typical size of each free coordinate.
+  const Eigen::VectorXd& scale() const { return scale_; }
+  int rank() const { return rank_; }
+  // The Gauss-Newton step; near zero at the optimum.
+  const Eigen::VectorXd& step() const { return step_; }
+
+ private:
+  Eigen::MatrixXd matrix_, covariance_;
+  Eigen::VectorXd scale_, step_;
+  int rank_ = 0;
+};
+
+}  // namespace truetriad

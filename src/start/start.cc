@@ -1,0 +1,569 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "start/start.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include "init/ellipsoid_fit.h"
+#include "init/fixture_fit.h"
+#include "init/frame_alignment.h"
+#include "init/gyro_start.h"
+#include "init/six_position.h"
+#include "math/distributions.h"
+#include "problem/known_motion_rows.h"
+#include "problem/moves.h"
+
+namespace truetriad {
+namespace {
+
+// A magnetometer in counts whose field is unknown has no natural scale: 50 uT is a mid-latitude
+// field.
+constexpr double kNominalFieldUt = 50.0;
+// A gain this far from 1 in a log that states a physical unit is a unit mistake.
+constexpr double kLargestSiGain = 4.0;
+constexpr std::size_t kMaxCandidates = 4;
+// Readings thinner in one direction than this share of their largest extent are as good as plane;
+// evenly spread ones are near 1.
+constexpr double kThinShare = 0.2;
+
+// Sphere through readings of a triad whose matrix is held: linear in the centre and in
+// r^2 - |c|^2, after undoing the matrix.
+TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
+                           const Eigen::Matrix3d& sensitivity) {
+  const Eigen::Matrix3d correction = sensitivity.inverse();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) centre += correction * reading;
+  centre /= static_cast<double>(readings.size());
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::VectorXd squares(design.rows());
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const Eigen::Vector3d point = correction * readings[static_cast<std::size_t>(k)] - centre;
+    design.row(k) << 2.0 * point.transpose(), 1.0;
+    squares[k] = point.squaredNorm();
+  }
+  const Eigen::Vector4d solution = design.colPivHouseholderQr().solve(squares);
+  return {sensitivity, sensitivity * (centre + solution.head<3>())};
+}
+
+Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
+                                    MatrixModel model,
+                                    double radius) {
+  TriadModel<double> result;
+  const auto ellipsoid =
+      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
+  if (!ellipsoid) return ellipsoid.error();
+  result.bias = ellipsoid->centre;
+  if (model == MatrixModel::kDiagonal) {
+    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
+  } else {
+    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
+  }
+  return result;
+}
+
+// Ellipsoid start that a few disturbed poses cannot spoil: refitted without readings whose norm
+// error stands out from the others'.
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
+                                           MatrixModel model,
+                                           double radius) {
+  auto fitted = FitModel(readings, model, radius);
+  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
+  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
+    std::vector<double> errors;
+    errors.reserve(readings.size());
+    for (const auto& reading : readings)
+      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
+    // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * 1.4826 * Median(errors);
+    std::vector<Eigen::Vector3d> kept;
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (errors[k] <= limit) kept.push_back(readings[k]);
+    }
+    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
+    auto refitted = FitModel(kept, model, radius);
+    if (!refitted) break;
+    fitted = std::move(refitted);
+    readings = std::move(kept);
+  }
+  return fitted;
+}
+
+// Linear least squares for y = S x + b with known x.
+Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                         const std::vector<Eigen::Vector3d>& fields) {
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::MatrixXd values(design.rows(), 3);
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
+    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
+  if (qr.rank() < 4) {
+    return NotEnoughError(
+        "the known attitudes lie in one plane: they do not determine gains and biases; add poses "
+        "with every axis up and down");
+  }
+  const Eigen::MatrixXd solution = qr.solve(values);
+  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
+}
+
+Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
+  std::size_t needed = 9;
+  if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
+    needed = 4;
+  } else if (options.model == MatrixModel::kDiagonal) {
+    needed = 6;
+  }
+  std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
+  if (options.quadratic == Wanted::kYes) {
+    // A pose says three things with its attitude, one without.
+    needed += attitudes ? 1 : 3;
+    model += " with a quadratic term";
+  }
+  if (poses >= needed) return {};
+  return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
+                        " poses, but " + model + " needs at least " + std::to_string(needed) +
+                        "; add poses, or ask for a smaller model");
+}
+
+// Gravity that is off by a large factor in a log that states its unit.
+Status CheckAccelerometerUnit(const PoseSet& poses,
+                              const std::vector<Eigen::Vector3d>& readings,
+                              const TriadModel<double>& model) {
+  const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
+  if (stream == nullptr || stream->unit.is_counts) return {};
+  const double gain =
+      std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
+  if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
+  std::vector<double> norms;
+  norms.reserve(readings.size());
+  for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
+  return BadInputError(poses.source + ": the accelerometer reads " + std::to_string(Median(norms)) +
+                       " " + stream->unit.name + " at rest (median norm), and its fitted gain is " +
+                       std::to_string(gain) +
+                       " times what that unit means; the unit in the header or manifest is "
+                       "probably wrong (mg given as g? counts?)");
+}
+
+// The six-position solution with known forces: the analytic one, which takes each column from one
+// face, when there is one rest a face; else least squares over all rests.
+Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
+                                            const std::vector<Eigen::Vector3d>& readings,
+                                            const std::vector<Eigen::Vector3d>& forces,
+                                            double gravity) {
+  if (forces.size() != readings.size()) {
+    return BadInputError(poses.source + ": " + std::to_string(readings.size()) +
+                         " poses, but `initialise.forces` names " + std::to_string(forces.size()) +
+                         " forces; one row a pose is needed, in the same order");
+  }
+  const auto faces = AssignFaces(forces);
+  const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
+  if (!faces || forces.size() != 6 || stream == nullptr || stream->unit.is_counts) {
+    return FitKnownField(readings, forces);
+  }
+  // SixPositionKnownForce wants -z, +z, -y, +y, +x, -x and readings in the forces' unit.
+  std::array<Eigen::Vector3d, 6> ordered_readings;
+  std::array<Eigen::Vector3d, 6> ordered_forces;
+  for (std::size_t k = 0; k < 6; ++k) {
+    const FacePose& face = (*faces)[k];
+    const bool up = face.sign > 0;
+    const std::size_t place = face.axis == 2   ? (up ? 1 : 0)
+                              : face.axis == 1 ? (up ? 3 : 2)
+                                               : (up ? 4 : 5);
+    ordered_readings[place] = readings[k] * stream->unit.truth_per_raw;
+    ordered_forces[place] = forces[k];
+  }
+  TriadModel<double> model = SixPositionKnownForce(ordered_readings, ordered_forces, gravity);
+  model.sensitivity /= stream->unit.truth_per_raw;
+  model.bias /= stream->unit.truth_per_raw;
+  return model;
+}
+
+Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
+                                              const CalibrateOptions& options) {
+  const TriadOptions& triad = options.triads[Triad::kAccelerometer];
+  const double gravity = *options.reference.gravity_mps2.value;
+  const double sign = triad.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+  const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, Triad::kAccelerometer);
+  if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
+
+  switch (options.initialise.method) {
+    case InitialiseMethod::kSixFaceExtremes: {
+      auto model = SixFaceExtremes(readings, gravity);
+      if (model) model->sensitivity *= sign;
+      return model;
+    }
+    case InitialiseMethod::kSixPosition: {
+      if (!options.initialise.known_forces.empty()) {
+        return SixPositionStart(poses, readings, options.initialise.known_forces, gravity);
+      }
+      const auto faces = AssignFaces(readings);
+      if (!faces) return faces.error();
+      auto model = SixPosition(readings, *faces, gravity);
+      if (model) model->sensitivity *= sign;
+      return model;
+    }
+    default:
+      break;
+  }
+
+  if (options.attitudes.kind == AttitudeKind::kGiven) {
+    std::vector<Eigen::Vector3d> forces;
+    for (const StaticPose& pose : poses.poses) {
+      if (!pose.triads[Triad::kAccelerometer]) continue;
+      forces.push_back(pose.attitude->world_from_body.conjugate() *
+                       Eigen::Vector3d(0.0, 0.0, gravity));
+    }
+    return FitKnownField(readings, forces);
+  }
+  if (options.attitudes.kind == AttitudeKind::kSixFace) {
+    const auto faces = FacesOfPoses(poses, triad.sign);
+    if (!faces) return faces.error();
+    std::vector<Eigen::Vector3d> forces;
+    for (const int face : *faces) {
+      if (face >= 0) forces.push_back(gravity * FaceAxes(face).col(0));
+    }
+    return FitKnownField(readings, forces);
+  }
+
+  MatrixModel shape = triad.model;
+  if (options.initialise.method == InitialiseMethod::kEllipsoidAxisAligned) {
+    shape = MatrixModel::kDiagonal;
+  } else if (options.initialise.method == InitialiseMethod::kEllipsoid) {
+    shape = MatrixModel::kFull;
+  }
+  auto model = FitModelTrimmed(readings, shape, gravity);
+  if (!model) return model;
+  model->sensitivity *= sign;
+  // Lower triangular: the gauge of the solution. A diagonal matrix already is.
+  model->sensitivity *= GaugeRotation(Gauge::kAccelX, model->sensitivity, sign);
+  return model;
+}
+
+// Strength that the start uses, and whether it is only a convention.
+double StartField(const PoseSet& poses, const CalibrateOptions& options, bool* nominal) {
+  *nominal = !options.reference.field_ut.known();
+  if (options.reference.field_ut.known()) return *options.reference.field_ut.value;
+  const StreamSummary* stream = poses.Find(Triad::kMagnetometer);
+  if (stream == nullptr || stream->unit.is_counts) return kNominalFieldUt;
+  // The mean radius in the stated unit, so that the mean gain is 1.
+  const auto fitted = FitModelTrimmed(
+      ReadingsOf(poses, Triad::kMagnetometer), options.triads[Triad::kMagnetometer].model, 1.0);
+  if (!fitted) return kNominalFieldUt;
+  return std::cbrt(std::abs(fitted->sensitivity.determinant())) * stream->unit.truth_per_raw;
+}
+
+// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed).
+Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
+                                                  const CalibrateOptions& options,
+                                                  double field) {
+  const TriadOptions& triad = options.triads[Triad::kMagnetometer];
+  const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, Triad::kMagnetometer);
+  if (triad.fixed_sensitivity) return FitBias(readings, *triad.fixed_sensitivity);
+  return FitModelTrimmed(readings, triad.model, field);
+}
+
+// Turns the own-frame magnetometer into the body frame by the constant angle between field and
+// gravity; one start for every rival solution.
+Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
+                                                   const CalibrateOptions& options,
+                                                   const StartValues& base,
+                                                   const TriadModel<double>& own) {
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<Eigen::Vector3d> fields;
+  std::vector<const StaticPose*> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
+    ups.push_back(base.models[Triad::kAccelerometer]
+                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
+                      .normalized());
+    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
+    pairs.push_back(&pose);
+  }
+  const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+  const Knowledge& dip = options.reference.dip_rad;
+
+  std::vector<FrameAlignment> alignments;
+  if (held) {
+    FrameAlignment identity;
+    for (std::size_t k = 0; k < ups.size(); ++k) identity.cosine += ups[k].dot(fields[k]);
+    identity.cosine /= static_cast<double>(std::max<std::size_t>(ups.size(), 1));
+    alignments.push_back(identity);
+  } else {
+    const double known_cosine = dip.known() ? -std::sin(*dip.value) : 0.0;
+    const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
+    auto found = AlignFrames(ups, fields, +1, cosine);
+    if (!found) return found.error();
+    alignments = std::move(*found);
+    if (cosine != nullptr) {
+      // With the dip known both determinants are different problems.
+      auto mirrored = AlignFrames(ups, fields, -1, cosine);
+      if (mirrored) alignments.insert(alignments.end(), mirrored->begin(), mirrored->end());
+      std::stable_sort(alignments.begin(), alignments.end(), [](const auto& a, const auto& b) {
+        return a.rms < b.rms;
+      });
+    } else {
+      // (R, c) and (-R, -c) are the same solution: the hemisphere decides. Field down = dip
+      // positive = negative cosine with up.
+      const double wanted = dip.known() ? (*dip.value < 0.0 ? 1.0 : -1.0)
+                                        : (options.reference.northern_hemisphere ? -1.0 : 1.0);
+      for (FrameAlignment& alignment : alignments) {
+        const bool equator = std::abs(alignment.cosine) < kEquatorSine;
+        if (!equator && alignment.cosine * wanted < 0.0) {
+          alignment.rotation = -alignment.rotation;
+          alignment.cosine = -alignment.cosine;
+        }
+      }
+    }
+  }
+
+  std::vector<StartValues> starts;
+  for (const FrameAlignment& alignment : alignments) {
+    // Rivals much worse than the best are not solutions.
+    if (!starts.empty() && alignment.rms > 20.0 * alignments.front().rms + 1e-3) break;
+    if (starts.size() == kMaxCandidates) break;
+    StartValues start = base;
+    TriadModel<double> model = own;
+    // own frame vector = R^T body vector.
+    model.sensitivity = own.sensitivity * alignment.rotation.transpose();
+    const MatrixModel shape = options.triads[Triad::kMagnetometer].model;
+    if (!held && (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric)) {
+      // These models have no rotation, and what noise made of one here would stay for ever.
+      model.sensitivity = own.sensitivity * NearestAxisMap(alignment.rotation.transpose());
+    }
+    start.models[Triad::kMagnetometer] = model;
+    start.reference[kDip] =
+        dip.known() ? *dip.value : -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
+    if (options.attitudes.kind == AttitudeKind::kGiven) {
+      Eigen::Vector3d world = Eigen::Vector3d::Zero();
+      for (const StaticPose* pose : pairs) {
+        world += base.level_from_fixture * pose->attitude->world_from_body *
+                 model.TruthFromRaw(pose->triads[Triad::kMagnetometer]->mean_raw);
+      }
+      start.reference[kHeading] = std::atan2(world.y(), world.x());
+    }
+    starts.push_back(start);
+  }
+  return starts;
+}
+
+// The triad in the attitudes that are given, in a field of unknown direction.
+Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double strength) {
+  std::vector<Eigen::Quaterniond> attitudes;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[triad]) continue;
+    if (!pose.attitude) {
+      return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
+                           " has no known attitude; every pose needs one with `attitudes: "
+                           "{file: …}`");
+    }
+    attitudes.push_back(pose.attitude->world_from_body);
+  }
+  return FitInFixture(ReadingsOf(poses, triad), attitudes, strength);
+}
+
+// A magnetometer alone in given attitudes: its matrix, and the field's dip and heading in their
+// frame.
+Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
+                                         const CalibrateOptions& options,
+                                         StartValues* start) {
+  auto fit = FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]);
+  TRUETRIAD_RETURN_IF_ERROR(fit);
+  const Knowledge& dip = options.reference.dip_rad;
+  const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
+  // Near the equator the positive determinant decides, which the fit has.
+  if (std::abs(fit->direction.z()) > kEquatorSine && (fit->direction.z() < 0.0) != north) {
+    fit->direction *= -1.0;
+    fit->model.sensitivity *= -1.0;
+  }
+  start->models[Triad::kMagnetometer] = fit->model;
+  start->reference[kDip] =
+      dip.known() ? *dip.value : -std::asin(std::clamp(fit->direction.z(), -1.0, 1.0));
+  start->reference[kHeading] = std::atan2(fit->direction.y(), fit->direction.x());
+  return {};
+}
+
+// Moves that hardly show an axis give it any gain. In a log that states its unit no gyroscope has
+// that.
+bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
+  if (unit.is_counts) return true;
+  const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
+  return (gains < kLargestSiGain).all() && (gains > 1.0 / kLargestSiGain).all();
+}
+
+// Diagonal and symmetric models have no rotation, and what noise made of one would stay for ever.
+TriadModel<double> InShape(MatrixModel shape, TriadModel<double> model) {
+  if (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric) {
+    model.sensitivity = Eigen::Matrix3d(model.sensitivity.rowwise().norm().asDiagonal()) *
+                        NearestAxisMap(model.sensitivity);
+  }
+  return model;
+}
+
+Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
+                                          const CalibrateOptions& options,
+                                          const TriadModel<double>* accelerometer) {
+  const TriadOptions& sensor = options.triads[Triad::kGyroscope];
+  TriadModel<double> model;
+  model.bias = sensor.fixed_bias.value_or(MedianReading(poses, Triad::kGyroscope));
+  if (sensor.fixed_sensitivity) {
+    model.sensitivity = *sensor.fixed_sensitivity;
+    return model;
+  }
+  // Whatever the accelerometer saw on the way, rates that are known show all at once.
+  const bool use_rates = accelerometer == nullptr || !poses.rates.empty();
+  auto known = GyroscopeFromKnownMotions(poses);
+  if (known && use_rates) {
+    known->bias = sensor.fixed_bias.value_or(known->bias);
+    return InShape(sensor.model, *std::move(known));
+  }
+  if (accelerometer == nullptr) return known.error();
+  std::vector<DirectionMove> moves;
+  for (const RecordedMove& recorded : poses.moves) {
+    const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
+    const auto& after = poses.poses[recorded.from + 1].triads[Triad::kAccelerometer];
+    if (!recorded.fault.empty() || recorded.accelerometer_raw.empty() || !before || !after) {
+      continue;
+    }
+    DirectionMove& move = moves.emplace_back();
+    move.move = MoveOf(recorded, accelerometer);
+    move.direction = std::move(move.move.force_mps2);
+    move.move.force_mps2.clear();
+    move.before = accelerometer->TruthFromRaw(before->mean_raw).normalized();
+    move.after = accelerometer->TruthFromRaw(after->mean_raw).normalized();
+  }
+  const auto sensitivity = FindGyroSensitivity(moves, model.bias);
+  const Unit& unit = poses.Find(Triad::kGyroscope)->unit;
+  if (sensitivity && IsPlausible(*sensitivity, unit)) {
+    model.sensitivity = *sensitivity;
+  } else if (known) {
+    model.sensitivity = known->sensitivity;
+  } else if (!sensitivity) {
+    return sensitivity.error();
+  } else {
+    model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
+  }
+  return InShape(sensor.model, model);
+}
+
+}  // namespace
+
+Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
+  const bool six_faces = options.initialise.method == InitialiseMethod::kSixFaceExtremes ||
+                         options.initialise.method == InitialiseMethod::kSixPosition;
+  if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
+    return NotEnoughError(
+        "gyroscope: alone it shows nothing but its bias; state known `turns:` or `rates:`, or "
+        "calibrate the accelerometer with it, which judges its turns by gravity");
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
+    const bool attitudes =
+        triad == Triad::kAccelerometer && options.attitudes.kind != AttitudeKind::kNone;
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckCount(triad, ReadingsOf(poses, triad).size(), sensor, attitudes));
+  }
+  return {};
+}
+
+std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
+                                                    const CalibrateOptions& options) {
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::vector<WeakDirection> weak;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
+    if (!options.triads[triad].enabled || readings.size() < 3) continue;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& reading : readings) mean += reading;
+    mean /= static_cast<double>(readings.size());
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const Eigen::Vector3d& reading : readings) {
+      scatter += (reading - mean) * (reading - mean).transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+    const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    if (extent[0] > kThinShare * extent[2]) continue;
+    Eigen::Index axis = 0;
+    solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
+    const std::string name = kAxes[static_cast<std::size_t>(axis)];
+    const std::string sensor(TriadName(triad));
+    WeakDirection direction;
+    direction.description.append(sensor)
+        .append(" bias ")
+        .append(name)
+        .append(" and scale ")
+        .append(name);
+    direction.description.append(" cannot be told apart: the readings vary too little along their ")
+        .append(name)
+        .append(" axis");
+    direction.advice.append("add poses with body ")
+        .append(name)
+        .append(triad == Triad::kAccelerometer ? " up and down"
+                                               : " along the field and against it");
+    direction.sigma = std::numeric_limits<double>::infinity();
+    weak.push_back(direction);
+  }
+  return weak;
+}
+
+Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
+                                                 const CalibrateOptions& options) {
+  StartValues start;
+  start.reference[kGravity] = *options.reference.gravity_mps2.value;
+  start.reference[kField] = kNominalFieldUt;
+  const bool has_accelerometer = options.triads[Triad::kAccelerometer].enabled;
+  const bool has_magnetometer = options.triads[Triad::kMagnetometer].enabled;
+  if (has_accelerometer) {
+    const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
+    Result<TriadModel<double>> model = TriadModel<double>();
+    if (options.attitudes.unknown_fixture_rotation) {
+      auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
+      TRUETRIAD_RETURN_IF_ERROR(fit);
+      const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+      start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
+          Eigen::Vector3d(sign * fit->direction), Eigen::Vector3d::UnitZ());
+      fit->model.sensitivity *= sign;
+      *model = fit->model;
+    }
+    if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
+      model = AccelerometerStart(poses, options);
+    }
+    if (!model) return model.error();
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckAccelerometerUnit(poses, ReadingsOf(poses, Triad::kAccelerometer), *model));
+    start.models[Triad::kAccelerometer] = *model;
+  }
+  if (options.triads[Triad::kGyroscope].enabled) {
+    const auto& accelerometer = start.models[Triad::kAccelerometer];
+    auto model = GyroscopeStart(poses, options, accelerometer ? &*accelerometer : nullptr);
+    if (!model) return model.error();
+    start.models[Triad::kGyroscope] = *model;
+    TRUETRIAD_RETURN_IF_ERROR(CheckTurnCounts(poses, start));
+  }
+  if (!has_magnetometer) return std::vector<StartValues>{start};
+
+  start.reference[kField] = StartField(poses, options, &start.field_nominal);
+  auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
+  if (!own) return own.error();
+  if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
+  if (options.attitudes.kind == AttitudeKind::kGiven &&
+      !options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    TRUETRIAD_RETURN_IF_ERROR(StartMagnetometerInGivenAttitudes(poses, options, &start));
+    return std::vector<StartValues>{start};
+  }
+  if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
+    own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity);
+  }
+  start.models[Triad::kMagnetometer] = *own;
+  return std::vector<StartValues>{start};
+}
+
+}  // namespace truetriad

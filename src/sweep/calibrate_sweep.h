@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/problem/options.h"
+#include "truetriad/verdict/summary.h"
+
+namespace truetriad {
+
+// Calibrate for windows of a temperature sweep (`options.sweep`, PoseSet::sweep): the terms of the
+// bias in temperature and its rate, axis by axis. Errors as Calibrate, and a static calibration
+// that does not fit; `summary` holds what is known without any data.
+Status CalibrateSweep(const PoseSet& poses,
+                      const CalibrateOptions& options,
+                      CalibrationSummary* summary);
+
+}  // namespace truetriad

@@ -1,0 +1,423 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep/sweep_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/messages.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kShareOfItsOwn = 0.25;
+constexpr double kEnterLevel = 0.01;
+constexpr double kLeaveLevel = 0.05;
+constexpr double kFewerLags = 0.95;
+constexpr double kLongestLagShare = 0.25;
+constexpr double kLagRatio = 1.35;
+// Lags of half of an element's temperature beside those of its rate.
+constexpr double kElementShare = 1.0 / 16.0;
+constexpr int kPlainOrder = 3;
+
+constexpr std::array<bool ThermalOptions::*, 3> kRates = {
+    &ThermalOptions::rate_linear, &ThermalOptions::rate_quadratic, &ThermalOptions::rate_cross};
+constexpr std::array<const char*, 3> kRateNames = {"T'", "T'^2", "tau T'"};
+
+// Which of the two lags there are.
+struct LagShape {
+  bool element = false, rate = false;
+  int count() const { return (element ? 1 : 0) + (rate ? 1 : 0); }
+};
+
+ThermalOptions Plain(int order) {
+  ThermalOptions terms;
+  terms.bias_order = order;
+  return terms;
+}
+
+class Chooser {
+ public:
+  Chooser(SweepProblem* problem, int axis, const ThermalOptions& wanted)
+      : problem_(*problem), axis_(axis), wanted_(wanted), allowed_(wanted) {
+    allowed_.lags = 0;
+    allowed_.bias_order_auto = allowed_.rate_auto = allowed_.lags_auto = false;
+    shortest_s_ = std::max(2.0 * problem_.spacing_s(), 1.0);
+    longest_s_ = kLongestLagShare * problem_.duration_s();
+  }
+
+  SweepChoice Choose() {
+    problem_.SetKnots(wanted_.knots_degc);
+    GateRates();
+    if (wanted_.find_knots > 0) FindKnots();
+    std::optional<Candidate> best;
+    for (const LagShape& shape : Shapes()) {
+      std::optional<Candidate> candidate = Try(shape);
+      if (!candidate) continue;
+      const bool same_count = best && best->shape.count() == shape.count();
+      const double needed = same_count ? 1.0 : kFewerLags;
+      if (!best || candidate->held_out < needed * best->held_out) best = std::move(candidate);
+    }
+    if (!best) best = Try({});  // Every lag that was asked for is refused.
+    choice_.steps = std::move(best->steps);
+    choice_.held_out = best->held_out;
+    choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
+    choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
+    return std::move(choice_);
+  }
+
+ private:
+  struct Candidate {
+    LagShape shape;
+    SweepLags lags;
+    ThermalOptions terms;
+    double held_out = 0.0;
+    std::vector<SweepStep> steps;
+  };
+
+  // Leaves out the rate terms that the recording does not tell from the others.
+  void GateRates() {
+    const Eigen::MatrixX2d states = problem_.States({});
+    has_branches_ = problem_.ShareOfItsOwn(states, 0, {}) >= kShareOfItsOwn;
+    std::vector<int> beside;
+    for (const int rate : {0, 2, 1}) {
+      bool& is_allowed = allowed_.*kRates[static_cast<std::size_t>(rate)];
+      if (!is_allowed) continue;
+      const double share = problem_.ShareOfItsOwn(states, rate, beside);
+      if (share >= kShareOfItsOwn) {
+        beside.push_back(rate);
+        continue;
+      }
+      is_allowed = false;
+      choice_.left_out.push_back(
+          std::string(kRateNames[static_cast<std::size_t>(rate)]) +
+          Format(": only %.0f %% of it is not told by the temperature and the other rate terms; ",
+                 100.0 * share) +
+          (rate == 1 ? "repeat the sweep at another rate"
+                     : "repeat the sweep up and down, at more than one rate"));
+    }
+  }
+
+  // One knot after another, each where the sum of squares is least, as long as it lowers the
+  // held-out error.
+  void FindKnots() {
+    ThermalOptions terms = allowed_;
+    terms.bias_order = wanted_.bias_order_auto ? kPlainOrder : wanted_.bias_order;
+    const ThermalScale& scale = problem_.scale();
+    for (int count = 0; count < wanted_.find_knots; ++count) {
+      const std::vector<double> known = problem_.knots_degc();
+      terms.knots_degc = known;
+      const double before = HeldOutRms(&problem_, axis_, terms, {});
+      const auto square_at = [&](double v) {
+        std::vector<double> knots = known;
+        knots.push_back(scale.centre_degc + v * scale.half_range_degc);
+        problem_.SetKnots(knots);
+        terms.knots_degc = knots;
+        return WeightedSquareAt(problem_, axis_, terms, {});
+      };
+      constexpr int kPlaces = 60;
+      constexpr double kInner = 0.92;  // of the range: a piece needs data
+      double best = 0.0, least = std::numeric_limits<double>::infinity();
+      const double step = 2.0 * kInner / kPlaces;
+      for (int place = 0; place <= kPlaces; ++place) {
+        const double square = square_at(-kInner + place * step);
+        if (square >= least) continue;
+        least = square;
+        best = -kInner + place * step;
+      }
+      for (double width = 0.5 * step; width > 1e-4; width *= 0.5) {
+        for (const double v : {best - width, best + width}) {
+          const double square = square_at(v);
+          if (square >= least) continue;
+          least = square;
+          best = v;
+        }
+      }
+      square_at(best);
+      if (HeldOutRms(&problem_, axis_, terms, {}) < kFewerLags * before) continue;
+      choice_.left_out.push_back(
+          Format("knot: the best, at %.1f degC, does not lower the held-out error",
+                 scale.centre_degc + best * scale.half_range_degc));
+      problem_.SetKnots(known);
+      break;
+    }
+    allowed_.knots_degc = problem_.knots_degc();
+    allowed_.find_knots = 0;
+  }
+
+  std::vector<LagShape> Shapes() {
+    const bool has_rates = allowed_.rate_linear || allowed_.rate_quadratic || allowed_.rate_cross;
+    const bool any = wanted_.lags > 0 || wanted_.lags_auto;
+    if (any && !has_branches_) {
+      choice_.left_out.emplace_back(
+          "lag: it shows as the difference between heating and cooling; repeat the sweep up and "
+          "down");
+      return {LagShape()};
+    }
+    std::vector<LagShape> shapes;
+    if (wanted_.lags == 0) shapes.push_back({false, false});
+    if (wanted_.lags == 1 || wanted_.lags_auto) {
+      shapes.push_back({true, false});
+      if (has_rates) shapes.push_back({false, true});
+    }
+    if ((wanted_.lags == 2 || wanted_.lags_auto) && has_rates) shapes.push_back({true, true});
+    if (wanted_.lags == 2 && !has_rates) shapes.push_back({true, false});
+    return shapes;
+  }
+
+  std::vector<double> Grid(double longest) const {
+    std::vector<double> grid;
+    for (double lag = shortest_s_; lag < longest; lag *= kLagRatio) grid.push_back(lag);
+    return grid;
+  }
+
+  // Lags to try; up to the whole recording, so that a drift is seen as one.
+  std::vector<SweepLags> LagsOf(const LagShape& shape) const {
+    std::vector<SweepLags> all;
+    const std::vector<double> none = {0.0};
+    const double longest = problem_.duration_s();
+    for (const double element :
+         shape.element ? Grid(shape.rate ? kElementShare * longest : longest) : none) {
+      for (const double rate : shape.rate ? Grid(longest) : none) all.push_back({element, rate});
+    }
+    return all;
+  }
+
+  // Of the lags in `all` the one with the smallest sum of squares over all folds but one.
+  SweepLags BestOf(const std::vector<SweepLags>& all, const ThermalOptions& terms, int but) {
+    const std::vector<int> columns = ColumnsOf(problem_, terms);
+    SweepLags best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const SweepLags& lags : all) {
+      const double square = WeightedSquare(problem_.Blocks(lags), columns, axis_, but);
+      if (square >= least) continue;
+      least = square;
+      best = lags;
+    }
+    return best;
+  }
+
+  // Golden section over the logarithm of one lag, a step of the grid to both sides.
+  void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
+    if (!(lags->*which > 0.0)) return;
+    constexpr double kGolden = 0.6180339887498949;
+    constexpr int kSteps = 14;  // to a thousandth of the interval
+    double low = std::log(lags->*which / kLagRatio), high = std::log(lags->*which * kLagRatio);
+    const auto value = [&](double log_lag) {
+      SweepLags tried = *lags;
+      tried.*which = std::exp(log_lag);
+      return WeightedSquareAt(problem_, axis_, terms, tried);
+    };
+    double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+    double value_a = value(a), value_b = value(b);
+    for (int step = 0; step < kSteps; ++step) {
+      if (value_a < value_b) {
+        high = b, b = a, value_b = value_a;
+        a = high - kGolden * (high - low), value_a = value(a);
+      } else {
+        low = a, a = b, value_a = value_b;
+        b = low + kGolden * (high - low), value_b = value(b);
+      }
+    }
+    lags->*which = std::exp(0.5 * (low + high));
+  }
+
+  std::optional<Candidate> Try(const LagShape& shape) {
+    Candidate candidate{shape, {}, allowed_, 0.0, {}};
+    const std::vector<SweepLags> all = LagsOf(shape);
+    candidate.lags = BestOf(all, allowed_, -1);
+    candidate.terms = ChooseTerms(candidate.lags, &candidate.steps);
+    candidate.lags = BestOf(all, candidate.terms, -1);
+    const double longest = std::max(candidate.lags.element_s, candidate.lags.rate_s);
+    if (longest > longest_s_) {
+      choice_.left_out.push_back(
+          std::string(shape.element && shape.rate ? "two lags"
+                      : shape.element             ? "lag of the element"
+                                                  : "lag of the rate") +
+          Format(": the best is %.0f s, ", longest) +
+          Format("above a quarter of the recording (%.0f s): that is drift, not lag", longest_s_));
+      return std::nullopt;
+    }
+    for (int round = 0; round < (shape.count() > 1 ? 2 : 1); ++round) {
+      RefineOne(candidate.terms, &SweepLags::element_s, &candidate.lags);
+      RefineOne(candidate.terms, &SweepLags::rate_s, &candidate.lags);
+    }
+    // A lag that is found anew in each fold may be no drift there either.
+    std::vector<SweepLags> usable = all;
+    std::erase_if(usable, [this](const SweepLags& lags) {
+      return std::max(lags.element_s, lags.rate_s) > longest_s_;
+    });
+    const std::vector<int> columns = ColumnsOf(problem_, candidate.terms);
+    double sum = 0.0;
+    for (int fold = 0; fold < problem_.fold_count(); ++fold) {
+      const SweepLags lags = BestOf(usable, candidate.terms, fold);
+      sum += HeldOutSquare(problem_.Blocks(lags), columns, problem_.attitude_count(), axis_, fold);
+    }
+    candidate.held_out = std::sqrt(std::max(sum, 0.0) / problem_.size());
+    return candidate;
+  }
+
+  ThermalOptions ChooseTerms(const SweepLags& lags, std::vector<SweepStep>* steps) {
+    ThermalOptions terms = allowed_;
+    if (wanted_.bias_order_auto) terms.bias_order = ChooseOrder(lags, steps);
+    if (wanted_.rate_auto) ChooseRates(lags, &terms, steps);
+    return terms;
+  }
+
+  // Rates as allowed beside; ascending, each against all higher ones.
+  int ChooseOrder(const SweepLags& lags, std::vector<SweepStep>* steps) {
+    constexpr int kMost = ThermalOptions::kMaxBiasOrder;
+    ThermalOptions terms = allowed_;
+    terms.bias_order = 1;
+    Note("start", terms, lags, steps);
+    for (int order = 1; order < kMost;) {
+      terms.bias_order = order;
+      const double held_out = HeldOutRms(&problem_, axis_, terms, lags);
+      int next = order;
+      for (int higher = order + 1; higher <= kMost && next == order; ++higher) {
+        terms.bias_order = higher;
+        std::vector<int> added;
+        for (int power = order + 1; power <= higher; ++power) {
+          added.push_back(problem_.power_column(power));
+        }
+        if (HeldOutRms(&problem_, axis_, terms, lags) >= held_out) continue;
+        const double p = WaldProbability(FitSweep(problem_, axis_, terms, lags), added);
+        if (p < kEnterLevel / (kMost - 1)) next = higher;
+      }
+      if (next == order) {
+        terms.bias_order = order + 1;
+        NoteRejected("tau^" + std::to_string(order + 1),
+                     terms,
+                     problem_.power_column(order + 1),
+                     lags,
+                     steps);
+        return order;
+      }
+      order = next;
+      terms.bias_order = order;
+      Note("+ up to tau^" + std::to_string(order), terms, lags, steps);
+    }
+    return kMost;
+  }
+
+  void ChooseRates(const SweepLags& lags, ThermalOptions* terms, std::vector<SweepStep>* steps) {
+    for (const auto rate : kRates) terms->*rate = false;
+    Note("rates: none", *terms, lags, steps);
+    const auto column = [this](std::size_t rate) {
+      return std::vector<int>{problem_.rate_column(static_cast<int>(rate))};
+    };
+    for (int round = 0; round < 6; ++round) {
+      // Pairs too: of two rates that matter each may do nothing alone.
+      const double held_out = HeldOutRms(&problem_, axis_, *terms, lags);
+      std::optional<ThermalOptions> best;
+      double least = held_out;
+      std::string what;
+      for (unsigned set = 1; set < 8; ++set) {
+        ThermalOptions with = *terms;
+        std::vector<int> added;
+        std::string names;
+        for (std::size_t rate = 0; rate < 3; ++rate) {
+          if ((set >> rate & 1U) == 0) continue;
+          if (terms->*kRates[rate] || !(allowed_.*kRates[rate])) {
+            added.clear();
+            break;
+          }
+          with.*kRates[rate] = true;
+          added.push_back(column(rate).front());
+          names += std::string(names.empty() ? "" : ", ") + kRateNames[rate];
+        }
+        if (added.empty()) continue;
+        const double error = HeldOutRms(&problem_, axis_, with, lags);
+        // More terms at once have to be worth it.
+        const double needed = 1.0 - 0.02 * static_cast<double>(added.size() - 1);
+        if (error >= needed * least) continue;
+        if (WaldProbability(FitSweep(problem_, axis_, with, lags), added) > kEnterLevel) continue;
+        least = error;
+        best = with;
+        what = names;
+      }
+      if (!best) break;
+      *terms = *best;
+      Note("+ " + what, *terms, lags, steps);
+      for (std::size_t rate = 0; rate < 3; ++rate) {
+        if (!(terms->*kRates[rate])) continue;
+        const double p = WaldProbability(FitSweep(problem_, axis_, *terms, lags), column(rate));
+        if (p < kLeaveLevel) continue;
+        ThermalOptions without = *terms;
+        without.*kRates[rate] = false;
+        if (HeldOutRms(&problem_, axis_, without, lags) > least) continue;
+        *terms = without;
+        Note(std::string("- ") + kRateNames[rate], *terms, lags, steps);
+      }
+    }
+    for (std::size_t rate = 0; rate < 3; ++rate) {
+      if (terms->*kRates[rate] || !(allowed_.*kRates[rate])) continue;
+      ThermalOptions with = *terms;
+      with.*kRates[rate] = true;
+      NoteRejected(kRateNames[rate], with, column(rate).front(), lags, steps);
+    }
+  }
+
+  // What was tried last beside the chosen terms, and why it is not among them.
+  void NoteRejected(const std::string& name,
+                    const ThermalOptions& with,
+                    int column,
+                    const SweepLags& lags,
+                    std::vector<SweepStep>* steps) {
+    const double p = WaldProbability(FitSweep(problem_, axis_, with, lags), {column});
+    // As the tables of a regression spell it.
+    constexpr double kLeastShown = 1e-6;
+    const std::string shown = p < kLeastShown ? " (p < 1e-6)" : Format(" (p = %.2g)", p);
+    Note("rejected: " + name + shown, with, lags, steps);
+  }
+
+  void Note(const std::string& what,
+            const ThermalOptions& terms,
+            const SweepLags& lags,
+            std::vector<SweepStep>* steps) {
+    const SweepFit fit = FitSweep(problem_, axis_, terms, lags);
+    const double constants = FitSweep(problem_, axis_, Plain(0), lags).weighted_square;
+    const auto n = static_cast<double>(problem_.size());
+    const auto k = static_cast<double>(fit.columns.size());
+    SweepStep step;
+    step.what = what;
+    step.terms = TermsText(terms);
+    step.r2 = constants > 0.0 ? 1.0 - fit.weighted_square / constants : 0.0;
+    step.adjusted_r2 = 1.0 - (1.0 - step.r2) * (n - problem_.attitude_count()) / (n - k);
+    // Neighbours that hang together count as fewer.
+    const double rho = std::clamp(fit.correlation, 0.0, 0.97);
+    const double effective = n * (1.0 - rho) / (1.0 + rho);
+    step.bic = effective * std::log(fit.weighted_square / n) + k * std::log(effective);
+    step.held_out = HeldOutRms(&problem_, axis_, terms, lags);
+    steps->push_back(step);
+  }
+
+  SweepProblem& problem_;
+  int axis_;
+  ThermalOptions wanted_, allowed_;
+  double shortest_s_ = 0.0, longest_s_ = 0.0;
+  bool has_branches_ = false;
+  SweepChoice choice_;
+};
+
+}  // namespace
+
+std::string TermsText(const ThermalOptions& terms) {
+  std::string text;
+  const auto add = [&text](const std::string& term) { text += (text.empty() ? "" : ", ") + term; };
+  for (int power = 1; power <= terms.bias_order; ++power) {
+    add(power == 1 ? "tau" : "tau^" + std::to_string(power));
+  }
+  for (std::size_t rate = 0; rate < 3; ++rate) {
+    if (terms.*kRates[rate]) add(kRateNames[rate]);
+  }
+  for (const double degc : terms.knots_degc) add(Format("knot at %.1f degC", degc));
+  return text.empty() ? "none" : text;
+}
+
+SweepChoice ChooseSweep(SweepProblem* problem, int axis, const ThermalOptions& wanted) {
+  return Chooser(problem, axis, wanted).Choose();
+}
+
+}  // namespace truetriad

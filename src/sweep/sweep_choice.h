@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sweep/sweep_fit.h"
+#include "sweep/sweep_problem.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// The terms and lags of one axis, chosen where they were left open, and the fit with them.
+struct SweepChoice {
+  SweepFit fit;
+  double held_out = 0.0;        // lags found anew in every fold
+  double held_out_cubic = 0.0;  // of a plain cubic
+  std::vector<SweepStep> steps;
+  std::vector<std::string> left_out;  // "T'^2: …why and what to do"
+};
+
+// `wanted`: orders, rates and lags, some of them open (ThermalOptions). What the recording cannot
+// tell is left out and named:
+//
+//   a rate term   where less than a quarter of it is its own, beside any function of temperature
+//   and
+//                 the other rate terms: one rate only, or only up
+//   a lag         without a rate term's worth of heating and cooling; or when it comes out above a
+//                 quarter of the recording, which is drift
+//
+// An open order is the lowest at which no higher one is significant (p < 1 %, shared by all that
+// are tried) and better for held-out blocks. Open rate terms enter and leave one by one by the same
+// two. An open number of lags is the smallest whose held-out error more lags do not lower by 5 %.
+SweepChoice ChooseSweep(SweepProblem* problem, int axis, const ThermalOptions& wanted);
+
+// "tau, tau^2, T'".
+std::string TermsText(const ThermalOptions& terms);
+
+}  // namespace truetriad

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep/sweep_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "math/distributions.h"
+#include "sweep/temperature_error.h"
+
+namespace truetriad {
+namespace {
+
+// Correlation of neighbouring residuals that is believed at most: beyond, σ would rest on nothing.
+constexpr double kMostCorrelation = 0.97;
+// Step of a lag's derivative, as a share of the lag.
+constexpr double kLagStep = 1e-3;
+// Share of a variance that errors of the temperature make from which it matters what else they do.
+constexpr double kErrorsMatter = 0.02;
+
+Eigen::MatrixXd Pick(const Eigen::MatrixXd& columns, const std::vector<int>& which) {
+  Eigen::MatrixXd picked(columns.rows(), static_cast<Eigen::Index>(which.size()));
+  for (std::size_t j = 0; j < which.size(); ++j) {
+    picked.col(static_cast<Eigen::Index>(j)) = columns.col(which[j]);
+  }
+  return picked;
+}
+
+// Sums over all blocks but one, of the columns alone.
+struct NormalEquations {
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd right;
+  double square = 0.0;
+};
+
+NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
+                      const std::vector<int>& columns,
+                      int axis,
+                      int but) {
+  const auto size = static_cast<Eigen::Index>(columns.size());
+  NormalEquations sum{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size), 0.0};
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (static_cast<int>(b) == but) continue;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const int row = columns[static_cast<std::size_t>(i)];
+      sum.right[i] += blocks[b].weighted_right(row, axis);
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        sum.matrix(i, j) += blocks[b].weighted(row, columns[static_cast<std::size_t>(j)]);
+      }
+    }
+    sum.square += blocks[b].weighted_square[axis];
+  }
+  sum.matrix.triangularView<Eigen::StrictlyUpper>() = sum.matrix.transpose();
+  // Of a constant whose attitude is not seen.
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (sum.matrix(i, i) == 0.0) sum.matrix(i, i) = 1.0;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes) {
+  double products = 0.0;
+  for (Eigen::Index i = 1; i < residuals.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (attitudes[at] == attitudes[at - 1]) products += residuals[i] * residuals[i - 1];
+  }
+  const double squares = residuals.squaredNorm();
+  return squares > 0.0 ? products / squares : 0.0;
+}
+
+Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation) {
+  const Eigen::Index rows = scores.rows();
+  const double limit = 2.0 / std::sqrt(static_cast<double>(rows));
+  const double rho = correlation > limit ? std::min(correlation, kMostCorrelation) : 0.0;
+  if (rho == 0.0) return scores.transpose() * scores;
+  const Eigen::MatrixXd freed = scores.bottomRows(rows - 1) - rho * scores.topRows(rows - 1);
+  Eigen::MatrixXd sum = freed.transpose() * freed;
+  const auto reach =
+      static_cast<Eigen::Index>(4.0 * std::pow(static_cast<double>(rows) / 100.0, 2.0 / 9.0));
+  for (Eigen::Index lag = 1; lag <= reach; ++lag) {
+    const Eigen::MatrixXd product =
+        freed.bottomRows(freed.rows() - lag).transpose() * freed.topRows(freed.rows() - lag);
+    const double share = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
+    sum += share * (product + product.transpose());
+  }
+  return sum / ((1.0 - rho) * (1.0 - rho));
+}
+
+double EffectiveCount(double count, double correlation) {
+  const double rho = std::clamp(correlation, 0.0, kMostCorrelation);
+  return count * (1.0 - rho) / (1.0 + rho);
+}
+
+ColumnFit FitColumns(const Eigen::MatrixXd& columns,
+                     const Eigen::VectorXd& readings,
+                     const Eigen::VectorXd& weights) {
+  ColumnFit fit;
+  const Eigen::VectorXd root = weights.cwiseSqrt();
+  fit.coefficients =
+      (root.asDiagonal() * columns).colPivHouseholderQr().solve(root.cwiseProduct(readings));
+  fit.fitted = columns * fit.coefficients;
+  fit.residuals = readings - fit.fitted;
+  fit.weighted_square = (weights.array() * fit.residuals.array().square()).sum();
+  return fit;
+}
+
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   int count) {
+  // Columns of size 1, so that a lag's is no smaller than the others.
+  const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * weights.asDiagonal() * scaled)
+          .ldlt()
+          .solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+  const Eigen::VectorXd weighted_residuals = weights.cwiseProduct(residuals);
+  const Eigen::MatrixXd scores = weighted_residuals.asDiagonal() * scaled;
+  const auto n = static_cast<double>(count);
+  const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
+  const Eigen::MatrixXd covariance =
+      few * inverse * LongRunCovariance(scores, CorrelationOf(residuals, attitudes)) * inverse;
+  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+}
+
+Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
+                                   const Eigen::VectorXd& weights,
+                                   const Eigen::VectorXd& residuals,
+                                   const std::vector<int>& attitudes,
+                                   const Eigen::VectorXd& variances,
+                                   const ForEachError& for_each_error) {
+  const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
+  const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd weighted = weights.asDiagonal() * scaled;
+  const auto normal = (scaled.transpose() * weighted).ldlt();
+  const double correlation = CorrelationOf(residuals, attitudes);
+  const auto omega = [&](const Eigen::VectorXd& left) {
+    return LongRunCovariance(left.asDiagonal() * weighted, correlation);
+  };
+  Eigen::MatrixXd told = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  for_each_error([&](const Eigen::VectorXd& error) {
+    const Eigen::VectorXd one = weighted.transpose() * error;
+    told += one * one.transpose();
+  });
+  Eigen::MatrixXd others = omega(residuals);
+  const bool matters = (told.diagonal().array() > kErrorsMatter * others.diagonal().array()).any();
+  if (matters) {
+    for_each_error([&](const Eigen::VectorXd& error) {
+      others -= omega(error - scaled * normal.solve(weighted.transpose() * error));
+    });
+  }
+  // What the readings' own noise makes is in `others`; a difference of estimates may say less.
+  const Eigen::MatrixXd least = weighted.transpose() * variances.asDiagonal() * weighted;
+  const Eigen::LLT<Eigen::MatrixXd> root(least);
+  if (matters && root.info() == Eigen::Success) {
+    const Eigen::MatrixXd half = root.matrixL();
+    const Eigen::MatrixXd white = root.matrixL().solve(root.matrixL().solve(others).transpose());
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(white);
+    const Eigen::MatrixXd vectors = half * eigen.eigenvectors();
+    others = vectors * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() * vectors.transpose();
+  }
+  const auto n = static_cast<double>(columns.rows());
+  const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
+  const Eigen::MatrixXd inverse =
+      normal.solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+  const Eigen::MatrixXd covariance = inverse * (few * others + told) * inverse;
+  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+}
+
+namespace {
+
+// A fit but for its covariance, and the derivatives of the fitted readings by its coefficients.
+struct SolvedSweep {
+  SweepFit fit;
+  Eigen::MatrixXd derivatives;
+};
+
+SolvedSweep SolveSweep(const SweepProblem& problem,
+                       int axis,
+                       const ThermalOptions& terms,
+                       const SweepLags& lags) {
+  SolvedSweep result;
+  SweepFit& fit = result.fit;
+  fit.terms = terms;
+  fit.lags = lags;
+  fit.columns = ColumnsOf(problem, terms);
+  const Eigen::MatrixXd X = Pick(problem.Columns(problem.States(lags)), fit.columns);
+  const Eigen::VectorXd y = problem.readings().row(axis).transpose();
+  const Eigen::VectorXd& w = problem.weights();
+  const ColumnFit plain = FitColumns(X, y, w);
+  const Eigen::VectorXd& solved = plain.coefficients;
+  fit.fitted = plain.fitted;
+  fit.residuals = plain.residuals;
+  fit.weighted_square = plain.weighted_square;
+  fit.correlation = CorrelationOf(fit.residuals, problem.attitudes());
+
+  const int lag_count = (lags.element_s > 0.0 ? 1 : 0) + (lags.rate_s > 0.0 ? 1 : 0);
+  Eigen::MatrixXd& J = result.derivatives;
+  J.resize(X.rows(), X.cols() + lag_count);
+  J.leftCols(X.cols()) = X;
+  fit.coefficients.resize(J.cols());
+  fit.coefficients.head(X.cols()) = solved;
+  Eigen::Index column = X.cols();
+  const auto add_lag = [&](double SweepLags::*lag) {
+    if (!(lags.*lag > 0.0)) return;
+    SweepLags more = lags, less = lags;
+    more.*lag *= 1.0 + kLagStep;
+    less.*lag *= 1.0 - kLagStep;
+    const Eigen::MatrixXd change = Pick(problem.Columns(problem.States(more)), fit.columns) -
+                                   Pick(problem.Columns(problem.States(less)), fit.columns);
+    J.col(column) = change * solved / (2.0 * kLagStep * lags.*lag);
+    fit.coefficients[column] = lags.*lag;
+    ++column;
+  };
+  add_lag(&SweepLags::element_s);
+  add_lag(&SweepLags::rate_s);
+  return result;
+}
+
+}  // namespace
+
+SweepFit FitSweep(const SweepProblem& problem,
+                  int axis,
+                  const ThermalOptions& terms,
+                  const SweepLags& lags) {
+  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
+  solved.fit.covariance = SandwichCovariance(solved.derivatives,
+                                             problem.weights(),
+                                             solved.fit.residuals,
+                                             problem.attitudes(),
+                                             problem.size());
+  return std::move(solved.fit);
+}
+
+SweepFit FitSweepWithNoise(const SweepProblem& problem,
+                           int axis,
+                           const ThermalOptions& terms,
+                           const SweepLags& lags) {
+  SolvedSweep solved = SolveSweep(problem, axis, terms, lags);
+  solved.fit.covariance = SandwichCovariance(
+      solved.derivatives,
+      problem.weights(),
+      solved.fit.residuals,
+      problem.attitudes(),
+      problem.noise_variance().row(axis).transpose(),
+      [&](const auto& note) { ForEachTemperatureError(problem, solved.fit, note); });
+  return std::move(solved.fit);
+}
+
+double WeightedSquareAt(const SweepProblem& problem,
+                        int axis,
+                        const ThermalOptions& terms,
+                        const SweepLags& lags) {
+  const Eigen::VectorXd root = problem.weights().cwiseSqrt();
+  const Eigen::MatrixXd X =
+      root.asDiagonal() * Pick(problem.Columns(problem.States(lags)), ColumnsOf(problem, terms));
+  const Eigen::VectorXd y = root.cwiseProduct(problem.readings().row(axis).transpose());
+  const Eigen::MatrixXd normal = X.transpose() * X;
+  const Eigen::VectorXd solved = normal.ldlt().solve(X.transpose() * y);
+  return (y - X * solved).squaredNorm();
+}
+
+double WeightedSquare(const std::vector<SweepBlock>& blocks,
+                      const std::vector<int>& columns,
+                      int axis,
+                      int but) {
+  const NormalEquations sum = SumOf(blocks, columns, axis, but);
+  return sum.square - sum.right.dot(sum.matrix.ldlt().solve(sum.right));
+}
+
+double HeldOutSquare(const std::vector<SweepBlock>& blocks,
+                     const std::vector<int>& columns,
+                     int attitude_count,
+                     int axis,
+                     int fold) {
+  const NormalEquations others = SumOf(blocks, columns, axis, fold);
+  Eigen::VectorXd solved = others.matrix.ldlt().solve(others.right);
+  const SweepBlock& own = blocks[static_cast<std::size_t>(fold)];
+  const auto size = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd matrix(size, size);
+  Eigen::VectorXd right(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const int row = columns[static_cast<std::size_t>(i)];
+    right[i] = own.plain_right(row, axis);
+    for (Eigen::Index j = 0; j < size; ++j) {
+      matrix(i, j) = own.plain(row, columns[static_cast<std::size_t>(j)]);
+    }
+  }
+  for (Eigen::Index a = 0; a < attitude_count; ++a) {
+    bool is_told = false;
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      is_told = is_told || (static_cast<int>(b) != fold && blocks[b].plain(a, a) > 0.0);
+    }
+    if (is_told || !(matrix(a, a) > 0.0)) continue;
+    solved[a] = 0.0;
+    solved[a] = (right[a] - matrix.row(a).dot(solved)) / matrix(a, a);
+  }
+  return own.plain_square[axis] - 2.0 * solved.dot(right) + solved.dot(matrix * solved);
+}
+
+double HeldOutRms(SweepProblem* problem,
+                  int axis,
+                  const ThermalOptions& terms,
+                  const SweepLags& lags) {
+  const std::vector<SweepBlock>& blocks = problem->Blocks(lags);
+  const std::vector<int> columns = ColumnsOf(*problem, terms);
+  double sum = 0.0;
+  for (int fold = 0; fold < problem->fold_count(); ++fold) {
+    sum += HeldOutSquare(blocks, columns, problem->attitude_count(), axis, fold);
+  }
+  return std::sqrt(std::max(sum, 0.0) / problem->size());
+}
+
+double WaldProbability(const SweepFit& fit, const std::vector<int>& tested) {
+  std::vector<Eigen::Index> places;
+  for (std::size_t j = 0; j < fit.columns.size(); ++j) {
+    if (std::find(tested.begin(), tested.end(), fit.columns[j]) != tested.end()) {
+      places.push_back(static_cast<Eigen::Index>(j));
+    }
+  }
+  if (places.empty()) return 1.0;
+  const auto size = static_cast<Eigen::Index>(places.size());
+  const Eigen::VectorXd effect = fit.coefficients(places);
+  const Eigen::MatrixXd covariance = fit.covariance(places, places);
+  const double wald = effect.dot(covariance.ldlt().solve(effect)) / static_cast<double>(size);
+  const double dof =
+      std::max(1.0,
+               EffectiveCount(static_cast<double>(fit.residuals.size()), fit.correlation) -
+                   static_cast<double>(fit.columns.size()));
+  if (!(wald > 0.0)) return 1.0;
+  return 1.0 - FisherCdf(wald, static_cast<double>(size), dof);
+}
+
+}  // namespace truetriad

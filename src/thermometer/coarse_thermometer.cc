@@ -1,0 +1,495 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "thermometer/coarse_thermometer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+using State = Eigen::Vector4d;  // line, slope, settling after each lag: StepTrack::Piece
+using Matrix = Eigen::Matrix4d;
+using Lags = StepTrack::Lags;
+
+// A step that lasts this many times as long as the others is one at which the temperature stays.
+constexpr double kLong = 4.0;
+// Changes at one place that are nearer than this share of a usual step are noise.
+constexpr double kSamePlace = 0.15;
+constexpr double kSamePassage = 0.5;
+// Nodes at which the chamber may turn: so many in a usual step, and in all.
+constexpr double kNodesInStep = 8.0;
+constexpr double kMostNodes = 4096.0;
+constexpr int kMostKinks = 40;
+// Times that they are sought anew.
+constexpr int kRounds = 4;
+// Variance of a step of the walk at least, in squares of the usual rate.
+constexpr double kStiffest = 1e-14;
+// Lags that are tried.
+constexpr double kLagRatio = 1.6;
+constexpr double kShortestLagNodes = 2.0;
+constexpr double kLongestLagShare = 0.1;               // of the recording
+constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // of the first
+constexpr double kFinestRatio = 1.02;
+
+double Decay(double since_s, double lag_s) {
+  return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
+}
+
+// Times of changes at one place, to and fro: it has been on the far side for as long as the time
+// between each change there and the next one back.
+double MiddleOf(const std::vector<std::pair<double, double>>& changes,
+                std::size_t begin,
+                std::size_t end) {
+  double sum = 0.0, signed_sum = 0.0;
+  for (std::size_t c = begin; c < end; ++c) {
+    sum += changes[c].first;
+    signed_sum += (c - begin) % 2 == 0 ? changes[c].first : -changes[c].first;
+  }
+  return (end - begin) % 2 == 1 ? signed_sum : sum / static_cast<double>(end - begin);
+}
+
+// End of the changes that are one: noise goes to and fro. Those that go on to the next step are one
+// even where the noise makes them last.
+std::size_t EndOfPlace(const std::vector<std::pair<double, double>>& changes,
+                       std::size_t begin,
+                       double usual_s) {
+  const auto end_within = [&](double share) {
+    std::size_t end = begin + 1;
+    while (end < changes.size() && changes[end].second == changes[begin].second &&
+           changes[end].first - changes[end - 1].first < share * usual_s) {
+      ++end;
+    }
+    return end;
+  };
+  const std::size_t passed = end_within(kSamePassage);
+  return (passed - begin) % 2 == 1 ? passed : end_within(kSamePlace);
+}
+
+// Filter and smoother of one lag.
+class LaggedChamber {
+ public:
+  // A node where the chamber may turn, or a place of the thermometer.
+  struct Event {
+    double time_s = 0.0;
+    int place = -1;
+    int node = -1;
+  };
+
+  LaggedChamber(
+      const StepPlaces& places, double begin_s, double end_s, double spacing_s, const Lags& lags)
+      : places_(places), lags_(lags) {
+    const std::vector<double>& value = places.degc;
+    const auto [low, high] = std::minmax_element(value.begin(), value.end());
+    span_ = *high - *low;
+    for (std::size_t i = 1; i < value.size(); ++i) rate_ += std::abs(value[i] - value[i - 1]);
+    rate_ /= places.time_s.back() - places.time_s.front();
+    std::size_t place = 0;
+    const auto take_places_before = [&](double time) {
+      while (place < places.time_s.size() && places.time_s[place] < time) {
+        events_.push_back({places.time_s[place], static_cast<int>(place), -1});
+        ++place;
+      }
+    };
+    const double node_s = NodeSpacing(places, begin_s, end_s);
+    for (double time = begin_s; time <= end_s; time += node_s) {
+      take_places_before(time);
+      events_.push_back({time, -1, node_count_++});
+    }
+    take_places_before(std::numeric_limits<double>::infinity());
+    double before_s = events_.front().time_s;
+    for (const Event& event : events_) {
+      const double length_s = event.time_s - before_s;
+      steps_.push_back({length_s, {Decay(length_s, lags[0]), Decay(length_s, lags[1])}});
+      before_s = event.time_s;
+    }
+    // The time of a change is known to a row.
+    least_variance_ = std::pow(rate_ * spacing_s, 2) / 12.0;
+    variance_ = std::max(least_variance_, std::pow(0.01 * span_ / value.size(), 2));
+    walk_ = 1e-6 * rate_ * rate_;
+    kink_ = 4.0 * rate_ * rate_;  // from up to down
+    is_kink_.assign(static_cast<std::size_t>(node_count_), false);
+  }
+
+  static double NodeSpacing(const StepPlaces& places, double begin_s, double end_s) {
+    const double usual = (places.time_s.back() - places.time_s.front()) /
+                         static_cast<double>(places.time_s.size() - 1);
+    return std::max(usual / kNodesInStep, (end_s - begin_s) / kMostNodes);
+  }
+
+  // Posterior of the best kinks, walk and σ, up to a constant. `stiff`: kinks are sought before the
+  // walk is allowed to follow what they should.
+  double Solve(bool stiff) {
+    if (stiff) {
+      walk_ = kStiffest * rate_ * rate_;
+      Pass();
+    } else {
+      Tune();
+    }
+    while (kinks_ < kMostKinks) {
+      const std::optional<std::size_t> best = BestKink();
+      if (!best) break;
+      Set(*best, true);
+      if (stiff) {
+        Pass();
+      } else {
+        Tune();
+      }
+    }
+    double likelihood = Tune();
+    for (int round = 0; round < kRounds && Move(); ++round) likelihood = Tune();
+    return likelihood - price() * kinks_;
+  }
+
+  const std::vector<Event>& events() const { return events_; }
+  const std::vector<State>& states() const { return states_; }
+  double sigma_degc() const { return std::sqrt(variance_); }
+  int kinks() const { return kinks_; }
+
+ private:
+  // What a kink has to be worth: any node may be one.
+  double price() const { return std::log(static_cast<double>(node_count_)); }
+
+  void Set(std::size_t node, bool is_kink) {
+    is_kink_[node] = is_kink;
+    kinks_ += is_kink ? 1 : -1;
+  }
+
+  // The node that raises the likelihood most as a kink, if by more than its price. Of the last
+  // pass (de Jong and Penzer 1998).
+  std::optional<std::size_t> BestKink() const {
+    std::optional<std::size_t> best;
+    double most = price();
+    for (std::size_t k = 0; k < is_kink_.size(); ++k) {
+      const double own = 1.0 + kink_ * information_[k];
+      const double gain = 0.5 * (score_[k] * score_[k] * kink_ / own - std::log(own));
+      if (is_kink_[k] || gain <= most) continue;
+      most = gain;
+      best = k;
+    }
+    return best;
+  }
+
+  // Each kink anew, beside the others: elsewhere, or gone. Returns whether any moved.
+  bool Move() {
+    bool has_moved = false;
+    for (std::size_t k = 0; k < is_kink_.size(); ++k) {
+      if (!is_kink_[k]) continue;
+      Set(k, false);
+      Pass();
+      const std::optional<std::size_t> best = BestKink();
+      if (best) Set(*best, true);
+      has_moved = has_moved || best != k;
+    }
+    Pass();
+    if (kinks_ < kMostKinks) {
+      if (const std::optional<std::size_t> best = BestKink()) {
+        Set(*best, true);
+        has_moved = true;
+      }
+    }
+    return has_moved;
+  }
+
+  double VarianceOf(int place) const {
+    const double sigma = places_.sigma_degc[static_cast<std::size_t>(place)];
+    return sigma > 0.0 ? sigma * sigma : variance_;
+  }
+  double JumpOf(int node) const {
+    return walk_ + (is_kink_[static_cast<std::size_t>(node)] ? kink_ : 0.0);
+  }
+
+  // The walk to a tenth of a decade or so, and σ, with the kinks as they are. Leaves the smoothed
+  // states and scores of the best.
+  double Tune() {
+    double likelihood = Pass();
+    for (const double factor : {0.1, 10.0}) {
+      for (int step = 0; step < 8; ++step) {
+        const double before = walk_;
+        const double next = walk_ * factor;
+        if (next < kStiffest * rate_ * rate_ || next > rate_ * rate_) break;
+        walk_ = next;
+        const double tried = Pass();
+        if (tried > likelihood + 1e-3) {
+          likelihood = tried;
+          continue;
+        }
+        walk_ = before;
+        break;
+      }
+    }
+    for (int round = 0; round < 2; ++round) {
+      Pass();
+      variance_ = std::max(square_, least_variance_);
+    }
+    return Pass();
+  }
+
+  // Kalman filter forward, disturbance smoother back (Durbin and Koopman 2012, 4.4 to 4.5).
+  // Returns the logarithm of the likelihood.
+  double Pass() {
+    const std::size_t count = events_.size();
+    const State turn = Turn();
+    const State shown(1.0, 0.0, 1.0, 1.0);
+    predicted_.resize(count), covariance_.resize(count), states_.resize(count);
+    gain_.resize(count), innovation_.resize(count), innovation_variance_.resize(count);
+    score_.resize(is_kink_.size()), information_.resize(is_kink_.size());
+    State state(places_.degc.front(), 0.0, 0.0, 0.0);
+    const double slope_variance = 100.0 * rate_ * rate_;
+    Matrix P = State(100.0 * span_ * span_,
+                     slope_variance,
+                     kink_ * lags_[0] * lags_[0],
+                     kink_ * lags_[1] * lags_[1])
+                   .asDiagonal();
+    double likelihood = 0.0;
+    for (std::size_t e = 0; e < count; ++e) {
+      const Event& event = events_[e];
+      const Step& step = steps_[e];
+      state[0] += step.length_s * state[1];
+      state.tail<2>().array() *= step.decay;
+      P.row(0) += step.length_s * P.row(1);
+      P.col(0) += step.length_s * P.col(1);
+      for (int lag = 0; lag < 2; ++lag) {
+        P.row(lag + 2) *= step.decay[lag];
+        P.col(lag + 2) *= step.decay[lag];
+      }
+      if (event.node >= 0) P += JumpOf(event.node) * turn * turn.transpose();
+      predicted_[e] = state;
+      covariance_[e] = P;
+      if (event.place < 0) continue;
+      const State spread = P * shown;
+      innovation_variance_[e] = shown.dot(spread) + VarianceOf(event.place);
+      innovation_[e] = places_.degc[static_cast<std::size_t>(event.place)] - shown.dot(state);
+      gain_[e] = spread / innovation_variance_[e];
+      state += gain_[e] * innovation_[e];
+      P -= gain_[e] * spread.transpose();
+      P = (0.5 * (P + P.transpose())).eval();
+      likelihood -= 0.5 * (std::log(innovation_variance_[e]) +
+                           innovation_[e] * innovation_[e] / innovation_variance_[e]);
+    }
+    State r = State::Zero();
+    Matrix N = Matrix::Zero();
+    double sum = 0.0, places = 0.0;
+    for (std::size_t e = count; e-- > 0;) {
+      const Event& event = events_[e];
+      if (event.place >= 0) {
+        const Matrix L = Matrix::Identity() - gain_[e] * shown.transpose();
+        r = shown * (innovation_[e] / innovation_variance_[e]) + L.transpose() * r;
+        N = shown * shown.transpose() / innovation_variance_[e] + L.transpose() * N * L;
+      } else {
+        const auto node = static_cast<std::size_t>(event.node);
+        score_[node] = turn.dot(r);
+        information_[node] = std::max(turn.dot(N * turn), 0.0);
+      }
+      states_[e] = predicted_[e] + covariance_[e] * r;
+      if (event.place >= 0 && places_.sigma_degc[static_cast<std::size_t>(event.place)] == 0.0) {
+        const State spread = covariance_[e] * shown;
+        const double left =
+            places_.degc[static_cast<std::size_t>(event.place)] - shown.dot(states_[e]);
+        sum += left * left + std::max(shown.dot(spread) - spread.dot(N * spread), 0.0);
+        places += 1.0;
+      }
+      const Step& step = steps_[e];
+      r[1] += step.length_s * r[0];
+      r.tail<2>().array() *= step.decay;
+      N.row(1) += step.length_s * N.row(0);
+      N.col(1) += step.length_s * N.col(0);
+      for (int lag = 0; lag < 2; ++lag) {
+        N.row(lag + 2) *= step.decay[lag];
+        N.col(lag + 2) *= step.decay[lag];
+      }
+    }
+    square_ = sum / std::max(places, 1.0);
+    return likelihood;
+  }
+
+  // What a change of slope does: T and T' stay, and T'' too behind two lags.
+  State Turn() const {
+    const double a = lags_[0], b = lags_[1];
+    if (!(b > 0.0)) return {-a, 1.0, a, 0.0};
+    return {-a - b, 1.0, a * a / (a - b), -b * b / (a - b)};
+  }
+
+  const StepPlaces& places_;
+  Lags lags_;
+  double span_ = 0.0, rate_ = 0.0;
+  std::vector<Event> events_;
+  // From the event before to each.
+  struct Step {
+    double length_s;
+    Eigen::Array2d decay;
+  };
+  std::vector<Step> steps_;
+  int node_count_ = 0;
+  int kinks_ = 0;
+  std::vector<bool> is_kink_;
+  // Variances: of a place, of a step of the walk, of a kink beside it.
+  double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
+  // Of the last pass.
+  std::vector<State> predicted_, states_, gain_;
+  std::vector<Matrix> covariance_;
+  std::vector<double> innovation_, innovation_variance_, score_, information_;
+  double square_ = 0.0;
+};
+
+}  // namespace
+
+StepPlaces PlacesOfChange(const std::vector<double>& time_s,
+                          const std::vector<double>& degc,
+                          double step) {
+  StepPlaces places;
+  // Steps need not be at whole multiples: kelvins are not in degC.
+  double base = 0.0;
+  for (std::size_t i = degc.size() - 1; i > 0; --i) {
+    if (degc[i] == degc[i - 1]) base = degc[i];
+  }
+  // A cell that holds a change has a mean between two steps.
+  const auto level = [step, base](double value) { return std::round((value - base) / step); };
+  std::vector<std::pair<double, double>> changes;
+  for (std::size_t i = 1; i < degc.size(); ++i) {
+    const double before = level(degc[i - 1]), after = level(degc[i]);
+    if (before == after) continue;
+    const double middle = base + 0.5 * (before + after) * step;
+    const double share =
+        degc[i] == degc[i - 1] ? 0.5 : (middle - degc[i - 1]) / (degc[i] - degc[i - 1]);
+    changes.emplace_back(time_s[i - 1] + std::clamp(share, 0.0, 1.0) * (time_s[i] - time_s[i - 1]),
+                         middle);
+  }
+  std::vector<double> lengths;
+  for (std::size_t c = 1; c < changes.size(); ++c) {
+    if (changes[c].second == changes[c - 1].second) continue;
+    lengths.push_back(changes[c].first - changes[c - 1].first);
+  }
+  const double usual = lengths.empty() ? time_s.back() - time_s.front() : Median(lengths);
+  const double in_step = step / std::sqrt(12.0);
+  const auto add_plateau = [&](double from, double to, bool is_open) {
+    if (to - from < kLong * usual) return;
+    const double end = is_open ? 0.0 : 2.0 * usual;
+    double value = 0.0;
+    std::size_t count = 0;
+    const auto first = std::lower_bound(time_s.begin(), time_s.end(), from) - time_s.begin();
+    const auto last = std::upper_bound(time_s.begin(), time_s.end(), to) - time_s.begin();
+    for (auto i = first; i < last; ++i, ++count) value += degc[static_cast<std::size_t>(i)];
+    if (count == 0) return;
+    value /= static_cast<double>(count);
+    const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
+    for (int p = 0; p < points; ++p) {
+      // One reading, however often.
+      places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points,
+                 value,
+                 in_step * std::sqrt(static_cast<double>(points)));
+    }
+  };
+  double previous = time_s.front();
+  for (std::size_t c = 0; c < changes.size();) {
+    const std::size_t next = EndOfPlace(changes, c, usual);
+    const double time = MiddleOf(changes, c, next);
+    add_plateau(previous, time, previous == time_s.front());
+    if (places.time_s.empty() || time > places.time_s.back()) {
+      places.Add(time, changes[c].second, 0.0);
+    }
+    previous = time;
+    c = next;
+  }
+  add_plateau(previous, time_s.back(), true);
+  // Before the first change and after the last one the straight line on, as far as the reading
+  // there allows.
+  const auto end_point = [&](double time, double reading, std::size_t near, std::size_t far) {
+    const double slope =
+        (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);
+    const double line = places.degc[near] + slope * (time - places.time_s[near]);
+    const double middle = base + level(reading) * step;
+    return std::clamp(line, middle - 0.5 * step, middle + 0.5 * step);
+  };
+  const std::size_t count = places.time_s.size();
+  if (count < 2) return places;
+  const double first = end_point(time_s.front(), degc.front(), 0, 1);
+  const double last = end_point(time_s.back(), degc.back(), count - 1, count - 2);
+  if (places.time_s.back() + 0.5 * usual < time_s.back()) places.Add(time_s.back(), last, in_step);
+  if (time_s.front() + 0.5 * usual < places.time_s.front()) {
+    places.time_s.insert(places.time_s.begin(), time_s.front());
+    places.degc.insert(places.degc.begin(), first);
+    places.sigma_degc.insert(places.sigma_degc.begin(), in_step);
+  }
+  return places;
+}
+
+StepTrack::StepTrack(StepPlaces places, double begin_s, double end_s, double spacing_s) {
+  double most = -std::numeric_limits<double>::infinity();
+  const auto try_lags = [&](const Lags& lags, double price) {
+    for (const bool stiff : {true, false}) {
+      if (!stiff && lags[0] > 0.0) break;
+      LaggedChamber chamber(places, begin_s, end_s, spacing_s, lags);
+      const double posterior = chamber.Solve(stiff) - price;
+      if (!(posterior > most)) continue;
+      most = posterior;
+      lags_s_ = lags;
+      sigma_degc_ = chamber.sigma_degc();
+      kinks_ = chamber.kinks();
+      pieces_.clear();
+      for (std::size_t e = 0; e < chamber.events().size(); ++e) {
+        pieces_.push_back({chamber.events()[e].time_s, chamber.states()[e]});
+      }
+    }
+  };
+  const double node_s = LaggedChamber::NodeSpacing(places, begin_s, end_s);
+  const double shortest = kShortestLagNodes * node_s;
+  const double longest = kLongestLagShare * (end_s - begin_s);
+  // As a kink, a lag has to be worth it.
+  const double price = std::log((end_s - begin_s) / node_s);
+  try_lags({0.0, 0.0}, 0.0);
+  for (double lag = shortest; lag < longest; lag *= kLagRatio) try_lags({lag, 0.0}, price);
+  if (!(lags_s_[0] > 0.0)) return;
+  const auto refine = [&](std::size_t which, double ratio, double paid) {
+    const Lags middle = lags_s_;
+    for (const double factor : {1.0 / ratio, ratio}) {
+      Lags tried = middle;
+      tried[which] *= factor;
+      // Two that are the same are no pair of exponentials.
+      if (tried[0] > kFinestRatio * tried[1]) try_lags(tried, paid);
+    }
+  };
+  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
+    refine(0, ratio, price);
+  }
+  const double alone = lags_s_[0];
+  for (const double share : kSecondShares) {
+    try_lags({alone, share * alone}, 2.0 * price);
+  }
+  if (!(lags_s_[1] > 0.0)) return;
+  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
+    refine(0, ratio, 2.0 * price);
+    refine(1, ratio, 2.0 * price);
+  }
+}
+
+void StepTrack::At(const std::vector<double>& time_s,
+                   std::vector<double>* degc,
+                   std::vector<double>* rate_degcps) const {
+  degc->clear(), rate_degcps->clear();
+  std::size_t at = 0;
+  for (const double time : time_s) {
+    while (at + 1 < pieces_.size() && pieces_[at + 1].time_s <= time) ++at;
+    const auto& [begin_s, state] = pieces_[at];
+    const double since = time - begin_s;
+    double value = state[0] + state[1] * since, rate = state[1];
+    for (std::size_t lag = 0; lag < lags_s_.size(); ++lag) {
+      if (!(lags_s_[lag] > 0.0)) continue;
+      const double settling =
+          state[static_cast<Eigen::Index>(lag) + 2] * Decay(since, lags_s_[lag]);
+      value += settling;
+      rate -= settling / lags_s_[lag];
+    }
+    degc->push_back(value);
+    rate_degcps->push_back(rate);
+  }
+}
+
+}  // namespace truetriad

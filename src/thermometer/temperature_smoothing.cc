@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "thermometer/temperature_smoothing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "math/distributions.h"
+#include "thermometer/coarse_thermometer.h"
+#include "thermometer/thermometer.h"
+
+namespace truetriad {
+namespace {
+
+// MAD of normal noise to σ.
+constexpr double kMadToSigma = 1.4826;
+// Steps finer than this share of the range are noise like any other.
+constexpr double kCoarseShare = 1.0 / 400.0;
+// Noise may add this share of the typical rate.
+constexpr double kRateNoiseShare = 0.01;
+// Half-width, as a share of the recording, at most.
+constexpr double kWidestShare = 1.0 / 20.0;
+// Places where a coarse thermometer changes that are enough to follow them.
+constexpr std::size_t kFewestPlaces = 8;
+// With noise of this share of a step and more its readings are smoothed, and what the noise does is
+// followed; with less the steps tell more.
+constexpr double kDithered = 0.15;
+// Residuals beyond this many σ count for nothing.
+constexpr double kTukey = 6.0;
+constexpr int kRobustRounds = 2;
+
+// What the thermometer says of the temperature at some times.
+struct Readings {
+  std::vector<double> time_s, degc, weight;
+  void Add(double time, double value) {
+    time_s.push_back(time), degc.push_back(value), weight.push_back(1.0);
+  }
+};
+
+double SpanOf(const std::vector<double>& values) {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low;
+}
+
+// σ of single readings from second differences, which a steady drift leaves at zero.
+double NoiseOf(const std::vector<double>& degc) {
+  std::vector<double> differences;
+  for (std::size_t i = 2; i < degc.size(); ++i) {
+    differences.push_back(std::abs(degc[i] - 2.0 * degc[i - 1] + degc[i - 2]));
+  }
+  return differences.empty() ? 0.0 : kMadToSigma * Median(std::move(differences)) / std::sqrt(6.0);
+}
+
+// Change a second, up and down together, over some dozens of stretches.
+double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
+  constexpr std::size_t kStretches = 64;
+  const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
+  double change = 0.0;
+  for (std::size_t i = every; i < degc.size(); i += every) {
+    change += std::abs(degc[i] - degc[i - every]);
+  }
+  return change / (time_s.back() - time_s.front());
+}
+
+// A local fit as it is, and its weights of the readings begin, begin + 1, ….
+struct LocalFit {
+  double value = 0.0, slope = 0.0;
+  std::size_t begin = 0;
+  std::vector<Eigen::Vector2d> weights;
+};
+
+// Local parabola about `time`: value and slope. Reaches `half_width` to both sides, further on one
+// where the other is missing, and over at least four readings. `first` moves on with time.
+void FitAbout(
+    const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
+  const std::vector<double>& at = readings.time_s;
+  const double missing =
+      std::max({0.0, half_width - (time - at.front()), half_width - (at.back() - time)});
+  double reach = half_width + missing;
+  while (*first < at.size() && at[*first] < time - reach) ++*first;
+  std::size_t begin = std::min(*first, at.size() - 1);
+  std::size_t end = begin;
+  while (end < at.size() && at[end] <= time + reach) ++end;
+  constexpr std::size_t kFewest = 4;
+  while (end - begin < std::min(kFewest, at.size())) {
+    const bool later = begin == 0 || (end < at.size() && at[end] - time <= time - at[begin - 1]);
+    if (later) {
+      ++end;
+    } else {
+      --begin;
+    }
+    reach = std::max(reach, 1.05 * std::max(time - at[begin], at[end - 1] - time));
+  }
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  local->begin = begin;
+  local->weights.clear();
+  const auto row_of = [&](std::size_t j) {
+    const double u = (at[j] - time) / reach;
+    return Eigen::Vector3d(1.0, u, u * u);
+  };
+  for (std::size_t j = begin; j < end; ++j) {
+    const Eigen::Vector3d row = row_of(j);
+    const double far = std::abs(row[1]);
+    const double less = std::max(0.0, 1.0 - far * far * far);
+    const double weight = readings.weight[j] * less * less * less;
+    normal += weight * row * row.transpose();
+    local->weights.emplace_back(weight, 0.0);
+  }
+  // A trace of a ridge: with too few readings for a parabola it is as straight as it can be.
+  const double ridge = 1e-9 * normal(0, 0);
+  normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
+  Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
+  wanted(0, 0) = 1.0, wanted(1, 1) = 1.0 / reach;
+  const Eigen::Matrix<double, 3, 2> solved = normal.ldlt().solve(wanted);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t j = begin; j < end; ++j) {
+    Eigen::Vector2d& weight = local->weights[j - begin];
+    weight = weight[0] * (solved.transpose() * row_of(j));
+    sum += readings.degc[j] * weight;
+  }
+  local->value = sum[0];
+  local->slope = sum[1];
+}
+
+// Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
+// generalised cross-validation.
+double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
+  constexpr double kNarrower = 0.7;
+  constexpr double kFewestReadings = 20.0;  // that are smoothed over
+  constexpr std::size_t kPlaces = 2000;
+  const std::size_t every = readings.time_s.size() / kPlaces + 1;
+  double best = half_width, least = std::numeric_limits<double>::infinity();
+  LocalFit local;
+  for (double width = half_width; width >= kFewestReadings * spacing_s; width *= kNarrower) {
+    double square = 0.0, freedom = 0.0;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
+      FitAbout(readings, readings.time_s[i], width, &first, &local);
+      square += std::pow(readings.degc[i] - local.value, 2);
+      freedom += 1.0 - local.weights[i - local.begin][0];
+    }
+    const double score = square / (freedom * freedom);
+    if (score >= least) continue;
+    least = score;
+    best = width;
+  }
+  return best;
+}
+
+// Notes what blocks of readings do to each place of a track.
+class NoiseBlocks {
+ public:
+  // Blocks of a quarter of the half-width, and not too many of them.
+  NoiseBlocks(const Readings& readings,
+              double half_width,
+              double sigma_degc,
+              TemperatureNoise* noise)
+      : noise_(*noise) {
+    constexpr double kMostBlocks = 400.0;
+    const double begin = readings.time_s.front();
+    const double length =
+        std::max(0.25 * half_width, (readings.time_s.back() - begin) / kMostBlocks);
+    std::vector<double> count;
+    for (const double time : readings.time_s) {
+      block_.push_back(static_cast<std::size_t>((time - begin) / length));
+      if (block_.back() >= count.size()) count.resize(block_.back() + 1, 0.0);
+      count[block_.back()] += 1.0;
+    }
+    for (const double readings_in_block : count) {
+      noise_.sigma_degc.push_back(sigma_degc / std::sqrt(std::max(readings_in_block, 1.0)));
+    }
+    // A one-sided fit at an end reaches twice as far.
+    noise_.reach = std::min(static_cast<std::size_t>(2.1 * half_width / length) + 3, count.size());
+  }
+
+  void Note(const LocalFit& local) {
+    const std::size_t first =
+        std::min(block_[local.begin], noise_.sigma_degc.size() - noise_.reach);
+    noise_.first.push_back(first);
+    const std::size_t at = noise_.degc.size();
+    noise_.degc.resize(at + noise_.reach, 0.0F);
+    noise_.rate.resize(at + noise_.reach, 0.0F);
+    for (std::size_t j = 0; j < local.weights.size(); ++j) {
+      const std::size_t place = block_[local.begin + j] - first;
+      if (place >= noise_.reach) continue;
+      noise_.degc[at + place] += static_cast<float>(local.weights[j][0]);
+      noise_.rate[at + place] += static_cast<float>(local.weights[j][1]);
+    }
+  }
+
+ private:
+  TemperatureNoise& noise_;
+  std::vector<std::size_t> block_;  // of each reading
+};
+
+}  // namespace
+
+Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
+                                           const std::vector<double>& degc,
+                                           double step_degc,
+                                           double hold_s) {
+  TemperatureTrack track;
+  track.time_s = time_s;
+  const double duration = time_s.back() - time_s.front();
+  const double span = SpanOf(degc);
+  if (!(span > 0.0) || !(duration > 0.0)) {
+    return NotEnoughError("the temperature is " + std::to_string(degc.front()) +
+                          " degC all the time; a sweep needs one that goes up and down");
+  }
+  const double rate = std::max(TypicalRate(time_s, degc), span / duration);
+  const double widest = kWidestShare * duration;
+  Readings readings;
+  if (step_degc > kCoarseShare * span) {
+    StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+    if (places.time_s.size() >= kFewestPlaces) {
+      const double spacing = duration / static_cast<double>(time_s.size() - 1);
+      const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
+      steps.At(time_s, &track.degc, &track.rate_degcps);
+      // What rounding adds, and the noise.
+      double square = 0.0;
+      for (std::size_t i = 0; i < time_s.size(); ++i) {
+        square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
+      }
+      const double noise_steps = std::sqrt(square) / step_degc;
+      if (noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered) {
+        track.step_degc = step_degc;
+        track.smoothing_s = std::min(widest, step_degc / rate);
+        for (std::size_t i = 0; i < time_s.size(); ++i) {
+          track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
+        }
+        return track;
+      }
+    }
+  }
+  // A reading that is repeated until the next one is none but the first time.
+  constexpr double kSlow = 4.0;
+  double spacing = duration / static_cast<double>(time_s.size() - 1);
+  TakenReadings taken{time_s, degc};
+  if (hold_s > kSlow * spacing) {
+    TakenReadings slow = ReadingsAsTaken(time_s, degc, hold_s);
+    if (slow.time_s.size() >= kFewestPlaces) {
+      taken = std::move(slow);
+      spacing = hold_s;
+    }
+  } else if (hold_s > 0.0) {
+    for (double& time : taken.time_s) time -= 0.5 * hold_s;
+  }
+  for (std::size_t i = 0; i < taken.degc.size(); ++i) {
+    readings.Add(taken.time_s[i], taken.degc[i]);
+  }
+  // Rounding hangs together over the time that a step lasts.
+  const double noise = NoiseOf(taken.degc);
+  const double rounding = step_degc * step_degc / 12.0 * std::max(spacing, step_degc / rate);
+  const double density = noise * noise * spacing + rounding;
+  // Variance of a local parabola's slope: about 2.3 density / half-width^3.
+  const double noise_width = std::cbrt(2.3 * density / std::pow(kRateNoiseShare * rate, 2));
+  track.smoothing_s = NotTooWide(
+      readings, std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing)), spacing);
+  LocalFit local;
+  std::vector<double> values;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    std::size_t first = 0;
+    values.clear();
+    for (const double time : readings.time_s) {
+      FitAbout(readings, time, track.smoothing_s, &first, &local);
+      values.push_back(local.value);
+    }
+    std::vector<double> residuals;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      residuals.push_back(std::abs(readings.degc[i] - values[i]));
+    }
+    const double sigma = std::max(kMadToSigma * Median(residuals), 1e-6 * span);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double u = residuals[i] / (kTukey * sigma);
+      readings.weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
+    }
+  }
+  NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
+  std::size_t first = 0;
+  for (const double time : time_s) {
+    FitAbout(readings, time, track.smoothing_s, &first, &local);
+    track.degc.push_back(local.value);
+    track.rate_degcps.push_back(local.slope);
+    blocks.Note(local);
+  }
+  return track;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/thermometer/temperature_track.h"
+
+namespace truetriad {
+
+/// Temperature and its rate from means of a thermometer's readings over short cells of time.
+///
+/// A parabola is fitted locally, weights falling as (1 - |u|^3)^3 and those far off losing
+/// weight (Cleveland 1979). The half-width is the one at which noise adds a hundredth of the
+/// typical rate to the rate. A thermometer that reports coarse steps is told by when it goes from
+/// one step to the next, where it is half way between the two: a smoothing spline follows such
+/// places, and points inside of steps that last long.
+///
+/// `time_s` increases; all have the same length, at least 4. `step_degc`: the smallest step between
+/// readings; 0: not known. `hold_s`: how long each reading is repeated until the next one is taken
+/// (ThermometerWatch); 0: not at all. Error (not enough): the temperature does not change.
+Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
+                                           const std::vector<double>& degc,
+                                           double step_degc,
+                                           double hold_s = 0.0);
+
+}  // namespace truetriad

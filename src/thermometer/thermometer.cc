@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "thermometer/thermometer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// Neighbours on each side that say where a cell should be.
+constexpr std::ptrdiff_t kNeighbours = 5;
+// How far outside of them no chamber goes: in steps from a cell to the next, of which one in twenty
+// is larger, and as a share of the range in which nine tenths of the cells lie. A turning point is
+// outside by three steps.
+constexpr double kSpikeSteps = 6.0;
+constexpr double kSpikeShare = 0.05;
+
+}  // namespace
+
+void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<const double> degc) {
+  // Below this it is rounding of a unit's conversion.
+  constexpr double kLeastStep = 1e-6;
+  for (std::size_t i = 0; i < degc.size(); ++i) {
+    ++rows_;
+    const double change = std::abs(degc[i] - last_degc_);
+    if (!std::isnan(degc[i])) last_degc_ = degc[i];
+    if (!(change > kLeastStep)) continue;
+    // Changes of whole steps differ by whole steps.
+    for (const double step : {change, std::abs(change - last_change_degc_)}) {
+      if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
+    }
+    last_change_degc_ = change;
+    if (has_changed_) {
+      const double gap_s = static_cast<double>(time_ns[i] - last_change_ns_) * 1e-9;
+      const double place = 4.0 * std::log2(std::max(gap_s * 1e6, 1.0));
+      const auto bin = static_cast<std::size_t>(std::min(place, kBins - 1.0));
+      ++gaps_[bin];
+      gap_sum_s_[bin] += gap_s;
+      gap_rows_[bin] += rows_;
+      ++changes_;
+      change_sum_degc_ += change;
+    }
+    has_changed_ = true;
+    rows_ = 0;
+    last_change_ns_ = time_ns[i];
+  }
+}
+
+double ThermometerWatch::hold_s() const {
+  constexpr std::int64_t kFewest = 5;
+  // So few are regular by chance: all of them have to be.
+  constexpr std::int64_t kFew = 20;
+  // Changes that come sooner than the others, and those that come at that time.
+  constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
+  // One that changes from row to row, or every other one, is not repeated.
+  constexpr double kRows = 3.0;
+  if (changes_ < kFewest) return 0.0;
+  const auto all = static_cast<double>(changes_);
+  if (change_sum_degc_ / all < kSteps * step_degc_) return 0.0;
+  const auto most =
+      static_cast<std::size_t>(std::max_element(gaps_.begin(), gaps_.end()) - gaps_.begin());
+  const std::size_t begin = most - std::min<std::size_t>(most, 1);
+  const std::size_t end = std::min<std::size_t>(most + 2, kBins);
+  double sooner = 0.0, regular = 0.0, sum_s = 0.0, rows = 0.0;
+  for (std::size_t bin = 0; bin < begin; ++bin) sooner += static_cast<double>(gaps_[bin]);
+  for (std::size_t bin = begin; bin < end; ++bin) {
+    regular += static_cast<double>(gaps_[bin]);
+    sum_s += gap_sum_s_[bin];
+    rows += static_cast<double>(gap_rows_[bin]);
+  }
+  if (rows < kRows * regular) return 0.0;
+  const double needed = changes_ < kFew ? 1.0 : kRegular;
+  return sooner > kSooner * all || regular < needed * all ? 0.0 : sum_s / regular;
+}
+
+TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
+                              const std::vector<double>& degc,
+                              double hold_s) {
+  constexpr double kSame = 1e-9;
+  const double cell_s = (time_s.back() - time_s.front()) /
+                        static_cast<double>(std::max<std::size_t>(time_s.size(), 2) - 1);
+  TakenReadings taken;
+  if (!(hold_s > 0.0)) return {time_s, degc};
+  const auto add = [&taken](double time, double value) {
+    if (!taken.time_s.empty() && time <= taken.time_s.back()) return;
+    taken.time_s.push_back(time), taken.degc.push_back(value);
+  };
+  // One that was taken again, and was the same, stands for the middle of what it is repeated.
+  const auto add_repeats = [&](double from, double to, double value) {
+    for (double time = from + hold_s; time < to - 0.5 * hold_s; time += hold_s) add(time, value);
+  };
+  std::size_t level = 0;  // the last cell of the level before
+  bool has_level = false;
+  double from = time_s.front() - hold_s;
+  for (std::size_t i = 0; i + 1 < degc.size(); ++i) {
+    if (std::abs(degc[i + 1] - degc[i]) > kSame) continue;
+    // Cells i and i + 1 are of one level.
+    if (has_level && std::abs(degc[i] - degc[level]) > kSame) {
+      // The cell that holds the change is partly of the one before.
+      double time = time_s[level] + 0.5 * cell_s;
+      for (std::size_t m = level + 1; m < i; ++m) {
+        time += std::clamp((degc[i] - degc[m]) / (degc[i] - degc[level]), 0.0, 1.0) * cell_s;
+      }
+      if (taken.time_s.empty()) {
+        from = std::max(time - hold_s, time_s.front() - hold_s);
+        add(from, degc[level]);
+      }
+      add_repeats(from, time, degc[level]);
+      add(time, degc[i]);
+      from = time;
+    }
+    level = i + 1;
+    has_level = true;
+  }
+  if (!taken.time_s.empty()) add_repeats(from, time_s.back() + 0.5 * hold_s, degc[level]);
+  return taken;
+}
+
+std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc) {
+  const auto size = static_cast<std::ptrdiff_t>(degc.size());
+  if (size < 2) return std::vector<bool>(degc.size(), false);
+  std::vector<double> steps, sorted = degc;
+  for (std::size_t i = 1; i < degc.size(); ++i) steps.push_back(std::abs(degc[i] - degc[i - 1]));
+  std::sort(steps.begin(), steps.end());
+  std::sort(sorted.begin(), sorted.end());
+  const double range = sorted[sorted.size() * 19 / 20] - sorted[sorted.size() / 20];
+  const double limit =
+      std::max({kSpikeSteps * steps[steps.size() * 19 / 20], kSpikeShare * range, 2.0 * step_degc});
+  const auto middle = [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+    return Median(std::vector<double>(degc.begin() + begin, degc.begin() + end));
+  };
+  std::vector<bool> spikes;
+  for (std::ptrdiff_t i = 0; i < size; ++i) {
+    const std::ptrdiff_t first = std::max<std::ptrdiff_t>(i - kNeighbours, 0);
+    const std::ptrdiff_t last = std::min<std::ptrdiff_t>(i + 1 + kNeighbours, size);
+    double low = i > first ? middle(first, i) : middle(i + 1, last), high = low;
+    if (i > first && last > i + 1) {
+      const double after = middle(i + 1, last);
+      low = std::min(low, after);
+      high = std::max(high, after);
+    }
+    const double value = degc[static_cast<std::size_t>(i)];
+    spikes.push_back(limit > 0.0 && std::max(value - high, low - value) > limit);
+  }
+  return spikes;
+}
+
+std::vector<double> Bridged(const std::vector<double>& time_s,
+                            const std::vector<double>& degc,
+                            const std::vector<bool>& marked) {
+  std::vector<double> bridged = degc;
+  std::size_t before = degc.size();  // none
+  for (std::size_t i = 0; i < degc.size(); ++i) {
+    if (!marked[i]) {
+      before = i;
+      continue;
+    }
+    std::size_t after = i;
+    while (after < degc.size() && marked[after]) ++after;
+    if (before == degc.size() && after == degc.size()) return degc;
+    if (before == degc.size()) {
+      bridged[i] = degc[after];
+    } else if (after == degc.size()) {
+      bridged[i] = degc[before];
+    } else {
+      const double share = (time_s[i] - time_s[before]) / (time_s[after] - time_s[before]);
+      bridged[i] = degc[before] + share * (degc[after] - degc[before]);
+    }
+  }
+  return bridged;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/checks/clock_offsets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Cholesky>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+// The offset, and where the sensor sits.
+constexpr int kMostUnknowns = 4;
+using Normal = Eigen::Matrix<double, kMostUnknowns, kMostUnknowns>;
+using Unknowns = Eigen::Matrix<double, kMostUnknowns, 1>;
+
+// Moves more than unknowns, so that their scatter means something.
+constexpr int kSpareMoves = 4;
+// A move whose end the gyroscope misses by more is not followed.
+constexpr double kLostRad = 0.2;
+// Time over which the rate is differenced: shorter than a hand's start and stop, longer than what
+// noise spoils.
+constexpr double kDifferenceS = 0.04;
+constexpr int kMostRounds = 12;
+constexpr double kSettledS = 1e-5;
+// An offset longer than this is no clock's: moves last about a second.
+constexpr double kLongestS = 0.5;
+// One that chance makes more often is not said.
+constexpr double kSaidChance = 1e-5;
+// Nor one that is not by so many σ longer than the time between two readings: what a reading stands
+// for within that time is another question than clocks.
+constexpr double kSurelyLonger = 3.0;
+
+// One move as the gyroscope saw it.
+struct FollowedMove {
+  std::vector<double> time_s;
+  std::vector<Eigen::Vector3d> rate_radps, acceleration_radps2;
+  std::vector<Eigen::Quaterniond> world_from_body;
+};
+
+// What one move says: Z^T Z and Z^T r of its rows, and what they come to.
+struct MoveSums {
+  Normal normal = Normal::Zero();
+  Unknowns right = Unknowns::Zero();
+  double square = 0.0;
+  double rows = 0.0;
+};
+
+std::vector<Eigen::Vector3d> Differences(const FollowedMove& move) {
+  const std::size_t count = move.time_s.size();
+  std::vector<Eigen::Vector3d> differences(count, Eigen::Vector3d::Zero());
+  std::size_t before = 0, after = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    while (move.time_s[i] - move.time_s[before] > 0.5 * kDifferenceS) ++before;
+    while (after + 1 < count && move.time_s[after] - move.time_s[i] < 0.5 * kDifferenceS) ++after;
+    const double span_s = move.time_s[after] - move.time_s[before];
+    if (!(span_s > 0.0)) continue;
+    differences[i] = (move.rate_radps[after] - move.rate_radps[before]) / span_s;
+  }
+  return differences;
+}
+
+// Follows the turn of `edge`; what its end is missed by is spread over the angle turned so far.
+// Unset where it is lost.
+std::optional<FollowedMove> Follow(const PoseGraph& graph, const IncrementEdge& edge) {
+  FollowedMove move;
+  move.time_s = edge.move.time_s;
+  const std::size_t count = move.time_s.size();
+  const bool has_forces =
+      edge.accelerometer_raw.size() == count && !edge.at.g_sensitivity.isZero(0.0);
+  const TriadModel<double>& gyroscope = edge.at.triad;
+  const Eigen::Matrix3d correction = gyroscope.Correction();
+  TriadModel<double> accelerometer;
+  if (has_forces) accelerometer = graph.ModelAt(Triad::kAccelerometer, graph.nodes[edge.from]);
+  move.rate_radps.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Eigen::Vector3d raw = edge.move.reading_raw[i] - gyroscope.bias;
+    if (has_forces) {
+      raw -= edge.at.g_sensitivity * accelerometer.TruthFromRaw(edge.accelerometer_raw[i]);
+    }
+    move.rate_radps.emplace_back(correction * gyroscope.Felt(raw));
+  }
+  move.world_from_body.reserve(count);
+  move.world_from_body.push_back(graph.nodes[edge.from].rotation());
+  std::vector<double> turned_rad(count, 0.0);
+  for (std::size_t i = 1; i < count; ++i) {
+    const Eigen::Vector3d step =
+        0.5 * (move.time_s[i] - move.time_s[i - 1]) * (move.rate_radps[i - 1] + move.rate_radps[i]);
+    move.world_from_body.push_back(move.world_from_body.back() * RotationExp(step));
+    turned_rad[i] = turned_rad[i - 1] + step.norm();
+  }
+  const Eigen::Vector3d missed =
+      RotationLog(move.world_from_body.back().conjugate() * graph.nodes[edge.from + 1].rotation());
+  if (missed.norm() > kLostRad || !(turned_rad.back() > 0.0)) return std::nullopt;
+  for (std::size_t i = 0; i < count; ++i) {
+    move.world_from_body[i] =
+        move.world_from_body[i] * RotationExp(turned_rad[i] / turned_rad.back() * missed);
+  }
+  move.acceleration_radps2 = Differences(move);
+  return move;
+}
+
+const Observation* SeenAt(const PoseNode& node, Triad triad) {
+  for (const Observation& seen : node.observations) {
+    if (seen.triad == triad && !seen.rejected) return &seen;
+  }
+  return nullptr;
+}
+
+// A move between two rests that a sensor saw.
+struct SeenMove {
+  const FollowedMove* move = nullptr;
+  std::vector<Eigen::Vector3d> reading;  // true unit, less what the rests beside it are off by
+  std::vector<Eigen::Vector3d> field;    // as the body turns in it, true unit
+};
+
+SeenMove SeenBy(Triad triad,
+                const PoseGraph& graph,
+                const IncrementEdge& edge,
+                const FollowedMove& move,
+                const std::vector<Eigen::Vector3d>& reading_raw) {
+  const Eigen::Vector3d world = WorldVector(triad, graph.reference());
+  const PoseNode& first = graph.nodes[edge.from];
+  const PoseNode& second = graph.nodes[edge.from + 1];
+  const TriadModel<double> model = graph.ModelAt(triad, first);
+  const auto off_at = [&](const PoseNode& node) -> Eigen::Vector3d {
+    return graph.ModelAt(triad, node).TruthFromRaw(SeenAt(node, triad)->mean_raw) -
+           node.rotation().conjugate() * world;
+  };
+  const Eigen::Vector3d off_before = off_at(first), off_after = off_at(second);
+  const Eigen::Matrix3d correction = model.Correction();
+  SeenMove seen{&move, {}, {}};
+  const std::size_t count = reading_raw.size();
+  seen.reading.reserve(count);
+  seen.field.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share =
+        static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(count, 2) - 1);
+    seen.reading.emplace_back(correction * model.Felt(reading_raw[i] - model.bias) -
+                              (1.0 - share) * off_before - share * off_after);
+    seen.field.emplace_back(move.world_from_body[i].conjugate() * world);
+  }
+  return seen;
+}
+
+// The rows of one move with `later_s` allowed for.
+MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
+  MoveSums sums;
+  const FollowedMove& move = *seen.move;
+  const std::size_t count = move.time_s.size();
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    // At its ends the unit rests.
+    const double time_s = std::clamp(move.time_s[i] + later_s, 0.0, move.time_s.back());
+    while (right + 1 < count && move.time_s[right] < time_s) ++right;
+    while (right > 0 && move.time_s[right - 1] >= time_s) --right;
+    const std::size_t left = right > 0 ? right - 1 : 0;
+    const double span_s = move.time_s[right] - move.time_s[left];
+    const double share = span_s > 0.0 ? (time_s - move.time_s[left]) / span_s : 0.0;
+    const Eigen::Vector3d off =
+        (1.0 - share) * seen.reading[left] + share * seen.reading[right] - seen.field[i];
+    Eigen::Matrix<double, 3, kMostUnknowns> columns =
+        Eigen::Matrix<double, 3, kMostUnknowns>::Zero();
+    columns.col(0) = move.rate_radps[i].cross(seen.field[i]);
+    if (unknowns > 1) {
+      const Eigen::Matrix3d turning = Skew(move.rate_radps[i]);
+      columns.rightCols<3>() = Skew(move.acceleration_radps2[i]) + turning * turning;
+    }
+    sums.normal.noalias() += columns.transpose() * columns;
+    sums.right.noalias() += columns.transpose() * off;
+    sums.square += off.squaredNorm();
+    sums.rows += 3.0;
+  }
+  return sums;
+}
+
+Unknowns Solved(const Normal& normal, const Unknowns& right, int unknowns) {
+  Unknowns solved = Unknowns::Zero();
+  solved.head(unknowns) =
+      normal.topLeftCorner(unknowns, unknowns).ldlt().solve(right.head(unknowns));
+  return solved;
+}
+
+std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& moves) {
+  const int unknowns = triad == Triad::kAccelerometer ? kMostUnknowns : 1;
+  const auto count = static_cast<int>(moves.size());
+  if (count < unknowns + kSpareMoves) return std::nullopt;
+  ClockOffset offset;
+  offset.triad = triad;
+  offset.moves = count;
+  std::vector<double> weights(moves.size(), 1.0);
+  std::vector<MoveSums> sums(moves.size());
+  Normal normal;
+  Unknowns right;
+  for (int round = 0; round < kMostRounds; ++round) {
+    normal.setZero();
+    right.setZero();
+    for (std::size_t k = 0; k < moves.size(); ++k) {
+      sums[k] = SumsOf(moves[k], offset.later_s, unknowns);
+      normal += weights[k] * sums[k].normal;
+      right += weights[k] * sums[k].right;
+    }
+    const Unknowns step = Solved(normal, right, unknowns);
+    if (!step.allFinite()) return std::nullopt;
+    for (std::size_t k = 0; k < moves.size(); ++k) {
+      const double square =
+          sums[k].square - 2.0 * step.dot(sums[k].right) + step.dot(sums[k].normal * step);
+      weights[k] = square > 0.0 ? sums[k].rows / square : 0.0;
+    }
+    offset.later_s += step[0];
+    if (!(std::abs(offset.later_s) < kLongestS)) return std::nullopt;
+    if (round > 1 && std::abs(step[0]) < kSettledS) break;
+  }
+  double squares = 0.0;
+  const double whole = Solved(normal, right, unknowns)[0];
+  for (std::size_t k = 0; k < moves.size(); ++k) {
+    const double without = Solved(
+        normal - weights[k] * sums[k].normal, right - weights[k] * sums[k].right, unknowns)[0];
+    squares += (without - whole) * (without - whole);
+  }
+  offset.sigma_s = std::sqrt(squares * (count - 1.0) / count);
+  if (!std::isfinite(offset.sigma_s) || !(offset.sigma_s > 0.0)) return std::nullopt;
+  const double ratio = offset.later_s / offset.sigma_s;
+  offset.p_value = 1.0 - FisherCdf(ratio * ratio, 1.0, count - unknowns);
+  return offset;
+}
+
+}  // namespace
+
+std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph) {
+  std::vector<ClockOffset> offsets;
+  std::vector<std::pair<const IncrementEdge*, const RecordedMove*>> used;
+  std::vector<FollowedMove> followed;
+  auto recorded = poses.moves.begin();
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.stated_turn >= 0 || edge.rejected) continue;
+    const int number = graph.nodes[edge.from].number;
+    while (recorded != poses.moves.end() && poses.poses[recorded->from].number < number) ++recorded;
+    if (recorded == poses.moves.end()) break;
+    if (poses.poses[recorded->from].number != number) continue;
+    auto move = Follow(graph, edge);
+    if (!move) continue;
+    followed.push_back(*std::move(move));
+    used.emplace_back(&edge, &*recorded);
+  }
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!graph.layout.Has(triad) || poses.clock_lag_s[triad]) continue;
+    std::vector<SeenMove> moves;
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const auto& [edge, move] = used[k];
+      const std::vector<Eigen::Vector3d>& reading_raw =
+          triad == Triad::kAccelerometer ? move->accelerometer_raw : move->magnetometer_raw;
+      if (reading_raw.size() != followed[k].time_s.size() ||
+          SeenAt(graph.nodes[edge->from], triad) == nullptr ||
+          SeenAt(graph.nodes[edge->from + 1], triad) == nullptr) {
+        continue;
+      }
+      moves.push_back(SeenBy(triad, graph, *edge, followed[k], reading_raw));
+    }
+    if (const auto offset = OffsetOf(triad, moves)) offsets.push_back(*offset);
+  }
+  return offsets;
+}
+
+std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses) {
+  const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
+  if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return {};
+  std::string said, block;
+  const auto state = [&](Triad triad, double more_s) {
+    block += (block.empty() ? "" : ", ") + std::string(TriadName(triad)) +
+             Format(": { time_offset_s: %.5f }", poses.time_offset_s[triad] + more_s);
+  };
+  for (const ClockOffset& offset : offsets) {
+    if (!(offset.p_value < kSaidChance) ||
+        std::abs(offset.later_s) < 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s) {
+      continue;
+    }
+    said += (said.empty() ? "" : "; ") + std::string(TriadName(offset.triad)) +
+            Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
+            Format("± %.2f ms ", 1e3 * offset.sigma_s) +
+            (offset.later_s > 0.0 ? "later" : "earlier") + " than the gyroscope's";
+    state(offset.triad, offset.later_s);
+  }
+  for (const Triad triad : kTriads) {
+    if (poses.clock_lag_s[triad]) state(triad, *poses.clock_lag_s[triad]);
+  }
+  if (said.empty()) return {};
+  return said + ", as the moves between the rests show; not allowed for: state `sensors: { " +
+         block + " }`";
+}
+
+}  // namespace truetriad

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problem/graph.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+
+namespace truetriad {
+
+// The clock of each vector sensor against the gyroscope's, from the moves between rests of a
+// settled graph. A reading that is reported by d later than it was taken shows the field where the
+// body was d ago,
+//
+//   C (y - b) - R^T v = -d (R^T v x w) + (dw/dt x r + w x (w x r))
+//
+// R carried on by the gyroscope from rest to rest, w its rate; r, of the accelerometer alone, is
+// where it sits off the point about which hands turn the unit. Moves weigh by how well each fits;
+// σ comes from leaving each out in turn, so that whatever else goes on in a move is counted, if it
+// differs from move to move. A sensor without enough moves has none.
+std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
+
+// What is to be said of offsets that are neither chance nor within a reading of the gyroscope, with
+// all of them in one block to state; empty where none is. A triad whose readings are off by more
+// than moves can tell (PoseSet::clock_lag_s) is in the block as that has it.
+std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses);
+
+}  // namespace truetriad

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/checks/constancy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include "math/distributions.h"
+#include "solve/reduced_system.h"
+#include "solve/solve_graph.h"
+
+namespace truetriad {
+namespace {
+
+constexpr Triad kMagnetometer = Triad::kMagnetometer;
+// Poses on each side of a change that tell it from a disturbed pose.
+constexpr std::size_t kFewestPoses = 2;
+// And in all: with fewer every step is as good as another.
+constexpr std::size_t kFewestInAll = 8;
+constexpr std::size_t kMostPoses = 200;
+// So many left out by the robust step may be one side of a change.
+constexpr std::ptrdiff_t kManyRejected = 2;
+// Of a step on one of its sides, and of that share on the other; more than this of all is no
+// handful of poses beside a magnet.
+constexpr double kLeftOutShare = 0.25;
+// Of residuals that are all that tells the noise.
+constexpr double kMostExplained = 0.9;
+// One explanation is named when its log likelihood is better by this: odds of 20.
+constexpr double kClearlyBetter = 6.0;
+// Below this share of the largest eigenvalue a component of a step is not seen.
+constexpr double kNotSeen = 1e-6;
+// What scatters without a step that explains everything, of what scatters with it.
+constexpr double kLeastLeft = 1e-3;
+
+struct Place {
+  std::size_t node = 0;
+  int row = 0;  // of the magnetometer in the node's rows
+  bool rejected = false;
+};
+
+std::vector<Place> PlacesOf(const PoseGraph& graph) {
+  std::vector<Place> places;
+  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+    const std::vector<Observation>& seen = graph.nodes[k].observations;
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if (seen[i].triad != kMagnetometer) continue;
+      places.push_back({k, 3 * static_cast<int>(i), seen[i].rejected});
+    }
+  }
+  return places;
+}
+
+// A step's test at one place.
+struct StepTest {
+  double statistic = 0.0;
+  int rank = 0;
+  Eigen::Vector3d step = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> shared;  // J^T D Z
+};
+
+// The tests of a step at every place, in their order. `columns`: of each place the derivative of
+// its three rows by a step there or before.
+std::vector<StepTest> TestSteps(const ReducedSystem& system,
+                                const std::vector<Place>& places,
+                                const std::vector<Eigen::Matrix3d>& columns) {
+  // All places side by side; a step is the sum of those from its own on.
+  const auto count = static_cast<Eigen::Index>(places.size());
+  StackedRows Z = StackedRows::Zero(system.residual().size(), 3 * count);
+  const auto row_of = [&](std::size_t i) {
+    return system.factors()[places[i].node].row + places[i].row;
+  };
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Z.block<3, 3>(row_of(i), 3 * static_cast<Eigen::Index>(i)) = columns[i];
+  }
+  const StackedRows DZ = system.Project(Z);
+  StackedRows projected = StackedRows::Zero(Z.rows(), 3);
+  Eigen::Matrix3d whole = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> shared =
+      Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(system.size(), 3);
+  Eigen::Vector3d u = Eigen::Vector3d::Zero();
+  std::vector<StepTest> tests(places.size());
+  for (std::size_t i = places.size(); i-- > 0;) {
+    const Eigen::Index row = row_of(i);
+    const auto own = DZ.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+    const Eigen::Matrix3d across = columns[i].transpose() * projected.middleRows<3>(row);
+    whole += across + across.transpose() + columns[i].transpose() * own.middleRows<3>(row);
+    projected += own;
+    shared += system.B().middleRows<3>(row).transpose() * columns[i];
+    u += columns[i].transpose() * system.projected().segment<3>(row);
+    const Eigen::Matrix3d information = whole - shared.transpose() * (system.covariance() * shared);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+    StepTest& test = tests[i];
+    test.shared = shared;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double eigenvalue = solver.eigenvalues()[axis];
+      if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
+      const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
+      const double share = direction.dot(u) / eigenvalue;
+      test.statistic += share * share * eigenvalue;
+      test.step -= share * direction;
+      ++test.rank;
+    }
+  }
+  return tests;
+}
+
+// What the magnetometer's own residuals amount to, and how many they are after all that was fitted.
+struct OwnResiduals {
+  double chi2 = 0.0;
+  double dof = 0.0;
+};
+
+OwnResiduals OwnResidualsOf(const PoseGraph& graph,
+                            const ReducedSystem& system,
+                            const std::vector<Place>& places) {
+  OwnResiduals own;
+  for (const Place& place : places) {
+    const PoseNode& node = graph.nodes[place.node];
+    const Observation& seen = node.observations[static_cast<std::size_t>(place.row / 3)];
+    if (seen.rejected) continue;
+    const Eigen::Matrix3d variance = seen.variance / seen.weight;
+    const Eigen::Index row = system.factors()[place.node].row + place.row;
+    const Eigen::Vector3d projected = system.projected().segment<3>(row);
+    const Eigen::Matrix3d P = system.ProjectorBlock(place.node, place.row);
+    own.chi2 += projected.dot(variance * projected);
+    own.dof += (P * variance).trace();
+  }
+  return own;
+}
+
+// The same poses with every reading of the magnetometer counting fully, solved again.
+PoseGraph WithoutWeights(const PoseGraph& graph, const std::vector<Place>& places) {
+  PoseGraph whole = graph;
+  for (const Place& place : places) {
+    Observation& seen =
+        whole.nodes[place.node].observations[static_cast<std::size_t>(place.row / 3)];
+    seen.rejected = false;
+    seen.weight = 1.0;
+  }
+  SolveGraph(&whole, kRoundTolerance);
+  return whole;
+}
+
+// A robust fit that takes the readings on one side of a step for disturbed leaves out a good part
+// of them and hardly any of the other side; single poses beside a magnet do not lie so.
+bool LooksLeftOut(const std::vector<Place>& places, std::size_t first) {
+  const auto share = [](auto from, auto to) {
+    const auto count = std::count_if(from, to, [](const Place& place) { return place.rejected; });
+    return static_cast<double>(count) / static_cast<double>(to - from);
+  };
+  const auto step = places.begin() + static_cast<std::ptrdiff_t>(first);
+  const double before = share(places.begin(), step), after = share(step, places.end());
+  if (share(places.begin(), places.end()) >= kLeftOutShare) return true;
+  return std::max(before, after) >= kLeftOutShare &&
+         std::min(before, after) <= kLeftOutShare * std::max(before, after);
+}
+
+// A fit of the few poses that are left says nothing of the noise.
+bool IsMostlyLeftOut(const PoseGraph& graph) {
+  double rejected = 0.0, all = 0.0;
+  for (const PoseNode& node : graph.nodes) {
+    for (const Observation& seen : node.observations) {
+      all += 1.0;
+      rejected += seen.rejected ? 1.0 : 0.0;
+    }
+  }
+  return rejected > kLeftOutShare * all;
+}
+
+// By how many σ a parameter is off at most without the step of `test`, see MagnetometerChange.
+double EffectOf(const StepTest& test,
+                const StepTest& at_first,
+                const PoseGraph& graph,
+                const ReducedSystem& system) {
+  const Eigen::MatrixXd& basis = graph.layout.basis;
+  const Eigen::ArrayXd sigma =
+      (basis * system.covariance()).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
+  const auto largest = [&](const Eigen::VectorXd& moved) {
+    const Eigen::ArrayXd off = (basis * (system.covariance() * moved)).array().abs();
+    double most = 0.0;
+    for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+      if (sigma[i] > 0.0) most = std::max(most, off[i] / sigma[i]);
+    }
+    return most;
+  };
+  return std::max(largest(test.shared * test.step),
+                  largest((test.shared - at_first.shared) * test.step));
+}
+
+// The search for a change in one solution of the graph.
+class ChangeSearch {
+ public:
+  ChangeSearch(const PoseGraph& graph,
+               const ReducedSystem& system,
+               const std::vector<Place>& places,
+               bool is_estimated)
+      : graph_(graph),
+        system_(system),
+        places_(places),
+        is_estimated_(is_estimated),
+        own_(OwnResidualsOf(graph, system, places)) {
+    // Poses that scatter by more than the noise that was stated tell of no step by it.
+    is_estimated_ =
+        is_estimated || (own_.dof > 1.0 && 1.0 - ChiSquareCdf(own_.chi2, own_.dof) < kChangeLevel);
+    std::vector<Eigen::Matrix3d> by_bias, by_field;
+    for (const Place& place : places) {
+      const PoseNode& node = graph.nodes[place.node];
+      const Eigen::Matrix3d S = graph.ModelAt(kMagnetometer, node).sensitivity;
+      by_bias.push_back(S);
+      by_field.push_back(node.kind == PoseKind::kDirection
+                             ? Eigen::Matrix3d::Zero()
+                             : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
+    }
+    bias_ = TestSteps(system, places, by_bias);
+    field_ = TestSteps(system, places, by_field);
+  }
+
+  // Of a change right before a place, the better of both kinds, shared out over all places.
+  double PValueAt(std::size_t first) const {
+    const double tests = 2.0 * static_cast<double>(places_.size() - 2 * kFewestPoses + 1);
+    return std::min(1.0, tests * std::min(PValue(bias_[first]), PValue(field_[first])));
+  }
+
+  // Twice the log likelihood that a change there adds.
+  double LikelihoodAt(std::size_t first) const {
+    return std::max(Likelihood(bias_[first]), Likelihood(field_[first]));
+  }
+
+  // The likeliest change at those places that are `allowed`; unset where it may be chance.
+  std::optional<MagnetometerChange> Find(const std::vector<bool>& allowed) const {
+    std::optional<std::size_t> best;
+    for (std::size_t first = 0; first < places_.size(); ++first) {
+      if (!allowed[first]) continue;
+      if (!best || LikelihoodAt(first) > LikelihoodAt(*best)) best = first;
+    }
+    if (!best || PValueAt(*best) > kChangeLevel) return std::nullopt;
+    MagnetometerChange found = At(*best);
+    for (std::size_t first = 0; first < places_.size(); ++first) {
+      if (!allowed[first] || LikelihoodAt(first) < LikelihoodAt(*best) - kClearlyBetter) continue;
+      found.earliest = std::min(found.earliest, places_[first].node);
+      found.latest = std::max(found.latest, places_[first].node);
+    }
+    return found;
+  }
+
+  MagnetometerChange At(std::size_t first) const {
+    const double better = Likelihood(bias_[first]) - Likelihood(field_[first]);
+    const double by_bias = EffectOf(bias_[first], bias_[0], graph_, system_);
+    const double by_field = EffectOf(field_[first], field_[0], graph_, system_);
+    MagnetometerChange change;
+    change.node = change.earliest = change.latest = places_[first].node;
+    change.bias_ut = bias_[first].step;
+    change.field_ut = field_[first].step;
+    change.p_value = PValueAt(first);
+    change.explained_share = std::max(bias_[first].statistic, field_[first].statistic) / own_.chi2;
+    if (better > kClearlyBetter) {
+      change.kind = ChangeKind::kBias;
+      change.effect_sigmas = by_bias;
+    } else if (better < -kClearlyBetter) {
+      change.kind = ChangeKind::kField;
+      change.effect_sigmas = by_field;
+    } else {
+      change.kind = ChangeKind::kEither;
+      change.effect_sigmas = std::min(by_bias, by_field);
+    }
+    return change;
+  }
+
+ private:
+  bool IsJudgedByRest(const StepTest& test) const {
+    return is_estimated_ && own_.dof - test.rank >= 1.0;
+  }
+  // What χ² is left without the step.
+  double Left(const StepTest& test) const {
+    return std::max(own_.chi2 - test.statistic, kLeastLeft * own_.chi2);
+  }
+  double PValue(const StepTest& test) const {
+    if (test.rank == 0) return 1.0;
+    if (!IsJudgedByRest(test)) return 1.0 - ChiSquareCdf(test.statistic, test.rank);
+    const double dof = own_.dof - test.rank;
+    return 1.0 - FisherCdf(test.statistic / test.rank / (Left(test) / dof), test.rank, dof);
+  }
+  double Likelihood(const StepTest& test) const {
+    return IsJudgedByRest(test) ? own_.dof * std::log1p(test.statistic / Left(test))
+                                : test.statistic;
+  }
+
+  const PoseGraph& graph_;
+  const ReducedSystem& system_;
+  const std::vector<Place>& places_;
+  bool is_estimated_;
+  OwnResiduals own_;
+  std::vector<StepTest> bias_, field_;
+};
+
+}  // namespace
+
+std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settled,
+                                                         const ReducedSystem& settled_system,
+                                                         const NoiseState& noise) {
+  if (!settled.layout.Has(kMagnetometer) || noise.unknown) return std::nullopt;
+  const std::vector<Place> places = PlacesOf(settled);
+  if (places.size() < kFewestInAll || places.size() > kMostPoses) return std::nullopt;
+  const auto rejected = std::count_if(
+      places.begin(), places.end(), [](const Place& place) { return place.rejected; });
+  const bool estimated =
+      noise.excess[kMagnetometer] > 0.0 &&
+      std::find(noise.estimated.begin(), noise.estimated.end(), PoseNoise(kMagnetometer)) !=
+          noise.estimated.end();
+  if (settled_system.rank() < settled_system.size()) return std::nullopt;
+  std::vector<bool> allowed(places.size(), false);
+  std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
+  std::optional<MagnetometerChange> found;
+  if (!IsMostlyLeftOut(settled)) {
+    found = ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
+  }
+  const bool is_table = noise.source[kMagnetometer] == NoiseSource::kResidual;
+  const auto is_too_little = [is_table](const std::optional<MagnetometerChange>& change) {
+    return is_table && change && change->explained_share < kMostExplained;
+  };
+  if (is_too_little(found)) found.reset();
+  if (rejected == 0) return found;
+  // What was left out may be one side of a change, or a part of it.
+  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
+    allowed[first] = (rejected >= kManyRejected && LooksLeftOut(places, first)) ||
+                     (found && places[first].node == found->node);
+  }
+  const PoseGraph whole = WithoutWeights(settled, places);
+  const ReducedSystem whole_system(whole);
+  if (whole_system.rank() == whole_system.size()) {
+    const auto among_all =
+        ChangeSearch(whole, whole_system, places, /*is_estimated=*/true).Find(allowed);
+    if (among_all && !is_too_little(among_all) && (!found || among_all->p_value <= found->p_value))
+      found = among_all;
+  }
+  if (found) found->p_value = std::min(1.0, 2.0 * found->p_value);
+  return found && found->p_value > kChangeLevel ? std::nullopt : found;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/checks/held_gyroscope.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "verdict/turn_errors.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+// Median over the turns. Start values of an accelerometer are right to a few hundredths; a gain
+// that is off by a tenth misses gravity by as much after a turn of a radian.
+constexpr double kMostMissedRad = 0.1;
+// So few turns say nothing.
+constexpr std::size_t kFewTurns = 3;
+// Hands and settling make tenths of a degree.
+constexpr double kOddScatterRad = 0.02;
+
+bool IsHeld(const TriadOptions& gyroscope) {
+  return gyroscope.enabled && (gyroscope.fixed_sensitivity || gyroscope.fixed_bias);
+}
+
+std::optional<Eigen::Vector3d> ForceAt(const PoseGraph& graph, const PoseNode& node) {
+  for (const Observation& seen : node.observations) {
+    if (seen.triad != Triad::kAccelerometer) continue;
+    return graph.ModelAt(Triad::kAccelerometer, node).TruthFromRaw(seen.mean_raw);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
+                                                   const StartValues& start,
+                                                   const std::vector<PoseNode>& nodes,
+                                                   const CalibrateOptions& options) {
+  if (!IsHeld(options.triads[Triad::kGyroscope]) || options.HasGyroscopeAlone()) {
+    return std::nullopt;
+  }
+  PoseGraph graph;
+  graph.nodes = nodes;
+  LayOutParameters(options, start, &graph);
+  BuildIncrements(poses, start, &graph);
+  std::vector<double> missed_rad;
+  for (const IncrementEdge& edge : graph.increments) {
+    if (edge.stated_turn >= 0) continue;
+    const auto before = ForceAt(graph, graph.nodes[edge.from]);
+    const auto after = ForceAt(graph, graph.nodes[edge.from + 1]);
+    if (before && after) missed_rad.push_back(TurnError(edge.increment.rotation, *before, *after));
+  }
+  if (missed_rad.size() < kFewTurns) return std::nullopt;
+  const std::size_t count = missed_rad.size();
+  const double median_rad = Median(std::move(missed_rad));
+  if (!(median_rad > kMostMissedRad)) return std::nullopt;
+  return "gyroscope: with what `fixed:` holds of it, gravity at the next rest is missed by " +
+         Format("%.0f deg (median of ", kDegPerRad * median_rad) + std::to_string(count) +
+         " turns): it is not this unit's, not in the log's unit, or of other axes; correct it, or "
+         "let it be estimated";
+}
+
+std::string RemarkOnHeldGyroscope(const CalibrateOptions& options, double turn_excess_sigma_rad) {
+  if (!IsHeld(options.triads[Triad::kGyroscope]) || !(turn_excess_sigma_rad > kOddScatterRad)) {
+    return {};
+  }
+  return Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * turn_excess_sigma_rad) +
+         " about what `fixed:` holds of it, far more than their noise; let it be estimated";
+}
+
+}  // namespace truetriad

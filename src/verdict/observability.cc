@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/observability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <string>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "model/attitude_sets.h"
+#include "problem/parameter_name.h"
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+namespace {
+
+constexpr int kMostNamed = 4;
+constexpr std::size_t kMostDirections = 6;
+// Eigenvalues of the scaled information below this share of the largest are rounding.
+constexpr double kUndetermined = 1e-14;
+// Temperatures this near, as a share of half their range, are one setting of a chamber.
+constexpr double kSameSetting = 0.05;
+
+// "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1", as people say it.
+std::string SpokenName(const std::string& text) {
+  static constexpr std::string_view kAxes = "xyz";
+  if (const auto name = ParameterName::Parse(text)) {
+    const std::string row(1, kAxes[static_cast<std::size_t>(name->row)]);
+    const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
+    std::string spoken(TriadName(name->triad));
+    if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
+    if (name->kind == ParameterKind::kQuadratic) return spoken + " quadratic term " + row;
+    if (name->kind == ParameterKind::kAsymmetry) return spoken + " asymmetry " + row;
+    if (name->kind != ParameterKind::kSensitivity) {
+      spoken += " bias " + row;
+    } else {
+      spoken += name->row == name->col ? " scale " + row : " misalignment " + row + col;
+    }
+    if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
+    if (name->kind == ParameterKind::kRateLinear) spoken += ", dT/dt";
+    if (name->kind == ParameterKind::kRateQuadratic) spoken += ", (dT/dt)^2";
+    if (name->kind == ParameterKind::kRateCross) spoken += ", tau dT/dt";
+    return spoken;
+  }
+  if (text == "reference.dip_rad") return "dip of the field";
+  if (text == "reference.field_ut") return "field strength";
+  if (text == "reference.heading_rad") return "heading of the field";
+  if (text == "reference.gravity_mps2") return "gravity";
+  const auto first = text.find('.');
+  return "tilt of face " + text.substr(first + 1, text.rfind('.') - first - 1);
+}
+
+// "A", "A and B", "A, B and C".
+std::string JoinWithAnd(const std::vector<std::string>& items) {
+  std::string text;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (i > 0) text += i + 1 == items.size() ? " and " : ", ";
+    text += items[i];
+  }
+  return text;
+}
+
+std::string Describe(const std::vector<std::string>& names,
+                     const Eigen::VectorXd& loading,
+                     bool determined) {
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(loading.size()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::stable_sort(order.begin(), order.end(), [&loading](Eigen::Index a, Eigen::Index b) {
+    return std::abs(loading[a]) > std::abs(loading[b]);
+  });
+  std::vector<std::string> parts;
+  for (const Eigen::Index i : order) {
+    if (std::abs(loading[i]) < 0.4 * std::abs(loading[order.front()])) break;
+    if (parts.size() == kMostNamed) break;
+    const std::string part = SpokenName(names[static_cast<std::size_t>(i)]);
+    if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
+  }
+  if (parts.size() == 1) {
+    return parts.front() + (determined ? " is weakly determined" : " is not determined");
+  }
+  return JoinWithAnd(parts) + (determined ? " can hardly be told apart" : " cannot be told apart");
+}
+
+// A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
+std::string SpokenDirection(const Eigen::Vector3d& direction) {
+  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+  std::vector<std::string> parts;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    if (std::abs(direction[axis]) < 0.1) continue;
+    std::string part(1, direction[axis] > 0.0 ? '+' : '-');
+    part += kAxes[static_cast<std::size_t>(axis)];
+    parts.push_back(part);
+  }
+  if (parts.size() == 1) return parts.front();
+  return (parts.size() == 2 ? "halfway between " : "between ") + JoinWithAnd(parts);
+}
+
+// A pose that could be added: what is up (or along the field, for a magnetometer alone), and rows
+// like those of an average pose.
+struct CandidatePose {
+  Eigen::Vector3d up;
+  PoseNode node;
+};
+
+bool HasThermal(const SharedLayout& layout) {
+  return std::any_of(layout.thermal.begin(), layout.thermal.end(), [](const ThermalBlock& block) {
+    return block.size() > 0;
+  });
+}
+
+// Temperatures that poses were taken at, ascending; those of one chamber setting are one.
+std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
+  std::vector<double> all;
+  for (const PoseNode& node : graph.nodes) all.push_back(node.temperature_degc);
+  std::sort(all.begin(), all.end());
+  const double apart = kSameSetting * graph.layout.thermal_scale.half_range_degc;
+  std::vector<double> distinct;
+  for (const double temperature : all) {
+    if (distinct.empty() || temperature > distinct.back() + apart) distinct.push_back(temperature);
+  }
+  return distinct;
+}
+
+std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
+  std::vector<CandidatePose> candidates;
+  // Typical pose: the triads of the fullest one, with mean variances.
+  const PoseNode* fullest = &graph.nodes.front();
+  for (const PoseNode& node : graph.nodes) {
+    if (node.observations.size() > fullest->observations.size()) fullest = &node;
+  }
+  for (const Eigen::Quaterniond& q : HandAttitudes()) {
+    CandidatePose candidate{q.conjugate() * Eigen::Vector3d::UnitZ(), *fullest};
+    candidate.node.has_attitude_prior = false;
+    candidate.node.face = -1;
+    for (Observation& observation : candidate.node.observations) observation.weight = 1.0;
+    if (fullest->kind == PoseKind::kDirection) {
+      const Eigen::Vector3d& up = candidate.up;
+      candidate.node.state = {up.x(), up.y(), up.z(), 0.0};
+    } else {
+      candidate.node.kind = PoseKind::kRotation;
+      candidate.node.state = {q.x(), q.y(), q.z(), q.w()};
+    }
+    if (!HasThermal(graph.layout)) {
+      candidates.push_back(candidate);
+      continue;
+    }
+    for (const double temperature : DistinctTemperatures(graph)) {
+      candidate.node.temperature_degc = temperature;
+      candidates.push_back(candidate);
+    }
+  }
+  return candidates;
+}
+
+// What helps where poses at the same temperatures would not.
+std::string TemperatureAdvice(const PoseGraph& graph, const ParameterName& name) {
+  if (name.kind != ParameterKind::kBias && name.kind != ParameterKind::kSensitivity) {
+    return "take poses while the temperature rises and falls at several rates, or drop the rate "
+           "terms";
+  }
+  const std::size_t count = DistinctTemperatures(graph).size();
+  return "take poses at more temperatures (" + std::to_string(count) +
+         (count == 1 ? " was" : " were") + " seen), or lower the order";
+}
+
+// σ of the wanted parameters in typical units, with the tilts of a block, which nobody asked for,
+// taken out: eigenvalues of their covariance, ascending, infinite where nothing determines them.
+struct Marginal {
+  Eigen::VectorXd sigmas;
+  Eigen::MatrixXd directions;  // in scaled free coordinates, unit columns
+};
+
+Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& system) {
+  std::vector<Eigen::Index> wanted;
+  const SharedLayout& layout = graph.layout;
+  for (Eigen::Index i = 0; i < layout.basis.cols(); ++i) {
+    bool tilt = false;
+    for (const int at : layout.face_tilt) {
+      tilt = tilt || (at >= 0 && !layout.basis.col(i).segment<2>(at).isZero(0.0));
+    }
+    if (!tilt) wanted.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+  Marginal marginal;
+  if (count == 0) return marginal;
+  // What is undetermined gets the largest variance that rounding lets us tell.
+  const auto [values, vectors] = system.FindSpectrum();
+  const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
+  const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
+  Eigen::MatrixXd selected(count, system.size());
+  for (Eigen::Index i = 0; i < count; ++i) {
+    selected.row(i) = vectors.row(wanted[static_cast<std::size_t>(i)]);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(selected * variances.asDiagonal() *
+                                                              selected.transpose());
+  marginal.sigmas = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  for (double& sigma : marginal.sigmas) {
+    if (sigma * sigma > 0.01 / least) sigma = std::numeric_limits<double>::infinity();
+  }
+  marginal.directions = Eigen::MatrixXd::Zero(system.size(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    marginal.directions.row(wanted[static_cast<std::size_t>(i)]) = solver.eigenvectors().row(i);
+  }
+  return marginal;
+}
+
+// The axis whose asymmetry a direction is about: the gain of turns that all went one way moves with
+// it. -1: none.
+int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
+  constexpr double kShare = 0.5;  // of the largest
+  int axis = -1;
+  double largest = kShare * loading.cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const double size = std::abs(loading[static_cast<Eigen::Index>(i)]);
+    const auto name = ParameterName::Parse(names[i]);
+    if (size < largest || !name || name->kind != ParameterKind::kAsymmetry) continue;
+    largest = size;
+    axis = name->row;
+  }
+  return axis;
+}
+
+}  // namespace
+
+Observability AnalyseObservability(const PoseGraph& graph,
+                                   const SharedInformation& system,
+                                   double limit) {
+  Observability result;
+  const Marginal marginal = MarginalOfWanted(graph, system);
+  const auto n = marginal.sigmas.size();
+  if (n == 0 || graph.nodes.empty()) return result;
+  const double median = Median({marginal.sigmas.begin(), marginal.sigmas.end()});
+  const auto is_weak = [&](double sigma) {
+    return sigma > 0.25 * limit || (sigma > 10.0 * median && sigma > 0.01);
+  };
+  if (std::none_of(marginal.sigmas.begin(), marginal.sigmas.end(), is_weak)) return result;
+
+  const std::vector<std::string> names = ParameterNames(graph.layout);
+  const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
+  const bool alone =
+      !graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer);
+  // Information of every candidate pose, once.
+  PoseGraph extended = graph;
+  const std::vector<CandidatePose> candidates = CandidatePoses(graph);
+  extended.nodes.clear();
+  extended.increments.clear();
+  extended.priors.clear();
+  for (const CandidatePose& candidate : candidates) extended.nodes.push_back(candidate.node);
+  const ReducedSystem added(extended);
+  const bool on_block = std::any_of(graph.layout.face_tilt.begin(),
+                                    graph.layout.face_tilt.end(),
+                                    [](int tilt) { return tilt >= 0; });
+
+  const bool has_thermal = HasThermal(graph.layout);
+  std::set<std::string> said;
+  for (Eigen::Index i = n - 1; i >= 0; --i) {  // σ ascend: worst first
+    const double sigma = marginal.sigmas[i];
+    if (!is_weak(sigma)) continue;
+    const bool determined = sigma <= limit;
+    result.determined = result.determined && determined;
+    if (result.weak_directions.size() >= kMostDirections) continue;
+    WeakDirection weak;
+    weak.sigma = sigma;
+    const Eigen::VectorXd free = system.scale().asDiagonal() * marginal.directions.col(i);
+    const Eigen::VectorXd loading = typical.asDiagonal().inverse() * (graph.layout.basis * free);
+    weak.description = Describe(names, loading, determined);
+    if (alone) {
+      weak.advice = "add known rates or turns about body x, y and z, each both ways, and rests";
+      if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
+      continue;
+    }
+    if (on_block) {
+      weak.advice =
+          "this σ follows from tilt_sigma_deg: level the block better, or add free poses without "
+          "it";
+      if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
+      continue;
+    }
+    double best_gain = 0.0;
+    std::size_t best = 0;
+    std::vector<double> gains(candidates.size());
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+      const ReducedSystem::Factor& pose = added.factors()[c];
+      const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
+      gains[c] = moved.dot(added.D(c) * moved);
+      if (gains[c] > best_gain) {
+        best_gain = gains[c];
+        best = c;
+      }
+    }
+    Eigen::Index leading = 0;
+    loading.cwiseAbs().maxCoeff(&leading);
+    const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
+    // More poses like those that are there would not make it good.
+    const double wanted = std::min(sigma, limit);
+    if (const int axis = AsymmetricAxis(names, loading); axis >= 0) {
+      weak.advice = std::string("turn the unit both ways about its ") + "xyz"[axis] + " axis";
+    } else if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
+      weak.advice = TemperatureAdvice(graph, *name);
+    } else if (best_gain > 0.0) {
+      const Eigen::Vector3d up = candidates[best].up;
+      const bool field_only =
+          candidates[best].node.kind == PoseKind::kDirection &&
+          candidates[best].node.observations.front().triad == Triad::kMagnetometer;
+      const std::string how = field_only ? " along the field" : " up";
+      // The opposite pose is named too where it helps about as much.
+      double opposite = 0.0;
+      for (std::size_t c = 0; c < candidates.size(); ++c) {
+        if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
+      }
+      const double temperature = candidates[best].node.temperature_degc;
+      weak.advice = "add poses " + (has_thermal ? Format("at %.3g degC ", temperature) : "") +
+                    "with body " + SpokenDirection(up) + how;
+      if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
+    }
+    if (!said.insert(weak.description + weak.advice).second) continue;
+    result.weak_directions.push_back(weak);
+  }
+  return result;
+}
+
+}  // namespace truetriad

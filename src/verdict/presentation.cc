@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/presentation.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "problem/pose_node.h"
+#include "truetriad/math/rotation.h"
+#include "truetriad/model/thermal.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kRounding = 1e-12;
+
+// Place of entry `entry`, counted by rows, of a matrix that is stored by columns.
+int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
+
+// A 3x3 of the solution and the place of its entry (row, col) in the list: first + 3 row + col.
+struct ListedMatrix {
+  Eigen::Matrix3d* matrix;
+  int first;
+};
+
+std::vector<ListedMatrix> MatricesOf(Triad triad, PresentedSolution* solution) {
+  const auto first = [&](int power) {
+    return PlaceOf(solution->covariance, {triad, ParameterKind::kSensitivity, power, 0, 0});
+  };
+  std::vector<ListedMatrix> matrices = {{&solution->models[triad]->sensitivity, first(0)}};
+  if (solution->thermal[triad]) {
+    for (Eigen::Matrix3d& term : solution->thermal[triad]->sensitivity) {
+      matrices.push_back({&term, first(static_cast<int>(matrices.size()))});
+    }
+  }
+  if (triad == Triad::kGyroscope && solution->g_sensitivity) {
+    matrices.push_back(
+        {&*solution->g_sensitivity,
+         PlaceOf(solution->covariance, {triad, ParameterKind::kGSensitivity, 0, 0, 0})});
+  }
+  return matrices;
+}
+
+}  // namespace
+
+int PlaceOf(const NamedCovariance& covariance, const ParameterName& name) {
+  const auto at = std::find(covariance.parameters.begin(), covariance.parameters.end(), name.str());
+  return at == covariance.parameters.end() ? -1
+                                           : static_cast<int>(at - covariance.parameters.begin());
+}
+
+TriadModel<double> PresentedSolution::ModelAt(Triad triad,
+                                              double temperature_degc,
+                                              double rate_degcps) const {
+  if (!thermal[triad]) return *models[triad];
+  return ModelAtTemperature(*models[triad], *thermal[triad], temperature_degc, rate_degcps);
+}
+
+PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance) {
+  const SharedLayout& layout = graph.layout;
+  PresentedSolution solution;
+  const std::vector<std::string> names = ParameterNames(layout);
+  std::vector<Eigen::RowVectorXd> rows;
+  const auto list = [&](int index, const Eigen::RowVectorXd& row) {
+    solution.covariance.parameters.push_back(names[static_cast<std::size_t>(index)]);
+    rows.push_back(row);
+  };
+  // Entry `offset` of term i, of terms `stride` apart from `first`.
+  const auto list_term =
+      [&](const Eigen::MatrixXd& listed_from_scaled, int i, int first, int stride, int offset) {
+        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(layout.basis.cols());
+        for (int j = 0; j < listed_from_scaled.cols(); ++j) {
+          row += listed_from_scaled(i, j) * layout.basis.row(first + stride * j + offset);
+        }
+        list(first + stride * i + offset, row);
+      };
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    solution.models[triad] = layout.ModelOf(triad, graph.shared.data(), ThermalFactors());
+    for (int i = 0; i < 3; ++i) {
+      list(layout.bias[triad] + i, layout.basis.row(layout.bias[triad] + i));
+    }
+    for (int entry = 0; entry < 9; ++entry) {
+      const int at = layout.sensitivity[triad] + RowMajorPlace(entry);
+      list(at, layout.basis.row(at));
+    }
+    const ThermalBlock& thermal = layout.thermal[triad];
+    if (thermal.size() > 0) {
+      solution.thermal[triad] = thermal.TermsInTau(layout.thermal_scale, graph.shared.data());
+    }
+    const Eigen::MatrixXd vectors = thermal.ListedFromVectors(layout.thermal_scale);
+    for (int i = 0; i < thermal.vector_count(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) list_term(vectors, i, thermal.at, 3, axis);
+    }
+    const Eigen::MatrixXd matrices = thermal.ListedFromMatrices(layout.thermal_scale);
+    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+      for (int entry = 0; entry < 9; ++entry) {
+        list_term(matrices, i, thermal.matrix_at(0), 9, RowMajorPlace(entry));
+      }
+    }
+    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
+      for (int i = 0; i < 3 && at >= 0; ++i) list(at + i, layout.basis.row(at + i));
+    }
+  }
+  if (layout.g_sensitivity >= 0) {
+    solution.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(&graph.shared[layout.g_sensitivity]);
+    for (int entry = 0; entry < 9; ++entry) {
+      const int at = layout.g_sensitivity + RowMajorPlace(entry);
+      list(at, layout.basis.row(at));
+    }
+  }
+  for (int i = 0; i < kReferenceSize; ++i) {
+    const int at = layout.reference + i;
+    if (layout.IsFree(at)) list(at, layout.basis.row(at));
+  }
+  Eigen::MatrixXd& basis = solution.from_free;
+  basis.resize(static_cast<Eigen::Index>(rows.size()), layout.basis.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) basis.row(static_cast<Eigen::Index>(i)) = rows[i];
+  solution.covariance.matrix = basis * free_covariance * basis.transpose();
+  return solution;
+}
+
+PresentedSolution SolutionOf(const Calibration& calibration) {
+  PresentedSolution solution;
+  for (const Triad triad : kTriads) {
+    if (!calibration.sensors[triad]) continue;
+    solution.models[triad] = calibration.sensors[triad]->model;
+    solution.thermal[triad] = calibration.sensors[triad]->thermal;
+    if (triad == Triad::kGyroscope) {
+      solution.g_sensitivity = calibration.sensors[triad]->g_sensitivity;
+    }
+  }
+  solution.covariance = calibration.covariance;
+  return solution;
+}
+
+void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution) {
+  const Eigen::Matrix3d lead = solution->models[leading]->sensitivity;
+  const Eigen::Matrix3d Q = GaugeRotation(gauge, lead, axis_sign);
+  // In the list's order of entries: vec of dS_lead is by columns in GaugeRotationJacobian.
+  const Eigen::Matrix<double, 3, 9> turn = GaugeRotationJacobian(gauge, lead, Q);
+  solution->rotation = solution->rotation * Q;
+
+  NamedCovariance& covariance = solution->covariance;
+  const Eigen::Index size = covariance.matrix.rows();
+  Eigen::MatrixXd map = Eigen::MatrixXd::Identity(size, size);
+  const int lead_at = PlaceOf(covariance, {leading, ParameterKind::kSensitivity, 0, 0, 0});
+  // A leading matrix that is triangular up to rounding: its temperature terms are exactly so, and
+  // stay it.
+  const bool in_gauge =
+      gauge == Gauge::kAccelX && (Q - Eigen::Matrix3d::Identity()).norm() < kRounding;
+  for (const Triad triad : kTriads) {
+    if (!solution->models[triad]) continue;
+    for (const auto& [matrix, first] : MatricesOf(triad, solution)) {
+      if (in_gauge && matrix != &solution->models[triad]->sensitivity) continue;
+      *matrix = *matrix * Q;
+      if (first < 0 || lead_at < 0) continue;
+      for (int row = 0; row < 3; ++row) {
+        for (int col = 0; col < 3; ++col) {
+          auto entry = map.row(first + 3 * row + col);
+          entry.setZero();
+          // (S Q)(row, col) = sum_j S(row, j) Q(j, col).
+          for (int j = 0; j < 3; ++j) entry[first + 3 * row + j] = Q(j, col);
+          // + S' [omega]_x, column col: S' (omega x e_col) = -S' [e_col]_x omega.
+          const Eigen::RowVector3d by_turn = -matrix->row(row) * Skew(Eigen::Vector3d::Unit(col));
+          for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+              entry[lead_at + 3 * i + j] += by_turn.dot(turn.col(3 * j + i));
+            }
+          }
+        }
+      }
+    }
+  }
+  Eigen::Matrix3d& stated_lead = solution->models[leading]->sensitivity;
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) {
+      const bool fixed =
+          (gauge == Gauge::kAccelX && col > row) || (gauge == Gauge::kAccelZ && col < row);
+      const bool tied = gauge == Gauge::kSymmetric && col < row;
+      if (fixed) stated_lead(row, col) = 0.0;
+      if (tied) stated_lead(row, col) = stated_lead(col, row);
+      if (lead_at < 0) continue;
+      if (fixed) map.row(lead_at + 3 * row + col).setZero();
+      if (tied) map.row(lead_at + 3 * row + col) = map.row(lead_at + 3 * col + row);
+    }
+  }
+  covariance.matrix = map * covariance.matrix * map.transpose();
+  if (solution->from_free.size() > 0) solution->from_free = map * solution->from_free;
+}
+
+}  // namespace truetriad

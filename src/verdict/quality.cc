@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "math/distributions.h"
+#include "noise/variance_components.h"
+#include "problem/parameters.h"
+#include "solve/reduced_system.h"
+#include "solve/solve_graph.h"
+
+namespace truetriad {
+
+void FillPoseQuality(const PoseGraph& graph,
+                     const PresentedSolution& solution,
+                     const std::vector<DeletionTest>& tests,
+                     const TurnErrors& turns,
+                     const PoseSet& poses,
+                     Quality* quality) {
+  const ReferenceVector reference = graph.reference();
+  PerTriad<RootMeanSquare> after;
+  PerTriad<RootMeanSquare> before;
+  PerTriad<std::vector<Eigen::Vector3d>> directions;
+  PerTriad<double> strength;
+  for (const Triad triad : kTriads) {
+    if (graph.layout.Has(triad)) strength[triad] = WorldVector(triad, reference).norm();
+  }
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  for (const DeletionTest& test : tests) {
+    if (test.component == NoiseComponent::kTurn) continue;
+    const PoseNode& node = graph.nodes[test.node];
+    const Observation& observation = node.observations[test.observation];
+    const Triad triad = observation.triad;
+    const StreamSummary* stream = poses.Find(triad);
+    PoseResidual residual;
+    residual.pose = node.number;
+    residual.triad = triad;
+    const Eigen::Vector3d field =
+        solution.rotation.transpose() *
+        node.FieldInBody(graph.layout, triad, reference, node.state.data());
+    Eigen::Vector3d reading = observation.mean_raw;
+    if (triad == Triad::kGyroscope && solution.g_sensitivity) {
+      const Eigen::Vector3d force =
+          node.role == PoseRole::kRest
+              ? node.FieldInBody(graph.layout, Triad::kAccelerometer, reference, node.state.data())
+              : node.known_force_mps2;
+      reading -= *solution.g_sensitivity * (solution.rotation.transpose() * force);
+    }
+    const Eigen::Vector3d corrected =
+        solution.ModelAt(triad, node.temperature_degc, node.temperature_rate_degcps)
+            .TruthFromRaw(reading);
+    residual.residual = corrected - field;
+    residual.direction = field.normalized();
+    residual.norm_error =
+        triad == Triad::kGyroscope ? residual.residual.norm() : corrected.norm() - strength[triad];
+    residual.norm_error_before =
+        stream == nullptr || stream->unit.is_counts
+            ? unknown
+            : observation.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad];
+    residual.normalized = test.rank > 0 ? std::sqrt(test.chi2 / test.rank) : 0.0;
+    residual.weight = observation.rejected ? 0.0 : observation.weight;
+    quality->pose_residuals.push_back(residual);
+    if (observation.rejected || triad == Triad::kGyroscope) continue;
+    after[triad].Add(residual.norm_error);
+    if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
+    directions[triad].push_back(residual.direction);
+  }
+  for (const double angle : turns.in_sample) after[Triad::kGyroscope].Add(angle);
+  for (const double angle : turns.nominal) before[Triad::kGyroscope].Add(angle);
+  for (const Triad triad : kTriads) {
+    quality->residual_rms[triad] = after[triad].value();
+    quality->residual_rms_before[triad] = before[triad].value();
+    if (!directions[triad].empty()) {
+      quality->coverage.push_back(DirectionCoverage(triad, directions[triad]));
+    }
+  }
+}
+
+std::optional<HeldOut> CrossValidate(const PoseGraph& graph, const TurnErrors& turns, int folds) {
+  if (folds < 2 || graph.nodes.size() < 2 * static_cast<std::size_t>(folds)) return std::nullopt;
+  if (!graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer)) {
+    return std::nullopt;
+  }
+  HeldOut result;
+  result.folds = folds;
+  PerTriad<RootMeanSquare> errors;
+  PerTriad<RootMeanSquare> seen;
+  for (int fold = 0; fold < folds; ++fold) {
+    // Turns hang together: a pose that is left out stays, with readings that count for nothing.
+    PoseGraph part = graph;
+    if (graph.increments.empty()) part.nodes.clear();
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      const bool left_out = static_cast<int>(k) % folds == fold;
+      if (graph.increments.empty() && !left_out) part.nodes.push_back(graph.nodes[k]);
+      if (graph.increments.empty() || !left_out) continue;
+      for (Observation& observation : part.nodes[k].observations) {
+        observation.weight = kRejectedWeight;
+      }
+    }
+    if (part.increments.empty()) {
+      SolveGraph(&part, kRoundTolerance);
+      if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
+    } else {
+      // From the optimum with every pose a single step of Gauss and Newton is as good, and no turn
+      // is integrated again.
+      const ReducedSystem system(part);
+      if (system.rank() < part.layout.free_size()) return std::nullopt;
+      part.shared += part.layout.basis * system.step();
+    }
+    for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
+      for (const Observation& observation : graph.nodes[k].observations) {
+        if (observation.rejected) continue;
+        const Triad triad = observation.triad;
+        if (triad == Triad::kGyroscope) continue;  // its readings at rest have no norm
+        const double error = NormError(part.ModelAt(triad, graph.nodes[k]),
+                                       observation.mean_raw,
+                                       WorldVector(triad, part.reference()).norm());
+        if (static_cast<int>(k) % folds == fold) errors[triad].Add(error);
+        if (fold > 0) continue;
+        seen[triad].Add(NormError(graph.ModelAt(triad, graph.nodes[k]),
+                                  observation.mean_raw,
+                                  WorldVector(triad, graph.reference()).norm()));
+      }
+    }
+  }
+  if (!turns.held_out.empty()) {
+    for (const double angle : turns.held_out) errors[Triad::kGyroscope].Add(angle);
+    for (const double angle : turns.in_sample) seen[Triad::kGyroscope].Add(angle);
+    result.turns =
+        HeldOutTurns{turns.held_out, Median(turns.held_out), Median(turns.in_sample), std::nullopt};
+    if (!turns.nominal.empty()) result.turns->nominal_median_rad = Median(turns.nominal);
+  }
+  for (const Triad triad : kTriads) {
+    result.rms[triad] = errors[triad].value();
+    result.in_sample_rms[triad] = seen[triad].value();
+  }
+  return result;
+}
+
+std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds) {
+  const auto is_enough = [folds](std::size_t count) {
+    return count >= 2 * static_cast<std::size_t>(folds);
+  };
+  std::vector<HeldOutGroup> groups;
+  if (folds < 2 || !is_enough(graph.nodes.size())) return groups;
+  const auto step = static_cast<std::size_t>(folds);
+  for (std::size_t fold = 0; fold < step; ++fold) {
+    HeldOutGroup& group = groups.emplace_back();
+    for (std::size_t k = fold; k < graph.nodes.size(); k += step) group.nodes.push_back(k);
+  }
+  for (std::size_t fold = 0; fold < step && is_enough(graph.increments.size()); ++fold) {
+    HeldOutGroup& group = groups.emplace_back();
+    for (std::size_t i = fold; i < graph.increments.size(); i += step) {
+      group.increments.push_back(i);
+    }
+  }
+  return groups;
+}
+
+std::optional<double> HeldOutError(const PoseGraph& graph,
+                                   const std::vector<HeldOutGroup>& groups) {
+  RootMeanSquare error;
+  for (const HeldOutGroup& group : groups) {
+    PoseGraph part = graph;
+    for (const std::size_t k : group.nodes) {
+      for (Observation& seen : part.nodes[k].observations) seen.weight = kRejectedWeight;
+    }
+    for (const std::size_t i : group.increments) part.increments[i].weight = kRejectedWeight;
+    SolveGraph(&part, kRoundTolerance);
+    if (ReducedSystem(part).rank() < part.layout.free_size()) return std::nullopt;
+    for (const std::size_t k : group.nodes) {
+      PoseResidual12 residual;
+      part.nodes[k].Evaluate(
+          part.layout, part.shared.data(), part.nodes[k].state.data(), &residual, nullptr, nullptr);
+      residual = graph.nodes[k].SquareRootInformation() * residual;
+      Eigen::Index row = 0;
+      for (const Observation& seen : graph.nodes[k].observations) {
+        for (int axis = 0; axis < 3 && !seen.rejected; ++axis) error.Add(residual[row + axis]);
+        row += 3;
+      }
+    }
+    for (const std::size_t i : group.increments) {
+      const IncrementEdge& edge = graph.increments[i];
+      if (edge.rejected) continue;
+      Eigen::Vector3d residual;
+      part.increments[i].Evaluate(part.layout,
+                                  part.shared.data(),
+                                  part.nodes[edge.from].state.data(),
+                                  part.nodes[edge.from + 1].state.data(),
+                                  &residual,
+                                  nullptr,
+                                  nullptr,
+                                  nullptr);
+      residual = edge.SquareRootInformation() * residual;
+      for (const double value : residual) error.Add(value);
+    }
+  }
+  return error.value();
+}
+
+Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
+                                            const PoseSet& poses,
+                                            const LimitOptions& limits) {
+  std::vector<LimitCheck> checks;
+  for (const auto& [name, limit] : limits.limits) {
+    const auto dot = name.find('.');
+    const auto triad = TriadFromName(name.substr(0, dot));
+    const std::string what = dot == std::string::npos ? "" : name.substr(dot + 1);
+    if (!triad || !calibration.sensors[*triad]) {
+      return UsageError("limit `" + name + "`: no such sensor in this calibration");
+    }
+    const TriadCalibration& sensor = *calibration.sensors[*triad];
+    // Gains and misalignments by sensing axis, whatever body axis it was mounted along.
+    const Eigen::Matrix3d axis_map = NearestAxisMap(sensor.model.sensitivity);
+    const Eigen::Matrix3d sensitivity = sensor.model.sensitivity * axis_map.transpose();
+    const Eigen::Matrix3d sigma = sensor.sensitivity_sigma * axis_map.transpose().cwiseAbs();
+    const Eigen::Vector3d gain = sensitivity.diagonal();
+    LimitCheck check;
+    check.name = name;
+    check.limit = limit;
+    const auto take = [&check](double value, double value_sigma) {
+      if (std::abs(value) < check.worst) return;
+      check.worst = std::abs(value);
+      check.sigma = value_sigma;
+    };
+    if (what == "bias") {
+      for (int i = 0; i < 3; ++i) {
+        take(sensor.model.bias[i] / gain[i], sensor.bias_sigma[i] / gain[i]);
+      }
+    } else if (what == "scale_error") {
+      const StreamSummary* stream = poses.Find(*triad);
+      if (stream == nullptr || stream->unit.is_counts) {
+        return UsageError("limit `" + name + "`: readings in counts have no nominal scale");
+      }
+      for (int i = 0; i < 3; ++i) {
+        take(gain[i] * stream->unit.truth_per_raw - 1.0, sigma(i, i) * stream->unit.truth_per_raw);
+      }
+    } else if (what == "misalignment_rad") {
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          if (i != j) take(sensitivity(i, j) / gain[i], sigma(i, j) / gain[i]);
+        }
+      }
+    } else if (what == "residual_rms") {
+      take(calibration.quality.residual_rms[*triad].value_or(0.0), 0.0);
+    } else {
+      return UsageError("limit `" + name +
+                        "`: known are bias, scale_error, misalignment_rad, residual_rms");
+    }
+    check.pass = check.worst + limits.guard_band_k * check.sigma <= limit;
+    checks.push_back(check);
+  }
+  return checks;
+}
+
+}  // namespace truetriad

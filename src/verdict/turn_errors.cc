@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/turn_errors.h"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "problem/start_values.h"
+#include "start/start.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad {
+namespace {
+
+constexpr Triad kAccelerometer = Triad::kAccelerometer;
+constexpr Triad kGyroscope = Triad::kGyroscope;
+
+// Specific force at a pose as its accelerometer shows it; unset when it does not count.
+std::optional<Eigen::Vector3d> MeasuredForce(const SharedLayout& layout,
+                                             const Eigen::VectorXd& shared,
+                                             const PoseNode& node) {
+  for (const Observation& observation : node.observations) {
+    if (observation.triad != kAccelerometer || observation.rejected) continue;
+    return node.ModelOfTriad(layout, shared.data(), kAccelerometer)
+        .TruthFromRaw(observation.mean_raw);
+  }
+  return std::nullopt;
+}
+
+// Unset where an accelerometer does not count. The edge is integrated at `shared`. What the earth
+// has turned meanwhile is taken out at the attitude of the graph.
+std::optional<double> ErrorOf(const PoseGraph& graph,
+                              const Eigen::VectorXd& shared,
+                              const IncrementEdge& edge,
+                              const Eigen::Quaterniond& turn) {
+  const auto before = MeasuredForce(graph.layout, shared, graph.nodes[edge.from]);
+  const auto after = MeasuredForce(graph.layout, shared, graph.nodes[edge.from + 1]);
+  if (!before || !after) return std::nullopt;
+  const Eigen::Vector3d earth_turn = edge.EarthTurn(graph.layout, shared.data());
+  if (earth_turn.isZero(0.0)) return TurnError(turn, *before, *after);
+  const Eigen::Quaterniond body_from_world = graph.nodes[edge.from].rotation().conjugate();
+  return TurnError(RotationExp(body_from_world * -earth_turn) * turn, *before, *after);
+}
+
+// The shared parameters as they are without one factor; unset where it is needed to determine them.
+std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
+                                             const Eigen::Matrix3d& variance,
+                                             const PoseGraph& graph,
+                                             const ReducedSystem& system) {
+  // Shares of the observation's own information, below which nothing is left of it, and above
+  // which what is missing went to the parameters and not to the attitudes.
+  constexpr double kNothing = 1e-6;
+  const Eigen::Index row = system.factors()[at].row;
+  const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(variance).matrixL();
+  const Eigen::Matrix3d projector = root.transpose() * system.ProjectorBlock(at) * root;
+  const Eigen::Matrix3d beside_attitudes = root.transpose() * system.D(at) * root;
+  const Eigen::Vector3d projected = root.transpose() * system.projected().segment<3>(row);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(projector);
+  Eigen::Vector3d deletion = Eigen::Vector3d::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
+    const double eigenvalue = solver.eigenvalues()[axis];
+    if (eigenvalue > kNothing) {
+      deletion += direction * (direction.dot(projected) / eigenvalue);
+    } else if (direction.dot(beside_attitudes * direction) > 2.0 * kNothing) {
+      return std::nullopt;
+    }
+  }
+  const Eigen::VectorXd shift =
+      system.covariance() * (system.B().middleRows<3>(row).transpose() * (root * deletion));
+  return graph.shared + graph.layout.basis * shift;
+}
+
+}  // namespace
+
+double TurnError(const Eigen::Quaterniond& turn,
+                 const Eigen::Vector3d& before,
+                 const Eigen::Vector3d& after) {
+  const Eigen::Vector3d predicted = turn.conjugate() * before;
+  return std::atan2(predicted.cross(after).norm(), predicted.dot(after));
+}
+
+std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses) {
+  const StreamSummary* stream = poses.Find(kGyroscope);
+  if (stream == nullptr || stream->unit.is_counts) return std::nullopt;
+  return TriadModel<double>{Eigen::Matrix3d::Identity() / stream->unit.truth_per_raw,
+                            MedianReading(poses, kGyroscope)};
+}
+
+TurnErrors FindTurnErrors(const PoseGraph& graph,
+                          const ReducedSystem& system,
+                          const PoseSet& poses) {
+  TurnErrors errors;
+  const std::optional<TriadModel<double>> nominal = NominalGyroscope(poses);
+  bool is_determined = true;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    if (edge.rejected) continue;
+    const auto in_sample = ErrorOf(graph, graph.shared, edge, edge.increment.rotation);
+    if (!in_sample) continue;
+    errors.in_sample.push_back(*in_sample);
+    if (nominal) {
+      const GyroReadings readings{edge.move.time_s, edge.move.reading_raw, {}};
+      errors.nominal.push_back(*ErrorOf(
+          graph, graph.shared, edge, IntegrateRotation(readings, {*nominal}, edge.sampling)));
+    }
+    const auto shared =
+        SharedWithout(graph.nodes.size() + i, edge.variance / edge.weight, graph, system);
+    is_determined = is_determined && shared;
+    if (!is_determined) continue;
+    errors.held_out.push_back(
+        *ErrorOf(graph, *shared, edge, edge.RotationAt(graph.layout, shared->data())));
+  }
+  if (!is_determined) errors.held_out.clear();
+  return errors;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/calibrate/calibrate.h"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/accel_mag_trials.h"
+#include "truetriad/calibrate/compare.h"
+
+namespace truetriad {
+namespace {
+
+using trials::Errors;
+using trials::JointOptions;
+using trials::RandomUnit;
+using trials::UnitSpread;
+
+// Exact poses whose noise is stated as tiny.
+PoseSet ExactPoses(const SyntheticUnit& unit, int count, Random* random) {
+  PoseSet poses = SimulatePoses(unit, RandomAttitudes(count, random), SyntheticNoise{}, random);
+  for (StaticPose& pose : poses.poses) {
+    for (const Triad triad : kTriads) {
+      if (!pose.triads[triad]) continue;
+      const Eigen::Matrix3d& S = unit.models[triad]->sensitivity;
+      pose.triads[triad]->mean_covariance_raw = 1e-8 * S * S.transpose();
+      pose.triads[triad]->has_covariance = true;
+    }
+  }
+  return poses;
+}
+
+// Poses that scatter by fifty times the noise that is stated: nearly all are outliers by that, and
+// the few that are left fit each other by being few.
+TEST(CalibrateAccelMag, SaysThatTooManyPosesWereLeftOutInsteadOfAskingForMore) {
+  Random random(31);
+  const SyntheticUnit unit = trials::RandomUnit({}, &random);
+  SyntheticNoise noise = trials::ModelNoise();
+  noise.excess_sigma[Triad::kAccelerometer] = 0.15;
+  noise.excess_sigma[Triad::kMagnetometer] = 2.5;
+  const PoseSet poses = SimulatePoses(unit, RandomAttitudes(24, &random), noise, &random);
+  CalibrateOptions options = trials::JointOptions(unit);
+  const auto estimated = Calibrate(poses, options);
+  ASSERT_TRUE(estimated) << estimated.error().message;
+  EXPECT_TRUE(estimated->calibration.IsUsable());
+  for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotConverged);
+  EXPECT_TRUE(summary->calibration.quality.weak_directions.empty());
+  EXPECT_THAT(
+      summary->calibration.messages,
+      ::testing::Contains(::testing::AllOf(::testing::HasSubstr("of 24 poses were left out"),
+                                           ::testing::HasSubstr("3.7 σ of "),
+                                           ::testing::HasSubstr("excess: estimate"))));
+}
+
+TEST(CalibrateAccelMag, RecoversTruthExactlyWithoutNoise) {
+  for (int seed = 0; seed < 20; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed));
+    UnitSpread spread;
+    spread.permute_magnetometer = true;
+    spread.gain_low = 0.3;
+    spread.gain_high = 4.0;
+    spread.cross_axis = 0.15;
+    spread.offset = 8.0;
+    const SyntheticUnit unit = RandomUnit(spread, &random);
+    const PoseSet poses = ExactPoses(unit, 24, &random);
+    const auto summary = Calibrate(poses, JointOptions(unit));
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << seed;
+    const Eigen::VectorXd error = Errors(summary->calibration, unit);
+    // Rounding of readings up to 4 * 8 * 50 uT (1e3 * 1e-16) times a condition number of ~1e3.
+    EXPECT_LT(error.lpNorm<Eigen::Infinity>(), 1e-9) << "seed " << seed;
+  }
+}
+
+// Readings of one accelerometer, one a pose, σ the same on all axes; 0: unknown.
+PoseSet AccelerometerPoses(const std::vector<Eigen::Vector3d>& readings, double sigma_mps2) {
+  PoseSet poses;
+  poses.source = "poses.csv";
+  StreamSummary stream;
+  stream.triad = Triad::kAccelerometer;
+  stream.unit = {"m/s^2", 1.0, false};
+  poses.streams.push_back(stream);
+  for (const Eigen::Vector3d& reading : readings) {
+    StaticPose pose;
+    pose.number = static_cast<int>(poses.poses.size()) + 1;
+    TriadPose seen;
+    seen.samples = 1;
+    seen.mean_raw = reading;
+    seen.mean_covariance_raw = sigma_mps2 * sigma_mps2 * Eigen::Matrix3d::Identity();
+    seen.has_covariance = sigma_mps2 > 0.0;
+    pose.triads[Triad::kAccelerometer] = seen;
+    poses.poses.push_back(pose);
+  }
+  return poses;
+}
+
+CalibrateOptions AccelerometerOptions(double gravity_mps2) {
+  CalibrateOptions options;
+  options.triads[Triad::kAccelerometer].enabled = true;
+  options.reference.gravity_mps2 = {gravity_mps2, 0.0};
+  return options;
+}
+
+// Rests of 4 s at 100 Hz.
+PoseSet TimedPoses(const SyntheticUnit& unit, int count, Random* random) {
+  PoseSet poses = SimulatePoses(unit, RandomAttitudes(count, random), SyntheticNoise{}, random);
+  for (StaticPose& pose : poses.poses) {
+    pose.end_ns = 3'990'000'000;
+    for (std::optional<TriadPose>& seen : pose.triads) {
+      if (seen) seen->samples = 400;
+    }
+  }
+  return poses;
+}
+
+TEST(AllanNoise, WhitePartAveragesOutAndTheFloorDoesNot) {
+  const AllanNoise noise{{0.1, 0.2, 0.3}, {0.0, 0.0, 1.0}};
+  EXPECT_NEAR(noise.MeanSigma(4.0).x(), 0.05, 1e-15);
+  EXPECT_NEAR(noise.MeanSigma(4.0).y(), 0.1, 1e-15);
+  // 0.664 of IEEE Std 952 is sqrt(2 ln 2 / pi).
+  EXPECT_NEAR(noise.MeanSigma(1e12).z(), 0.6643, 1e-4);
+}
+
+TEST(CalibrateWithAllan, WeighsEachMeanByTheTimeItWasAveraged) {
+  Random random(1);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  const AllanNoise noise{Eigen::Vector3d(0.01, 0.02, 0.03), Eigen::Vector3d(0.001, 0.002, 0.003)};
+  options.triads[Triad::kAccelerometer].allan = noise;
+  options.triads[Triad::kMagnetometer].allan = noise;
+  const auto summary = Calibrate(TimedPoses(unit, 24, &random), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  const auto& sensor = summary->calibration.sensors[Triad::kAccelerometer];
+  ASSERT_TRUE(sensor);
+  EXPECT_EQ(sensor->noise.source, NoiseSource::kAllan);
+  // 400 samples stand for 400 spacings, not for the 399 between the first and the last.
+  EXPECT_LT((sensor->noise.sigma - noise.MeanSigma(4.0)).norm(), 1e-12);
+}
+
+TEST(CalibrateWithAllan, RefusesPosesOfUnknownDuration) {
+  Random random(1);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.triads[Triad::kMagnetometer].allan =
+      AllanNoise{Eigen::Vector3d::Constant(0.1), Eigen::Vector3d::Zero()};
+  PoseSet poses = TimedPoses(unit, 24, &random);
+  poses.poses[4].end_ns = poses.poses[4].start_ns;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: how long"), std::string::npos)
+      << summary.error().message;
+}
+
+// datasets/six-rows, with the published centre and radii.
+TEST(CalibrateAccel, StatesTheAxisAlignedEllipsoidOfSixRowsWhenAskedForTheStartOnly) {
+  const std::vector<Eigen::Vector3d> rows = {{9.9604, -0.0975, 0.0549},
+                                             {-9.6576, 0.0974, -0.0145},
+                                             {0.0889, 9.7972, -0.0812},
+                                             {0.0340, -9.8285, 0.0264},
+                                             {0.0909, -0.0595, 9.9975},
+                                             {0.1680, 0.0215, -9.7350}};
+  CalibrateOptions options = AccelerometerOptions(9.8);
+  options.triads[Triad::kAccelerometer].model = MatrixModel::kDiagonal;
+  options.initialise = {InitialiseMethod::kEllipsoidAxisAligned, true, {}};
+  const auto summary = Calibrate(AccelerometerPoses(rows, 0.0), options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const TriadModel<double>& model = summary->calibration.sensors[Triad::kAccelerometer]->model;
+  // Seven decimals are published.
+  EXPECT_LT((model.bias - Eigen::Vector3d(0.1508625, -0.0150391, 0.1313511)).norm(), 1e-7);
+  const Eigen::Vector3d radii = 9.8 * model.sensitivity.diagonal();
+  EXPECT_LT((radii - Eigen::Vector3d(9.8101783, 9.8147126, 9.8664345)).norm(), 1e-7);
+  for (const Eigen::Vector3d& row : rows) {
+    EXPECT_NEAR(model.TruthFromRaw(row).norm(), 9.8, 1e-9);
+  }
+}
+
+// datasets/six-position: the graph is given the readings only.
+TEST(CalibrateAccel, SolvesSixPositionsOnABlockAndStatesWhatItsTiltLeavesOpen) {
+  const std::vector<Eigen::Vector3d> forces = {{8.90824804e-05, -6.20375208e-05, -9.79496514},
+                                               {1.48275457e-04, -1.10436760e-01, 9.79419008},
+                                               {3.06869928e-04, -9.79499159, -4.09315067e-02},
+                                               {-1.73602602e-04, 9.79438219, 6.92753399e-02},
+                                               {9.79475112, 2.27139296e-04, -1.53404379e-02},
+                                               {-9.79437605, 2.96217751e-04, 2.76735700e-02}};
+  Eigen::Matrix3d E;
+  E << .0024, -.0333, .064222, .0343, .25, .0089, .0080, .00231, .26;
+  const Eigen::Vector3d b(0.1, 0.2, 0.3);
+  std::vector<Eigen::Vector3d> readings;
+  for (const Eigen::Vector3d& f : forces) readings.push_back(f + E * f + b);
+  CalibrateOptions options = AccelerometerOptions(9.79478);
+  options.attitudes.kind = AttitudeKind::kSixFace;
+  options.gauge = Gauge::kFixture;
+  const auto summary = Calibrate(AccelerometerPoses(readings, 1e-4), options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const TriadCalibration& sensor = *summary->calibration.sensors[Triad::kAccelerometer];
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(sensor.model.bias[i] - b[i]), 5e-4);
+    EXPECT_LT(std::abs(sensor.model.sensitivity(i, i) - 1.0 - E(i, i)), 3e-4);
+    for (int j = 0; j < 3; ++j) {
+      if (i == j) continue;
+      // Each misalignment hangs on the tilts of two faces: 0.5 deg / sqrt(2) = 6.2 mrad, times the
+      // row's gain.
+      EXPECT_NEAR(sensor.sensitivity_sigma(i, j), 0.007, 0.0015);
+      EXPECT_LT(std::abs(sensor.model.sensitivity(i, j) - E(i, j)),
+                3.0 * sensor.sensitivity_sigma(i, j));
+    }
+  }
+}
+
+// One solution, four frames: norms of corrected readings and angles between corrected triads do not
+// depend on the frame, and the σ of an invariant comes out the same from every covariance.
+TEST(CalibrateAccelMag, GaugesAreExactRotationsOfOneSolution) {
+  Random random(3);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  std::vector<Eigen::VectorXd> invariants;
+  std::vector<double> variances;
+  for (const Gauge gauge : {Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric}) {
+    CalibrateOptions options = JointOptions(unit);
+    options.gauge = gauge;
+    const auto summary = Calibrate(poses, options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    const Calibration& calibration = summary->calibration;
+    const Eigen::Matrix3d& Sa = calibration.sensors[Triad::kAccelerometer]->model.sensitivity;
+    const Eigen::Matrix3d& Sm = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+    // S_a S_a^T and S_a S_m^T are free of the frame.
+    Eigen::VectorXd invariant(18);
+    invariant << (Sa * Sa.transpose()).reshaped(), (Sa * Sm.transpose()).reshaped();
+    invariants.push_back(invariant);
+    // Variance of entry (x, z) of S_a S_m^T = row x of S_a times row z of S_m.
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(calibration.covariance.matrix.rows());
+    for (int col = 0; col < 3; ++col) {
+      gradient[3 + col] = Sm(2, col);
+      gradient[12 + 3 + 6 + col] = Sa(0, col);
+    }
+    variances.push_back(gradient.dot(calibration.covariance.matrix * gradient));
+  }
+  for (std::size_t i = 1; i < invariants.size(); ++i) {
+    EXPECT_LT((invariants[i] - invariants[0]).norm(), 1e-12);
+    // The covariance went through two derivatives of condition ~10 at 1e-16.
+    EXPECT_NEAR(variances[i] / variances[0], 1.0, 1e-9);
+  }
+}
+
+TEST(CalibrateAccel, KeepsTheSignOfAChipThatReportsGravity) {
+  Random random(4);
+  SyntheticUnit unit = RandomUnit({}, &random);
+  unit.models[Triad::kMagnetometer].reset();
+  unit.models[Triad::kAccelerometer]->sensitivity *= -1.0;
+  const PoseSet poses = ExactPoses(unit, 15, &random);
+  CalibrateOptions options = AccelerometerOptions(unit.gravity_mps2);
+  options.triads[Triad::kAccelerometer].sign = AccelerometerSign::kGravity;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  EXPECT_LT(Errors(summary->calibration, unit).lpNorm<Eigen::Infinity>(), 1e-9);
+}
+
+TEST(CalibrateAccel, SaysWhichDirectionIsWeakWhenPosesAreCoplanar) {
+  std::vector<Eigen::Vector3d> readings;
+  for (int k = 0; k < 16; ++k) {
+    readings.emplace_back(9.8 * std::cos(0.4 * k), 9.8 * std::sin(0.4 * k), 0.02);
+  }
+  const auto summary = Calibrate(AccelerometerPoses(readings, 1e-3), AccelerometerOptions(9.8));
+  ASSERT_TRUE(summary);
+  const Calibration& calibration = summary->calibration;
+  EXPECT_EQ(calibration.outcome, Outcome::kNotObservable);
+  EXPECT_FALSE(calibration.sensors[Triad::kAccelerometer]);
+  ASSERT_FALSE(calibration.quality.weak_directions.empty());
+  EXPECT_NE(calibration.quality.weak_directions[0].description.find(
+                "bias z and scale z cannot be told apart"),
+            std::string::npos);
+  EXPECT_EQ(calibration.quality.weak_directions[0].advice, "add poses with body z up and down");
+}
+
+TEST(CalibrateAccel, InventsNothingFromFewerPosesThanParameters) {
+  Random random(6);
+  SyntheticUnit unit = RandomUnit({}, &random);
+  unit.models[Triad::kMagnetometer].reset();
+  const auto summary =
+      Calibrate(ExactPoses(unit, 8, &random), AccelerometerOptions(unit.gravity_mps2));
+  ASSERT_TRUE(summary);
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotEnough);
+  EXPECT_FALSE(summary->calibration.sensors[Triad::kAccelerometer]);
+}
+
+TEST(CalibrateAccel, TakesReadingsOffByAThousandForAUnitMistake) {
+  Random random(7);
+  SyntheticUnit unit = RandomUnit({}, &random);
+  unit.models[Triad::kMagnetometer].reset();
+  PoseSet poses = ExactPoses(unit, 15, &random);
+  for (StaticPose& pose : poses.poses) pose.triads[Triad::kAccelerometer]->mean_raw *= 1000.0;
+  const auto summary = Calibrate(poses, AccelerometerOptions(unit.gravity_mps2));
+  ASSERT_FALSE(summary);
+  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+}
+
+// A symmetric or diagonal magnetometer keeps its rotation; the start must not hand it one.
+TEST(CalibrateAccelMag, EstimatesSmallerMagnetometerModelsThroughPermutedAxes) {
+  Random random(8);
+  for (const MatrixModel model : {MatrixModel::kDiagonal, MatrixModel::kSymmetric}) {
+    UnitSpread spread;
+    spread.cross_axis = 0.0;
+    SyntheticUnit unit = RandomUnit(spread, &random);
+    Eigen::Matrix3d& S = unit.models[Triad::kMagnetometer]->sensitivity;
+    if (model == MatrixModel::kSymmetric) {
+      S(0, 1) = S(1, 0) = 0.03;
+      S(1, 2) = S(2, 1) = -0.02;
+    }
+    S *= trials::RandomAxisMap(&random);
+    const PoseSet poses = ExactPoses(unit, 24, &random);
+    CalibrateOptions options = JointOptions(unit);
+    options.triads[Triad::kMagnetometer].model = model;
+    const auto summary = Calibrate(poses, options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    EXPECT_LT(Errors(summary->calibration, unit).lpNorm<Eigen::Infinity>(), 1e-9);
+  }
+}
+
+TEST(CalibrateAccelMag, GivesASymmetricMagnetometerNoRotationThatNoiseMade) {
+  Random random(10);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.triads[Triad::kMagnetometer].model = MatrixModel::kSymmetric;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const Eigen::Matrix3d S = summary->calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
+  EXPECT_LT((S - S.transpose()).norm(), 1e-14);
+}
+
+TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
+  Random random(9);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  std::vector<Calibration> calibrations;
+  for (const Gauge gauge : {Gauge::kAccelZ, Gauge::kSymmetric}) {
+    options.gauge = gauge;
+    const auto summary = Calibrate(
+        SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random), options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    calibrations.push_back(summary->calibration);
+  }
+  const auto comparison = Compare(calibrations[0], calibrations[1]);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  EXPECT_EQ(comparison->dof, 22);
+  EXPECT_GT(comparison->p_value, 1e-3);  // one seeded draw
+  const auto itself = Compare(calibrations[0], calibrations[0]);
+  ASSERT_TRUE(itself);
+  EXPECT_LT(itself->chi2, 1e-12);
+}
+
+// With a strength by convention the gains are those for another field, and nothing else differs.
+TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
+  Random random(11);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  CalibrateOptions options = JointOptions(unit);
+  const auto known = Calibrate(poses, options);
+  options.reference.field_ut = {};
+  const auto convention = Calibrate(poses, options);
+  ASSERT_TRUE(known && convention);
+  const auto comparison = Compare(convention->calibration, known->calibration);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  EXPECT_TRUE(comparison->field_scale_taken_out);
+  EXPECT_LT(comparison->largest_in_sigmas, 1e-6);
+  EXPECT_TRUE(comparison->not_compared.empty());
+}
+
+TEST(Evaluate, PredictsTheErrorOnPosesThatWereNotSeen) {
+  Random random(10);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const auto summary =
+      Calibrate(SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random),
+                JointOptions(unit));
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const PoseSet fresh =
+      SimulatePoses(unit, RandomAttitudes(400, &random), trials::ModelNoise(), &random);
+  const auto evaluation = Evaluate(summary->calibration, fresh);
+  ASSERT_TRUE(evaluation) << evaluation.error().message;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    // The parameter errors are common to all poses: one draw of some 22, so 40 % is generous.
+    EXPECT_NEAR(*evaluation->norm_rms[triad] / *evaluation->predicted_rms[triad], 1.0, 0.4);
+  }
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,599 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The gyroscope in the graph: its turns tie the poses together, its rests show its bias.
+
+#include <cmath>
+#include <memory>
+#include <ostream>
+
+#include <ceres/gradient_checker.h>
+#include <ceres/manifold.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "math/distributions.h"
+#include "math/random.h"
+#include "sim/scenario_samples.h"
+#include "solve/shared_blocks.h"
+#include "support/pose_cost.h"
+#include "truetriad/calibrate/calibrate.h"
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/math/rotation.h"
+#include "truetriad/verdict/summary.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Triad kAccel = Triad::kAccelerometer;
+constexpr Triad kGyro = Triad::kGyroscope;
+constexpr Triad kMag = Triad::kMagnetometer;
+constexpr double kRateHz = 100.0;
+
+// What a set and its unit have.
+struct Parts {
+  bool g_sensitivity = false;
+  bool magnetometer = false;
+  bool higher_terms = false;
+};
+void PrintTo(const Parts& parts, std::ostream* out) {
+  *out << "Gyroscope" << (parts.g_sensitivity ? "WithG" : "")
+       << (parts.magnetometer ? "AndMagnetometer" : "") << (parts.higher_terms ? "Bent" : "");
+}
+
+// A unit with a gyroscope in counts, axes permuted, that may follow gravity.
+Scenario GyroscopeScenario(const Parts& parts) {
+  Scenario scenario = QuietScenario();
+  if (!parts.magnetometer) scenario.sensors[kMag].reset();
+  SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
+  gyroscope.unit = {"counts", 1.0, true};
+  gyroscope.nominal.sensitivity << 60.0, 4700.0, -30.0, -4800.0, 90.0, 200.0, -100.0, 60.0, 4600.0;
+  gyroscope.nominal.bias << 32768.0, 32400.0, 32900.0;
+  gyroscope.gyroscope_output = GyroscopeOutput::kInstantaneous;
+  if (parts.higher_terms) {
+    // In their own order the poses lie along a spiral, and every axis would turn one way only.
+    std::get<PosesStep>(scenario.motion.front()).shuffle = true;
+    gyroscope.nominal.asymmetry << 2e-3, -1e-3, 3e-3;
+    // 1000 to 3000 ug/g^2.
+    scenario.sensors[kAccel]->nominal.quadratic << 1e-4, -3e-4, 2e-4;
+  }
+  if (parts.g_sensitivity) {
+    gyroscope.g_sensitivity.emplace();
+    *gyroscope.g_sensitivity << 3.0, -1.0, 0.5, 0.2, 2.0, -0.7, 1.1, 0.4, -2.0;
+  }
+  return scenario;
+}
+
+CalibrateOptions OptionsFor(const Scenario& scenario) {
+  CalibrateOptions options;
+  options.cross_validation_folds = 0;
+  options.reference.gravity_mps2 = {scenario.world.gravity_mps2, 0.0};
+  options.reference.field_ut = {scenario.world.field_ut, 0.0};
+  for (const Triad triad : kTriads) {
+    options.triads[triad].enabled = scenario.sensors[triad].has_value();
+    options.triads[triad].excess = ExcessNoise::kNone;
+  }
+  if (scenario.sensors[kGyro]->g_sensitivity) options.triads[kGyro].g_sensitivity = Wanted::kYes;
+  if (!scenario.sensors[kGyro]->nominal.asymmetry.isZero(0.0)) {
+    options.triads[kGyro].asymmetry = Wanted::kYes;
+    options.triads[kAccel].quadratic = Wanted::kYes;
+  }
+  return options;
+}
+
+// The poses by the rows of the true rests, with the moves between them.
+PoseSet Collect(const Scenario& scenario) {
+  const std::unique_ptr<Simulation> simulation = Simulate(scenario);
+  PoseSelection selection;
+  selection.kind = PoseSelectionKind::kRanges;
+  selection.moves = true;
+  for (const TrueRest& rest : simulation->rests()) {
+    const auto first = static_cast<std::int64_t>(std::ceil(rest.start_s * kRateHz - 1e-6));
+    const auto last = static_cast<std::int64_t>(std::ceil(rest.end_s * kRateHz - 1e-6)) - 1;
+    selection.ranges.push_back({first, last, {}, {}});
+  }
+  Result<PoseSet> poses = CollectPoses(*simulation, selection);
+  EXPECT_TRUE(poses) << poses.error().message;
+  return *std::move(poses);
+}
+
+class GyroscopeOf : public ::testing::TestWithParam<Parts> {
+ protected:
+  Scenario scenario() const { return GyroscopeScenario(GetParam()); }
+};
+
+// Readings of mean rates: integrating them is exact for turns about a fixed axis, but for the
+// pull of the force, which is taken at the same times as the readings stand for.
+TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
+  const Scenario quiet = scenario();
+  CalibrateOptions options = OptionsFor(quiet);
+  for (TriadOptions& triad : options.triads) {
+    triad.noise_sigma_raw = Eigen::Vector3d::Constant(1e-4);
+  }
+  const auto summary = Calibrate(Collect(quiet), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const Calibration truth = TruthOf(quiet, 0);
+  const TriadCalibration& found = *summary->calibration.sensors[kGyro];
+  const TriadCalibration& expected = *truth.sensors[kGyro];
+  // The trapezoid's error of a minimum-jerk turn falls with the sixth power of 1 / 120, its number
+  // of steps; the readings are rounded to 1e-16 of 3e4 counts.
+  EXPECT_LT((found.model.sensitivity - expected.model.sensitivity).norm(), 1e-7 * 4700.0);
+  EXPECT_LT((found.model.bias - expected.model.bias).norm(), 1e-6);
+  ASSERT_EQ(found.g_sensitivity.has_value(), expected.g_sensitivity.has_value());
+  if (found.g_sensitivity) {
+    EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
+  }
+  EXPECT_LT((found.model.asymmetry - expected.model.asymmetry).norm(), 1e-7);
+  EXPECT_EQ(found.asymmetry_sigma.has_value(), GetParam().higher_terms);
+  const TriadCalibration& accelerometer = *summary->calibration.sensors[kAccel];
+  // Norms of 9.8 m/s^2, solved to 1e-9, over the squares of what the axes feel.
+  EXPECT_LT((accelerometer.model.quadratic - truth.sensors[kAccel]->model.quadratic).norm(), 1e-10);
+  EXPECT_EQ(accelerometer.quadratic_sigma.has_value(), GetParam().higher_terms);
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+}
+
+// χ² of all errors with their printed covariance, summed over runs: inside its 99.9 % interval.
+TEST_P(GyroscopeOf, HasTheErrorsThatItStates) {
+  Scenario noisy = scenario();
+  noisy.sensors[kAccel]->noise.density.setConstant(0.003);
+  noisy.sensors[kGyro]->noise.density.setConstant(2e-4);
+  if (noisy.sensors[kMag]) noisy.sensors[kMag]->noise.density.setConstant(0.04);
+  double chi2 = 0.0;
+  double dof = 0.0;
+  for (int run = 0; run < 40; ++run) {
+    noisy.seed = static_cast<std::uint64_t>(100 + run);
+    CalibrateOptions options = OptionsFor(noisy);
+    options.robust.enabled = false;
+    const auto summary = Calibrate(Collect(noisy), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    Calibration truth = TruthOf(noisy, 0);
+    truth.gauge = Gauge::kAccelX;
+    const auto comparison = Compare(truth, summary->calibration);
+    ASSERT_TRUE(comparison) << comparison.error().message;
+    chi2 += comparison->chi2;
+    dof += comparison->dof;
+  }
+  RecordProperty("nees_per_dof", std::to_string(chi2 / dof));
+  EXPECT_GT(ChiSquareCdf(chi2, dof), 0.0005) << chi2 / dof;
+  EXPECT_LT(ChiSquareCdf(chi2, dof), 0.9995) << chi2 / dof;
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSet,
+                         GyroscopeOf,
+                         ::testing::Values(Parts{false, false, false},
+                                           Parts{true, false, false},
+                                           Parts{false, true, false},
+                                           Parts{true, true, false},
+                                           Parts{false, false, true},
+                                           Parts{true, true, true}),
+                         ::testing::PrintToStringParamName());
+
+TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
+  Scenario scenario = GyroscopeScenario({});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  // Half a turn in 1.2 s with minimum jerk reaches 1.875 pi / 1.2 = 4.9 rad/s.
+  scenario.sensors[kGyro]->range_raw = Eigen::Vector2d(32768.0 - 17000.0, 32768.0 + 17000.0);
+  PoseSet poses = Collect(scenario);
+  int faulty = 0;
+  for (const RecordedMove& move : poses.moves) faulty += move.fault.empty() ? 0 : 1;
+  ASSERT_GT(faulty, 0);
+  ASSERT_LT(faulty, 12);
+  const auto summary = Calibrate(poses, OptionsFor(scenario));
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const auto comparison = Compare(TruthOf(scenario, 0), summary->calibration);
+  ASSERT_TRUE(comparison);
+  EXPECT_GT(comparison->p_value, 1e-3);
+}
+
+// In their own order the poses lie along a spiral, so that hardly an axis turns both ways:
+// asymmetry and gain are then one. The run ends there, and says which turns would help.
+TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
+  Scenario scenario = GyroscopeScenario({});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  auto& poses = std::get<PosesStep>(scenario.motion.front());
+  // Turns the same way about each axis of the body in turn, with a tilt that shows them.
+  poses.poses.clear();
+  Eigen::Quaterniond attitude(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1.0, 1.0, 0.0).normalized()));
+  for (int k = 0; k < 24; ++k) {
+    poses.poses.push_back({attitude, {}, {}});
+    attitude = attitude * Eigen::AngleAxisd(1.1, Eigen::Vector3d::Unit(k % 3));
+  }
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].asymmetry = Wanted::kYes;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable)
+      << summary->calibration.messages.back();
+  bool is_named = false;
+  for (const WeakDirection& weak : summary->calibration.quality.weak_directions) {
+    is_named = is_named || (weak.description.find("asymmetry") != std::string::npos &&
+                            weak.advice.find("both ways") != std::string::npos);
+  }
+  EXPECT_TRUE(is_named);
+  // Without it they do.
+  options.triads[kGyro].asymmetry = Wanted::kNo;
+  const auto without = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.messages.back();
+}
+
+// What is held of another unit would bend the poses after its turns.
+TEST(Gyroscope, RefusesAMatrixThatIsHeldAndNotItsOwn) {
+  Scenario scenario = GyroscopeScenario({false, true, false});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  const PoseSet poses = Collect(scenario);
+  const Eigen::Matrix3d truth = TruthOf(scenario, 0).sensors[kGyro]->model.sensitivity;
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].excess = ExcessNoise::kEstimate;
+  options.triads[kGyro].fixed_sensitivity = truth;
+  const auto right = Calibrate(poses, options);
+  ASSERT_TRUE(right) << right.error().message;
+  EXPECT_TRUE(right->calibration.IsUsable()) << right->calibration.messages.back();
+  for (const double factor : {1.3, 2.0, -1.0, 100.0}) {
+    options.triads[kGyro].fixed_sensitivity = factor * truth;
+    const auto wrong = Calibrate(poses, options);
+    ASSERT_TRUE(wrong) << wrong.error().message;
+    EXPECT_EQ(wrong->calibration.outcome, Outcome::kNotConverged) << factor;
+    EXPECT_THAT(wrong->calibration.messages.back(),
+                HasSubstr("gyroscope: with what `fixed:` holds of it"));
+  }
+  // A few per cent are said.
+  options.triads[kGyro].fixed_sensitivity = 1.03 * truth;
+  const auto near = Calibrate(poses, options);
+  ASSERT_TRUE(near);
+  EXPECT_THAT(near->calibration.messages,
+              ::testing::Contains(HasSubstr("about what `fixed:` holds of it")));
+}
+
+// Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
+Scenario NoisyGyroscopeScenario(std::uint64_t seed) {
+  Scenario scenario = GyroscopeScenario({true, false, false});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  scenario.seed = seed;
+  return scenario;
+}
+
+// The one Gauss-Newton step by which a turn is left out, against a whole calibration without it.
+TEST(Gyroscope, IsHeldOutTurnByTurnAsIfEachHadNotBeenRecorded) {
+  const Scenario scenario = NoisyGyroscopeScenario(5);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.robust.enabled = false;
+  options.cross_validation_folds = 5;
+  const PoseSet poses = Collect(scenario);
+  const auto whole = Calibrate(poses, options);
+  ASSERT_TRUE(whole) << whole.error().message;
+  ASSERT_TRUE(whole->calibration.quality.held_out.has_value());
+  const auto& turns = whole->calibration.quality.held_out->turns;
+  ASSERT_TRUE(turns.has_value());
+  ASSERT_EQ(turns->errors_rad.size(), poses.moves.size());
+  for (std::size_t i = 0; i < poses.moves.size(); i += 5) {
+    PoseSet without = poses;
+    without.moves[i].fault = "left out by the test";
+    const auto part = Calibrate(without, options);
+    ASSERT_TRUE(part) << part.error().message;
+    PoseSet only = poses;
+    for (std::size_t k = 0; k < only.moves.size(); ++k) {
+      if (k != i) only.moves[k].fault = "not asked";
+    }
+    const auto evaluation = Evaluate(part->calibration, only);
+    ASSERT_TRUE(evaluation) << evaluation.error().message;
+    ASSERT_EQ(evaluation->turns->count, 1);
+    // A shift of the parameters by 1e-3 of themselves changes a turn of 3 rad by 3e-3; the second
+    // order of that is 1e-5.
+    EXPECT_NEAR(turns->errors_rad[i], evaluation->turns->rms_rad, 1e-5) << "turn " << i;
+  }
+}
+
+// Errors² of fresh recordings over what was predicted of them, summed: each angle² has two degrees
+// of freedom, so that the mean of 40 runs of some 11 turns scatters by sqrt(2 / 880) = 5 %, and by
+// twice that where neighbours share a pose and a run shares its parameters. 4 sigma.
+TEST(Gyroscope, IsAsGoodOnFreshTurnsAsIsPredicted) {
+  double ratio = 0.0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    const Scenario scenario = NoisyGyroscopeScenario(static_cast<std::uint64_t>(200 + 2 * run));
+    CalibrateOptions options = OptionsFor(scenario);
+    options.robust.enabled = false;
+    const auto summary = Calibrate(Collect(scenario), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    Scenario later = scenario;
+    ++later.seed;
+    const auto evaluation = Evaluate(summary->calibration, Collect(later));
+    ASSERT_TRUE(evaluation) << evaluation.error().message;
+    ASSERT_TRUE(evaluation->turns.has_value());
+    const double error = evaluation->turns->rms_rad / evaluation->turns->predicted_rms_rad;
+    ratio += error * error / kRuns;
+    // Its rests show a rate of zero as well as the means are known.
+    EXPECT_NEAR(*evaluation->norm_rms[kGyro] / *evaluation->predicted_rms[kGyro], 1.0, 0.6);
+  }
+  RecordProperty("squared_error_over_predicted", std::to_string(ratio));
+  EXPECT_NEAR(ratio, 1.0, 0.4);
+}
+
+TEST(Gyroscope, IsNotCalibratedWithAMagnetometerAlone) {
+  CalibrateOptions options;
+  options.triads[kGyro].enabled = true;
+  options.triads[kMag].enabled = true;
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, HasSubstr("accelerometer"));
+}
+
+TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
+  const Scenario scenario = GyroscopeScenario({});
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kAccel].enabled = false;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("`rates:`"));
+}
+
+TEST(Gyroscope, IsRefusedWhereNothingTurns) {
+  Scenario scenario = GyroscopeScenario({});
+  PoseSet poses = Collect(scenario);
+  poses.moves.clear();
+  const auto summary = Calibrate(poses, OptionsFor(scenario));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("turns"));
+}
+
+class ChoiceOfTheGyroscope : public ::testing::TestWithParam<Parts> {};
+
+// A unit of the kind of GyroscopeScenario, calibrated with everything left open.
+TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
+  Scenario scenario = GyroscopeScenario(GetParam());
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-4);
+  if (scenario.sensors[kMag]) scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  CalibrateOptions options = OptionsFor(scenario);
+  options.cross_validation_folds = 5;
+  for (TriadOptions& triad : options.triads) triad.model = MatrixModel::kAuto;
+  options.triads[kAccel].quadratic = Wanted::kAuto;
+  options.triads[kGyro].asymmetry = Wanted::kAuto;
+  options.triads[kGyro].g_sensitivity = Wanted::kAuto;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const CalibrateOptions& chosen = summary->options;
+  const auto wanted = [](bool there) { return there ? Wanted::kYes : Wanted::kNo; };
+  EXPECT_EQ(chosen.triads[kGyro].g_sensitivity, wanted(GetParam().g_sensitivity));
+  EXPECT_EQ(chosen.triads[kGyro].asymmetry, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kAccel].quadratic, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
+  EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
+  ASSERT_FALSE(summary->calibration.quality.model_choice.empty());
+  // The same as if it had been asked for.
+  const auto again = Calibrate(Collect(scenario), chosen);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->calibration.sensors[kGyro]->model.sensitivity,
+            summary->calibration.sensors[kGyro]->model.sensitivity);
+  EXPECT_TRUE(again->calibration.quality.model_choice.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSet,
+                         ChoiceOfTheGyroscope,
+                         ::testing::Values(Parts{false, false, false},
+                                           Parts{true, false, false},
+                                           Parts{false, true, true},
+                                           Parts{true, true, true}),
+                         ::testing::PrintToStringParamName());
+
+// The earth's rate is counted, as large as can be seen in a double, when `earth_rate_radps` > 0.
+void ExpectIncrementJacobiansMatch(double earth_rate_radps) {
+  const Scenario scenario = GyroscopeScenario({true, false, true});
+  const PoseSet poses = Collect(scenario);
+  SharedLayout layout;
+  layout.bias[kGyro] = 0;
+  layout.sensitivity[kGyro] = 3;
+  layout.g_sensitivity = 12;
+  layout.asymmetry[kGyro] = 21;
+  layout.reference = 24;
+  layout.size = 24 + kReferenceSize;
+  layout.earth_rate_radps = earth_rate_radps * Eigen::Vector3d(0.6, 0.3, 0.7);
+  Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
+  const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
+  shared.segment<3>(0) = gyroscope.nominal.bias;
+  shared.segment<9>(3) = gyroscope.nominal.sensitivity.reshaped();
+  shared.segment<9>(12) = gyroscope.g_sensitivity->reshaped();
+  shared.segment<3>(21) = gyroscope.nominal.asymmetry;
+  shared.segment<kReferenceSize>(24) << 9.8, 48.0, 1.1, 0.7, 0.2, -0.1;
+  IncrementEdge edge;
+  const RecordedMove& recorded = poses.moves.front();
+  for (std::size_t i = 0; i < recorded.time_ns.size(); ++i) {
+    edge.move.time_s.push_back(1e-9 * static_cast<double>(recorded.time_ns[i]));
+    edge.move.reading_raw.push_back(recorded.gyroscope_raw[i]);
+    edge.move.force_mps2.push_back(recorded.accelerometer_raw[i]);
+  }
+  edge.Integrate(layout, shared.data());
+  edge.variance *= 1e-4;
+  // Away from where it was integrated, and with a residual.
+  shared.segment<3>(0) += Eigen::Vector3d(20.0, -30.0, 10.0);
+  shared[4] += 50.0;
+  shared[22] += 0.02;
+  const Eigen::Quaterniond first = RotationExp(Eigen::Vector3d(0.3, -0.2, 0.5));
+  const Eigen::Quaterniond second =
+      first * edge.increment.rotation * RotationExp(Eigen::Vector3d(0.05, 0.1, -0.08));
+  const IncrementCost cost(layout, edge);
+  const ceres::EigenQuaternionManifold quaternion;
+  std::vector<const ceres::Manifold*> manifolds;
+  std::vector<const double*> parameters;
+  for (const SharedBlock& block : GyroscopeBlocks(layout)) {
+    manifolds.push_back(nullptr);
+    parameters.push_back(&shared[block.offset]);
+  }
+  for (const Eigen::Quaterniond* attitude : {&first, &second}) {
+    manifolds.push_back(&quaternion);
+    parameters.push_back(attitude->coeffs().data());
+  }
+  ceres::NumericDiffOptions numeric;
+  ceres::GradientChecker checker(&cost, &manifolds, numeric);
+  ceres::GradientChecker::ProbeResults results;
+  EXPECT_TRUE(checker.Probe(parameters.data(), 1e-6, &results)) << results.error_log;
+}
+
+TEST(IncrementCost, JacobiansMatchFiniteDifferences) { ExpectIncrementJacobiansMatch(0.0); }
+
+TEST(IncrementCost, JacobiansMatchFiniteDifferencesWhileTheEarthTurns) {
+  ExpectIncrementJacobiansMatch(0.2);
+}
+
+// ------------------------------------------------------------------------------------ earth's rate
+
+constexpr double kLatitudeRad = 0.8;
+constexpr double kDeclinationRad = 0.1;
+
+// A nine-axis unit whose gyroscope feels the earth turn, and the options that count that.
+Scenario EarthScenario() {
+  Scenario scenario = GyroscopeScenario({true, true, false});
+  scenario.world.earth_rate = SimulatedWorld::EarthRate{kLatitudeRad, kDeclinationRad};
+  return scenario;
+}
+
+CalibrateOptions EarthOptions(const Scenario& scenario) {
+  CalibrateOptions options = OptionsFor(scenario);
+  options.reference.earth_rate = EarthRateOptions{kLatitudeRad, kDeclinationRad};
+  for (TriadOptions& triad : options.triads) {
+    triad.noise_sigma_raw = Eigen::Vector3d::Constant(1e-4);
+  }
+  return options;
+}
+
+// Norm of the error of the gyroscope's bias, counts: the earth's rate is 0.34 of them.
+double BiasError(const CalibrationSummary& summary, const Scenario& scenario) {
+  return (summary.calibration.sensors[kGyro]->model.bias -
+          TruthOf(scenario, 0).sensors[kGyro]->model.bias)
+      .norm();
+}
+
+TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
+  const Scenario scenario = EarthScenario();
+  const PoseSet poses = Collect(scenario);
+  CalibrateOptions options = EarthOptions(scenario);
+  options.robust.enabled = false;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const TriadCalibration& found = *summary->calibration.sensors[kGyro];
+  const Calibration truth = TruthOf(scenario, 0);
+  const TriadCalibration& expected = *truth.sensors[kGyro];
+  // As without the earth's rate.
+  EXPECT_LT((found.model.sensitivity - expected.model.sensitivity).norm(), 1e-7 * 4700.0);
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+  EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+  const double counted_chi2 = summary->calibration.quality.reduced_chi2;
+  EXPECT_LT(counted_chi2, 1e-3);
+
+  // Left out, the turns contradict what the other sensors see: nothing of that is usable.
+  options.reference.earth_rate.reset();
+  const auto ignored = Calibrate(poses, options);
+  ASSERT_TRUE(ignored) << ignored.error().message;
+  EXPECT_GT(ignored->calibration.quality.reduced_chi2, 1e3);
+  EXPECT_FALSE(ignored->calibration.IsUsable());
+}
+
+// Variances in uT^2, (rad/s)^2 and rad^2 side by side: each keeps its degrees of freedom.
+TEST(ExcessNoise, OfAMagnetometerHasDegreesOfFreedomBesideThatOfTurns) {
+  Scenario scenario = GyroscopeScenario({true, true, false});
+  scenario.sensors[kAccel]->noise.density.setConstant(0.003);
+  scenario.sensors[kGyro]->noise.density.setConstant(2e-6);
+  scenario.sensors[kMag]->noise.density.setConstant(0.04);
+  PoseSet poses = Collect(scenario);
+  const Eigen::Matrix3d S = TruthOf(scenario, 0).sensors[kMag]->model.sensitivity;
+  Random random(8);
+  for (StaticPose& pose : poses.poses) {
+    pose.triads[kMag]->mean_raw += S * random.Normal3();
+  }
+  CalibrateOptions options = OptionsFor(scenario);
+  for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kEstimate;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  const double dof = summary->calibration.sensors[kMag]->noise.excess_dof;
+  EXPECT_GT(dof, 1.0);
+  EXPECT_LT(dof, 3.0 * static_cast<double>(poses.poses.size()));
+}
+
+// Without a given dip, its sign is that of the hemisphere: the side that the earth's rate has to be
+// on.
+TEST(EarthRate, IsTakenOutExactlyInTheSouthernHemisphere) {
+  Scenario scenario = EarthScenario();
+  scenario.world.earth_rate->latitude_rad = -kLatitudeRad;
+  scenario.world.dip_rad = -1.1;
+  CalibrateOptions options = EarthOptions(scenario);
+  options.reference.earth_rate->latitude_rad = -kLatitudeRad;
+  options.reference.northern_hemisphere = false;
+  const auto summary = Calibrate(Collect(scenario), options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+}
+
+// Attitudes from outside whose heading nobody knows, without a magnetometer: the gyroscope finds
+// north.
+TEST(EarthRate, TellsTheHeadingOfKnownAttitudes) {
+  Scenario scenario = EarthScenario();
+  scenario.sensors[kMag].reset();
+  PoseSet poses = Collect(scenario);
+  const Eigen::Quaterniond outside_from_world = RotationExp({0.0, 0.0, 2.5});
+  const std::vector<TrueRest> rests = Simulate(scenario)->rests();
+  ASSERT_EQ(rests.size(), poses.poses.size());
+  for (std::size_t k = 0; k < rests.size(); ++k) {
+    poses.poses[k].attitude.emplace().world_from_body =
+        outside_from_world * rests[k].world_from_body;
+  }
+  CalibrateOptions options = EarthOptions(scenario);
+  options.attitudes.kind = AttitudeKind::kGiven;
+  options.gauge = Gauge::kFixture;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_LT(BiasError(*summary, scenario), 1e-6);
+  EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
+}
+
+TEST(EarthRate, IsRefusedWhereNothingTellsTheHeading) {
+  const Scenario scenario = EarthScenario();
+  CalibrateOptions options = EarthOptions(scenario);
+  EXPECT_TRUE(options.Validate());
+  PoseSet poses = Collect(scenario);
+  for (RecordedMove& move : poses.moves) {
+    if (move.from == 3 || move.from == 4) move.fault = "not recorded";
+  }
+  poses.poses[4].triads[kMag].reset();
+  const auto summary = Calibrate(poses, options);
+  ASSERT_FALSE(summary);
+  EXPECT_THAT(summary.error().message, HasSubstr("pose 5"));
+
+  options.triads[kMag].enabled = false;
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_THAT(status.error().message, HasSubstr("heading"));
+  options.triads[kGyro].enabled = false;
+  EXPECT_TRUE(options.Validate());
+}
+
+TEST(EarthRate, IsRefusedForAUnitThatIsTumbled) {
+  CalibrateOptions options = EarthOptions(EarthScenario());
+  options.triads[kGyro].g_sensitivity = Wanted::kNo;
+  options.motion = MotionOptions();
+  const Status status = options.Validate();
+  ASSERT_FALSE(status);
+  EXPECT_THAT(status.error().message, HasSubstr("motion"));
+}
+
+}  // namespace
+}  // namespace truetriad

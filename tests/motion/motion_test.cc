@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A unit that is tumbled without rests: a chain of attitudes, one arrow-shaped system.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "math/distributions.h"
+#include "motion/chain.h"
+#include "motion/motion_start.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "support/six_turns.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+using trials::DrawSixTurns;
+using trials::RecordSixTurns;
+using trials::SixTurns;
+using trials::SixTurnsOptions;
+
+constexpr Triad kAccel = Triad::kAccelerometer;
+constexpr Triad kGyro = Triad::kGyroscope;
+constexpr Triad kMag = Triad::kMagnetometer;
+
+Eigen::Vector3d NoPush(double /*time_s*/) { return Eigen::Vector3d::Zero(); }
+
+// A shorter recording of the same kind: as many turns in less time.
+SixTurns ShortUnit(Random* random) {
+  SixTurns unit = DrawSixTurns(random);
+  unit.samples = 2400;
+  return unit;
+}
+
+class MotionWith : public ::testing::TestWithParam<std::pair<bool, double>> {
+ protected:
+  bool held() const { return GetParam().first; }
+  double spacing_s() const { return GetParam().second; }
+};
+
+// What is left is how well turns are followed between readings: the trapezoid's error of a rate
+// that swings by 1.6 rad/s with the period of a turn, 5 s, is dt^2 w'' / 12 = 3e-5 rad/s at its
+// largest, and changes sign within a turn: it adds up to 2.4e-5 rad, and of gravity to 2.4e-4
+// m/s^2.
+TEST_P(MotionWith, IsFollowedExactlyWithoutNoise) {
+  Random random(5);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 0.0, NoPush, &random);
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, held(), spacing_s()));
+  ASSERT_TRUE(summary) << summary.error().message;
+  const Calibration& found = summary->calibration;
+  ASSERT_TRUE(found.IsUsable()) << found.messages.back();
+  EXPECT_LT((found.sensors[kAccel]->model.bias - unit.accelerometer.bias).norm(), 2.4e-4);
+  EXPECT_LT((found.sensors[kGyro]->model.bias - unit.gyroscope.bias).norm(), 3e-5);
+  EXPECT_LT((found.sensors[kMag]->model.bias - unit.magnetometer.bias).norm(), 1e-4 * 27.0);
+  EXPECT_LT((found.sensors[kMag]->model.sensitivity - unit.magnetometer.sensitivity).norm(),
+            2e-4 * 27.0);
+}
+
+// χ² of all errors with their printed covariance, summed over runs: inside its 99.9 % interval.
+TEST_P(MotionWith, HasTheErrorsThatItStates) {
+  double chi2 = 0.0;
+  double dof = 0.0;
+  for (int run = 0; run < 30; ++run) {
+    Random random(static_cast<std::uint64_t>(100 + run));
+    const SixTurns unit = ShortUnit(&random);
+    const auto summary = Calibrate(RecordSixTurns(unit, 1.0, NoPush, &random),
+                                   SixTurnsOptions(unit, held(), spacing_s()));
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    const trials::JointError error = trials::JointErrorOf(
+        trials::SixTurnsErrors(unit, summary->calibration), summary->calibration.covariance.matrix);
+    chi2 += error.chi2;
+    dof += error.dof;
+  }
+  EXPECT_GT(ChiSquareCdf(chi2, dof), 0.0005) << chi2 / dof;
+  EXPECT_LT(ChiSquareCdf(chi2, dof), 0.9995) << chi2 / dof;
+}
+
+INSTANTIATE_TEST_SUITE_P(EachSpacing,
+                         MotionWith,
+                         ::testing::Values(std::pair(true, 0.0),
+                                           std::pair(true, 0.1),
+                                           std::pair(false, 0.0),
+                                           std::pair(false, 0.1)));
+
+// The gradient of the cost with the attitudes at their best for each value of the parameters, by
+// central differences over a hundredth of σ. Of the gyroscope's columns (w dt)^2 / 12 = 1e-4 is
+// missing, w dt being what the unit turns between two readings.
+TEST(MotionChain, GradientIsThatOfTheCostWithoutAttitudes) {
+  Random random(9);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  const CalibrateOptions options = SixTurnsOptions(unit, false, 0.1);
+  const auto track = MotionTrack::Of(recording, true);
+  ASSERT_TRUE(track);
+  StartValues start;
+  start.reference.head<3>() << kStandardGravityMps2, 1.0, unit.dip_rad;
+  start.models[kAccel] = unit.accelerometer;
+  start.models[kGyro] = unit.gyroscope;
+  start.models[kMag] = unit.magnetometer;
+  PoseGraph graph;
+  LayOutParameters(options, start, &graph);
+  const GyroModel gyroscope{unit.gyroscope};
+  std::vector<MotionNode> nodes = track->Gather(0.1, &gyroscope);
+  MotionNoise noise;
+  for (const Triad triad : kTriads) {
+    noise.density[triad] = options.triads[triad].noise_sigma_raw->cwiseAbs2() / unit.rate_hz;
+  }
+  MotionChain chain(
+      graph.layout, graph.priors, *track, nodes, StartAttitudes(start, *track, nodes));
+  chain.SetNoise(noise, graph.shared.data());
+  const auto settle = [&](const Eigen::VectorXd& shared) {
+    for (int round = 0; round < 8; ++round) {
+      chain.Linearise(shared.data());
+      chain.SetAttitudes(chain.AttitudesAfter(Eigen::VectorXd::Zero(graph.layout.free_size())));
+    }
+    chain.Linearise(shared.data());
+    return chain.cost();
+  };
+  const double cost = settle(graph.shared);
+  EXPECT_NEAR(chain.CostAt(graph.shared.data(), chain.attitudes()), cost, 1e-9 * cost);
+  const Eigen::VectorXd gradient = chain.gradient();
+  const Eigen::MatrixXd information = chain.information();
+  for (int j = 0; j < graph.layout.free_size(); ++j) {
+    const double step = 1e-2 / std::sqrt(information(j, j));
+    const Eigen::VectorXd direction = graph.layout.basis.col(j);
+    const double above = settle(graph.shared + step * direction);
+    const double below = settle(graph.shared - step * direction);
+    const double expected = gradient[j] / std::sqrt(information(j, j));
+    EXPECT_NEAR((above - below) / 2e-2, expected, 1e-3 * (1.0 + std::abs(expected))) << j;
+    // Second differences show the information, but for what the residuals bend.
+    EXPECT_NEAR((above - 2.0 * cost + below) / 1e-4, 1.0, 0.1) << j;
+  }
+}
+
+// A hand pushes: accelerations that hang together for a second, half of the noise of one reading.
+// The noise found allows for them, and the errors are inside what is stated: χ² of 15 runs, an
+// approximation (the pushes are no noise), within twice its expectation.
+TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
+  double chi2 = 0.0;
+  double dof = 0.0;
+  for (int run = 0; run < 15; ++run) {
+    Random random(static_cast<std::uint64_t>(300 + run));
+    const SixTurns unit = ShortUnit(&random);
+    const Eigen::Vector3d phase = trials::UniformVector(3.0, &random);
+    const auto push = [&phase](double time_s) -> Eigen::Vector3d {
+      return 0.4 * Eigen::Vector3d(std::sin(4.1 * time_s + phase[0]),
+                                   std::sin(7.3 * time_s + phase[1]),
+                                   std::sin(5.9 * time_s + phase[2]));
+    };
+    CalibrateOptions options = SixTurnsOptions(unit, true, 0.1);
+    for (TriadOptions& triad : options.triads) {
+      triad.noise_sigma_raw.reset();
+      triad.excess = ExcessNoise::kEstimate;
+    }
+    options.robust.enabled = true;
+    const auto summary = Calibrate(RecordSixTurns(unit, 1.0, push, &random), options);
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    const trials::JointError error = trials::JointErrorOf(
+        trials::SixTurnsErrors(unit, summary->calibration), summary->calibration.covariance.matrix);
+    chi2 += error.chi2;
+    dof += error.dof;
+  }
+  EXPECT_LT(chi2 / dof, 2.0);
+  EXPECT_GT(chi2 / dof, 0.3);
+}
+
+TEST(Motion, BreaksTheChainWhereTheGyroscopeIsStuckAndStillFindsTheUnit) {
+  Random random(11);
+  const SixTurns unit = ShortUnit(&random);
+  PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  auto& rates = recording.tracks[kGyro].reading_raw;
+  for (std::size_t i = 900; i < 1000; ++i) rates[i] = rates[900];
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, true, 0.1));
+  ASSERT_TRUE(summary) << summary.error().message;
+  const Calibration& found = summary->calibration;
+  ASSERT_TRUE(found.IsUsable()) << found.messages.back();
+  EXPECT_THAT(found.messages, ::testing::Contains(HasSubstr("tells nothing for")));
+  const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    EXPECT_LE(std::abs(error[i]), 4.0 * std::sqrt(found.covariance.matrix(i, i)) + 1e-12) << i;
+  }
+}
+
+TEST(Motion, NeedsTimesThatDiffer) {
+  Random random(12);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const Triad triad : {kGyro, kAccel}) {
+    PoseSet frozen = recording;
+    auto& times = frozen.tracks[triad].time_ns;
+    std::fill(times.begin(), times.end(), times.front());
+    const auto summary = Calibrate(frozen, SixTurnsOptions(unit, true, 0.1));
+    ASSERT_FALSE(summary);
+    EXPECT_THAT(summary.error().message, HasSubstr("no two readings at different times"));
+  }
+}
+
+TEST(Motion, TakesASpacingBeyondTheRecordingForTwoAttitudes) {
+  Random random(12);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, true, 1e300));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+}
+
+TEST(Motion, SaysWhichSensorIsMirrored) {
+  Random random(14);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const Triad triad : {kMag, kGyro}) {
+    PoseSet mirrored = recording;
+    for (Eigen::Vector3d& reading : mirrored.tracks[triad].reading_raw) reading.x() *= -1.0;
+    const auto summary = Calibrate(mirrored, SixTurnsOptions(unit, triad == kMag, 0.1));
+    ASSERT_TRUE(summary) << summary.error().message;
+    const std::string expected = std::string(TriadName(triad)) + "'s axes came out left-handed";
+    EXPECT_THAT(summary->calibration.messages, ::testing::Contains(HasSubstr(expected)));
+  }
+}
+
+TEST(Motion, SaysWhatOneAxisOfTurningLeavesOpen) {
+  Random random(13);
+  const SixTurns unit = ShortUnit(&random);
+  PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (ReadingTrack& track : recording.tracks) {  // the first turn alone
+    track.time_ns.resize(400);
+    track.reading_raw.resize(400);
+  }
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, false, 0.1));
+  ASSERT_TRUE(summary) << summary.error().message;
+  EXPECT_FALSE(summary->calibration.IsUsable());
+  EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable);
+}
+
+}  // namespace
+}  // namespace truetriad
