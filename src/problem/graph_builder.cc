@@ -9,10 +9,10 @@
 #include <string>
 #include <utility>
 
+#include "model/world.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
-#include "model/world.h"
 
 namespace truetriad {
 namespace {
@@ -273,6 +273,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
 }
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
+  graph->solver = options.solver;
   SharedLayout& layout = graph->layout;
   layout = SharedLayout{};
   const auto wants = [&options](Triad triad) { return options.triads[triad].enabled; };

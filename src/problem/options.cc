@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "truetriad/problem/options.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,7 +8,6 @@
 #include <tuple>
 
 #include "base/named_values.h"
-#include "truetriad/problem/options.h"
 
 namespace truetriad {
 namespace {

@@ -19,6 +19,7 @@
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
+#include "problem/pose_state.h"
 
 namespace truetriad {
 namespace {

@@ -257,6 +257,12 @@ struct SweepOptions {
   bool even_temperatures = true;
 };
 
+/// Two ways to the same optimum.
+enum class Solver {
+  kEliminated,  ///< The attitudes eliminated block by block: linear in the number of poses.
+  kCeres,       ///< The whole problem by Ceres as it is: slower, the reference of the other.
+};
+
 struct CalibrateOptions {
   PerTriad<TriadOptions> triads;
   ReferenceOptions reference;
@@ -266,6 +272,7 @@ struct CalibrateOptions {
   std::optional<SweepOptions> sweep;
   InitialiseOptions initialise;
   LimitOptions limits;
+  Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;

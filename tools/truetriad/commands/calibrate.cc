@@ -13,6 +13,9 @@
 #include "truetriad/session/session.h"
 
 DEFINE_bool(report, true, "whether to write the HTML report");
+DEFINE_string(solver,
+              "eliminated",
+              "eliminated, or ceres: the whole problem by Ceres as it is, slower, for comparison");
 
 namespace truetriad {
 namespace {
@@ -45,9 +48,18 @@ Status WriteResult(const Calibration& calibration) {
   return {};
 }
 
+Result<Solver> StatedSolver() {
+  if (FLAGS_solver == "eliminated") return Solver::kEliminated;
+  if (FLAGS_solver == "ceres") return Solver::kCeres;
+  return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
+}
+
 Result<int> Run(const std::vector<std::string>&) {
+  const Result<Solver> solver = StatedSolver();
+  TRUETRIAD_RETURN_IF_ERROR(solver);
   Result<Experiment> experiment = ReadExperiment(FLAGS_config, Overrides());
   TRUETRIAD_RETURN_IF_ERROR(experiment);
+  experiment->options.solver = *solver;
   experiment->input = FLAGS_input.empty() ? ShortPath(experiment->input) : FLAGS_input;
   if (experiment->input.empty()) {
     return UsageError("no recording: " + FLAGS_config + " has no `input:`; give --input=LOG");
@@ -76,7 +88,8 @@ Command CalibrateCommand() {
                     {"input", "LOG"},
                     {"output", "DIR", true},
                     {"set", "KEY=VALUE,..."},
-                    {"report", "true|false"}},
+                    {"report", "true|false"},
+                    {"solver", "eliminated|ceres"}},
           .run = Run};
 }
 
