@@ -47,7 +47,7 @@ void ReadRotations(YamlReader reader, PlanGrid* grid) {
     }
     reader.RejectUnknown();
   } else {
-    reader.Fail("one of hand, cube-24, six-face, { spread: 600 } is expected");
+    reader.Fail("expected one of hand, cube-24, six-face, { spread: 600 }");
   }
 }
 
@@ -60,7 +60,7 @@ void ReadTemperatures(YamlReader reader, std::vector<double>* temperatures) {
   }
   std::sort(temperatures->begin(), temperatures->end());
   if (std::adjacent_find(temperatures->begin(), temperatures->end()) != temperatures->end()) {
-    reader.Fail("a temperature stands here twice");
+    reader.Fail("a temperature is listed twice");
   }
 }
 
@@ -82,7 +82,7 @@ void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
   } else if (Eigen::Matrix3d matrix; ReadNumbers(sensitivity, &matrix)) {
     nominal->sensitivity = matrix;
     if (!(std::abs(matrix.determinant()) > 0.0)) {
-      sensitivity.Fail("the matrix has no inverse; raw readings per true unit are expected");
+      sensitivity.Fail("the matrix is singular; expected raw readings per true unit");
     }
   }
   ReadNumbers(reader.Child("bias"), &nominal->bias);
@@ -123,7 +123,7 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   ReadChoice(reader.Child("start"), kStarts, &plan->from_recording);
   ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
   ReadNumber(reader.Child("turn_s"),
-             {kPositive.lowest, 300.0, "up to 300 s, the longest turn that is calibrated with"},
+             {kPositive.lowest, 300.0, "up to 300 s, the longest turn that calibration uses"},
              &plan->turn_s);
   ReadNumber(reader.Child("turn_sigma_deg"), kNotNegative, &plan->turn_sigma_deg);
   if (int seed = 0; ReadCount(reader.Child("seed"),

@@ -100,12 +100,12 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
     const auto [parsed_to, failure] = std::from_chars(text.data(), end, scenario.seed);
     if (failure != std::errc() || parsed_to != end) {
       seed.Fail("`" + text +
-                "` is no seed; a whole number from 0 to 18446744073709551615 is expected");
+                "` is not a seed; expected a whole number from 0 to 18446744073709551615");
     }
   }
   if (YamlReader count = root.Child("count")) {
     if (count.Read(&scenario.count) && (scenario.count < 1 || scenario.count > 9999)) {
-      count.Fail("1 to 9999 units are expected");
+      count.Fail("expected 1 to 9999 units");
     }
   }
   ReadWorld(root.Child("world"), draft);
@@ -136,7 +136,7 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
   }
   base->RequireChild("scenario");
   if (YamlReader further = base->Child("base")) {
-    further.Fail("this scenario is the base of another and must not have one itself");
+    further.Fail("this scenario is the base of another, so it cannot have a base itself");
   }
   ReadDocument(*base, file, draft);
   if (const Status status = base->status(); !status) errors->push_back(status.error().message);

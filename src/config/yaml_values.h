@@ -71,7 +71,7 @@ bool ReadChoice(YamlReader reader, const NamedValues<T, N>& choices, T* value) {
   for (const auto& entry : choices.entries) {
     known += (known.empty() ? "" : ", ") + std::string(entry.second);
   }
-  reader.Fail("`" + word + "` is not known; one of " + known + " is expected");
+  reader.Fail("`" + word + "` is unknown; expected one of " + known);
   return false;
 }
 
@@ -89,8 +89,9 @@ bool ReadEntries(YamlReader reader, bool may_be_number, ReadEntry read, Matrix* 
   }
   std::vector<YamlReader> rows = reader.IsSequence() ? reader.Items() : std::vector<YamlReader>();
   if (rows.size() != 3) {
-    reader.Fail(std::string(kIsVector ? "three numbers [x, y, z]" : "three rows [[a, b, c], …]") +
-                (may_be_number ? " or one number for all" : "") + " are expected");
+    reader.Fail(std::string("expected ") +
+                (kIsVector ? "three numbers [x, y, z]" : "three rows [[a, b, c], …]") +
+                (may_be_number ? " or one number for all" : ""));
     return false;
   }
   Matrix result;

@@ -71,8 +71,8 @@ inline bool ReadNumbers(YamlReader reader, std::span<double> values) {
   std::vector<YamlReader> items = reader.Items();
   if (items.size() != values.size()) {
     if (reader.IsSequence()) {
-      reader.Fail("has " + std::to_string(items.size()) + " numbers; " +
-                  std::to_string(values.size()) + " are expected");
+      reader.Fail("has " + std::to_string(items.size()) + " numbers; expected " +
+                  std::to_string(values.size()));
     }
     return false;
   }
@@ -93,8 +93,7 @@ bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
   std::vector<YamlReader> rows = reader.Items();
   if (rows.size() != static_cast<std::size_t>(size)) {
     if (reader.IsSequence()) {
-      reader.Fail("has " + std::to_string(rows.size()) + " rows; " + std::to_string(size) +
-                  " are expected");
+      reader.Fail("has " + std::to_string(rows.size()) + " rows; expected " + std::to_string(size));
     }
     return false;
   }
@@ -118,7 +117,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   if (!reader.Read(&word)) return false;
   const std::optional<T> known = from_name(word);
   if (!known) {
-    reader.Fail("`" + word + "` is not one of the words that stand here");
+    reader.Fail("`" + word + "` is not a known word here");
     return false;
   }
   *value = *known;
@@ -141,7 +140,7 @@ inline void ReadAxis(YamlReader reader, int* axis) {
   if (!reader.Read(&text)) return;
   const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
   if (place == std::string_view::npos) {
-    reader.Fail("x, y or z is expected");
+    reader.Fail("expected x, y or z");
   } else {
     *axis = static_cast<int>(place);
   }

@@ -83,8 +83,9 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   for (const Triad triad : kPlannedTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
-      return BadInputError(measured.source + ": the experiment wants the " +
-                           std::string(TriadName(triad)) + ", but the recording has none");
+      return BadInputError(
+          measured.source + ": the " + std::string(TriadName(triad)) +
+          " is enabled but missing from the recording; record it, or remove it from `sensors:`");
     }
     StreamSummary stream;
     stream.triad = triad;
@@ -104,7 +105,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to plan for");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -132,9 +133,10 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     auto summary = Calibrate(measured, solved);
     TRUETRIAD_RETURN_IF_ERROR(summary);
     if (summary->calibration.IsUsable()) calibrated = std::move(summary->calibration);
-    messages_.push_back(calibrated ? "linearised at the calibration of what is measured"
-                                   : "what is measured is not enough for a calibration; linearised "
-                                     "at the nominal values");
+    messages_.push_back(
+        calibrated
+            ? "linearised at the calibration of the recording"
+            : "the recording is not enough for a calibration; linearised at the nominal values");
   }
   const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
   nominal_.reference << *reference.gravity_mps2.value,
@@ -150,8 +152,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       nominal_.models[triad] = options.nominal[triad];
     } else if (unit.is_counts && !sensor.fixed_sensitivity) {
       return BadInputError(std::string(TriadName(triad)) +
-                           ": readings in counts have no scale of their own; state about how many "
-                           "counts a true unit makes, as in `plan: { nominal: { " +
+                           ": readings are in counts of unknown size; state roughly how many "
+                           "counts one true unit is, as in `plan: { nominal: { " +
                            std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
       const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
@@ -212,8 +214,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       source_[triad] = NoiseSource::kAllan;
       if (!(options.rest_s > 0.0)) {
         return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is a density; state the length of a rest, as in `plan: { "
-                             "rest_s: 5 }`");
+                             ": its noise is a density, so the length of a rest is needed; state "
+                             "it, as in `plan: { rest_s: 5 }`");
       }
     } else if (calibrated) {
       source_[triad] = calibrated->sensors[triad]->noise.source;
@@ -226,11 +228,10 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
         ++count;
       }
       if (count == 0) {
-        return BadInputError(
-            std::string(TriadName(triad)) +
-            ": its noise is not stated; say `noise: { sigma: [x, y, z] }` (of a pose's mean, raw "
-            "unit), `noise: { allan: FILE }` with `plan: { rest_s: … }`, or give a recording with "
-            "rests");
+        return BadInputError(std::string(TriadName(triad)) +
+                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
+                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
+                             "rest_s: … }`, or give a recording with rests");
       }
       rest_covariance_[triad] /= count;
     }
@@ -241,8 +242,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       excess_[triad] = sigma * sigma;
       if (!calibrated) {
         messages_.push_back(std::string(TriadName(triad)) +
-                            ": pose-to-pose noise beyond the noise inside a rest is not known yet "
-                            "and not predicted (state `noise: { excess: { sigma: … } }`)");
+                            ": pose-to-pose noise is unknown and not included in the prediction; "
+                            "state `noise: { excess: { sigma: … } }` if you know it");
       }
     }
   }
@@ -283,8 +284,8 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
     density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
   } else {
     return BadInputError(
-        "gyroscope: how well it sees a turn follows from the σ of its mean at rest and the length "
-        "of that rest; state `plan: { rest_s: 5 }` (s) beside `noise: { sigma: … }`");
+        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
+        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
   }
   stream->rate_hz = kPlannedRateHz;
   stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);
@@ -400,8 +401,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_RETURN_IF_ERROR(summary);
   if (summary->calibration.IsUsable()) return {};
   return NotEnoughError(
-      "the calibration does not find its start from exact readings of these poses (do the sensors "
-      "see too few directions?); allow more poses or other rotations");
+      "start values are unobservable even from noise-free readings of these poses (too few "
+      "directions?); allow more poses or other rotations");
 }
 
 // Nodes with their weights and attitudes, in order; a pose that saw no wanted triad has none.

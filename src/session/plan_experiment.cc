@@ -35,7 +35,7 @@ Result<Plan> PlanExperiment(Experiment experiment,
                             const ProgressCallback& progress) {
   if (!experiment.plan) {
     return UsageError(experiment.path +
-                      ": has no `plan:`; say what to plan for, as in `plan: { poses: 12 }`");
+                      ": has no `plan:`; state what to plan for, as in `plan: { poses: 12 }`");
   }
   const PlanConfig& config = *experiment.plan;
   LoadedPoses loaded = NothingMeasured(experiment);
