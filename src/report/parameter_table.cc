@@ -316,7 +316,7 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
       1.0,
       "m/s²",
       reference.gravity_sigma_mps2 ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2)
-                                   : "taken as exact");
+                                   : "assumed exact");
   const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
   const std::string given =
       reference.field_estimated && !listed ? "strength or dip estimated" : "given";

@@ -72,11 +72,10 @@ Section SoakSection(const Calibration& calibration) {
     const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
     if (section.blocks.empty()) {
       section.blocks.emplace_back(std::string(
-          "The bias that the poses at one temperature show by themselves, everything else held, "
-          "less what the temperature terms say there: differences well beyond their σ need a "
-          "higher order. Before and after: RMS of |C(y - b)| - reference (of a gyroscope at rest, "
-          "of its rate) with the calibration at the reference temperature and with that at each "
-          "pose's own."));
+          "Bias from the poses at each temperature alone, all else fixed, minus the bias from the "
+          "thermal terms: differences well beyond their σ call for a higher order. Before and "
+          "after: RMS of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the "
+          "calibration at the reference temperature and at each pose's own."));
     }
     Table table{{TriadTitle(triad),
                  "poses",
@@ -129,7 +128,7 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
   Frame left(svg, 66.0, 290.0, degc, bias);
   left.Draw(name + ", bias, " + unit, "°C");
   Frame right(svg, 446.0, 290.0, degc, rest);
-  right.Draw("less the terms", "°C");
+  right.Draw("residual", "°C");
   // A band of ±2σ about `centre` of each point of the fit, and the line.
   const auto draw_fit = [&](const Frame& frame, const auto& centre) {
     std::vector<std::pair<double, double>> line, outline;

@@ -74,7 +74,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   }
   svg.Polyline(line, "fit");
   Frame right(svg, 446.0, 290.0, time, residual);
-  right.Draw("left by the fit", "min");
+  right.Draw("residual", "min");
   for (const SweepWindow& window : windows) {
     svg.Circle(right.X(window.time_s / 60.0),
                right.Y(window.bias_raw[axis] - window.fit_raw[axis]),
@@ -152,7 +152,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       if (!is_reached(column, row)) {
-        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not passed");
+        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not covered");
         continue;
       }
       const auto [degc, rate, value] = value_at(column, row);
