@@ -16,11 +16,11 @@
 #include "allan/allan_spacing.h"
 #include "allan/allan_theory.h"
 #include "data/stream_checks.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-constexpr char kAxisName[] = "xyz";
 /// In the longest stretch.
 constexpr std::int64_t kFewestSamples = 100;
 /// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
@@ -153,7 +153,9 @@ class StreamAnalysis {
   std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
-  std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
+  std::string Name(int axis) const {
+    return Name() + " " + kAxisLetters[static_cast<std::size_t>(axis)] + " axis";
+  }
 
   StreamInfo info_;
   AllanOptions options_;
@@ -441,7 +443,8 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result,
   RestWatch::Verdict worst;
   bool shows = false;  // In the curve.
   const auto add = [](std::size_t axis, std::string* axes) {
-    *axes += (axes->empty() ? "" : ", ") + std::string(1, kAxisName[axis]);
+    *axes +=
+        (axes->empty() ? "" : ", ") + std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]);
   };
   for (std::size_t i = 0; i < 3; ++i) {
     if (result.axes[i].points.empty()) continue;

@@ -9,12 +9,12 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/allan/1";
-constexpr std::string_view kAxes = "xyz";
 constexpr std::string_view kAtRest = "at_rest", kNotAtRest = "not_at_rest";
 
 // ---------------------------------------------------------------------------------------- writing
@@ -79,8 +79,8 @@ void WriteTriad(YamlText& out, const AllanTriad& triad) {
       << "\n    warnings:" << (triad.warnings.empty() ? " []\n" : "\n");
   for (const std::string& warning : triad.warnings) out << "      - " << Quoted{warning} << "\n";
   out << "    axes:\n";
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    out << "      " << kAxes.substr(axis, 1) << ":\n";
+  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+    out << "      " << kAxisLetters.substr(axis, 1) << ":\n";
     WriteAxis(out, triad.axes[axis], triad.unit.name, triad.rate_hz);
   }
 }
@@ -209,8 +209,8 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
     warning.Read(&triad->warnings.emplace_back());
   }
   if (YamlReader axes = reader.RequireChild("axes")) {
-    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-      if (YamlReader item = axes.RequireChild(kAxes.substr(axis, 1))) {
+    for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+      if (YamlReader item = axes.RequireChild(kAxisLetters.substr(axis, 1))) {
         ReadAxis(item, unit, &triad->axes[axis]);
       }
     }

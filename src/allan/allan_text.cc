@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -11,6 +10,7 @@
 #include "allan/allan_report.h"
 #include "report/format.h"
 #include "report/table.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -83,10 +83,7 @@ void AddDensityInCommonUnits(const AllanTriad& triad, CoefficientTable* table) {
   const double si = triad.si_per_count.value_or(triad.unit.truth_per_raw);
   switch (triad.triad) {
     case Triad::kGyroscope:
-      table->Add("angle random walk",
-                 si * 180.0 / std::numbers::pi * kSecondsRootPerHourRoot,
-                 "deg/√h",
-                 density);
+      table->Add("angle random walk", si * kDegPerRad * kSecondsRootPerHourRoot, "deg/√h", density);
       break;
     case Triad::kAccelerometer:
       table->Add("velocity random walk", si * kSecondsRootPerHourRoot, "m/s/√h", density);

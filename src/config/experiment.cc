@@ -41,7 +41,7 @@ void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
   const auto read = [&](std::string_view key, const Range& range, double* value) {
     ReadNumber(is_first ? reader.RequireChild(key) : reader.Child(key), range, value);
   };
-  read("latitude_deg", {-90.0, 90.0, "a latitude of -90 to 90 degrees"}, &site.latitude_deg);
+  read("latitude_deg", kLatitudeDeg, &site.latitude_deg);
   read("height_m", {-1000.0, 20000.0, "a height in metres"}, &site.height_m);
   if (double longitude = 0.0; ReadNumber(reader.Child("longitude_deg"),
                                          {-180.0, 360.0, "a longitude of -180 to 360 degrees"},
@@ -67,15 +67,11 @@ void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate
   }
   StatedEarthRate stated = earth_rate->value_or(StatedEarthRate());
   double latitude = 0.0;
-  if (ReadNumber(reader.Child("latitude_deg"),
-                 {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                 &latitude)) {
+  if (ReadNumber(reader.Child("latitude_deg"), kLatitudeDeg, &latitude)) {
     stated.latitude = latitude;
   }
   double declination = 0.0;
-  if (ReadNumber(reader.Child("declination_deg"),
-                 {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive"},
-                 &declination)) {
+  if (ReadNumber(reader.Child("declination_deg"), kDeclinationDeg, &declination)) {
     stated.declination = declination;
   }
   reader.RejectUnknown();
@@ -93,17 +89,12 @@ void ReadReference(YamlReader reader, Draft* draft) {
   if (YamlReader field = reader.Child("field")) {
     // No upper end: people normalise the field to 1 or use coils.
     ReadStated(field.Child("strength_ut"), kPositive, true, &draft->strength_ut);
-    ReadStated(field.Child("dip_deg"),
-               {-90.0, 90.0, "a dip of -90 to 90 degrees, positive if the field points down"},
-               true,
-               &draft->dip_deg);
+    ReadStated(field.Child("dip_deg"), kDipDeg, true, &draft->dip_deg);
     ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
     ReadChoice(field.Child("site"), kFieldSites, &draft->field_site);
     field.RejectUnknown();
   }
-  ReadNumber(reader.Child("temperature_degc"),
-             {-273.15, 1000.0, "a temperature in degC"},
-             &reference.temperature_degc);
+  ReadNumber(reader.Child("temperature_degc"), kTemperatureDegc, &reference.temperature_degc);
   ReadEarthRate(reader.Child("earth_rate"), &draft->earth_rate);
   reader.RejectUnknown();
 }
@@ -235,7 +226,7 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
     thermal->find_knots = 0;
     for (const YamlReader& item : knots.Items()) {
       double degc = 0.0;
-      if (ReadNumber(item, {-273.15, 1000.0, "a temperature in degC"}, &degc)) {
+      if (ReadNumber(item, kTemperatureDegc, &degc)) {
         thermal->knots_degc.push_back(degc);
       }
     }

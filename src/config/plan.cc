@@ -55,8 +55,7 @@ void ReadTemperatures(YamlReader reader, std::vector<double>* temperatures) {
   if (!reader) return;
   temperatures->clear();
   for (const YamlReader& item : reader.Items()) {
-    ReadNumber(
-        item, {-273.15, 1000.0, "a chamber temperature in degC"}, &temperatures->emplace_back());
+    ReadNumber(item, kTemperatureDegc, &temperatures->emplace_back());
   }
   std::sort(temperatures->begin(), temperatures->end());
   if (std::adjacent_find(temperatures->begin(), temperatures->end()) != temperatures->end()) {
@@ -98,7 +97,7 @@ void ReadNominal(YamlReader reader, PlanConfig* plan) {
   if (ReadNumber(reader.Child("strength_ut"), kPositive, &number)) {
     plan->nominal_strength_ut = number;
   }
-  if (ReadNumber(reader.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &number)) {
+  if (ReadNumber(reader.Child("dip_deg"), kDipDeg, &number)) {
     plan->nominal_dip_deg = number;
   }
   reader.RejectUnknown();

@@ -54,7 +54,7 @@ void ReadWorld(YamlReader reader, Draft* draft) {
       ReadNumber(strength, kPositive, &world->field_ut);
     }
     double dip_deg = 0.0;
-    if (ReadNumber(field.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &dip_deg)) {
+    if (ReadNumber(field.Child("dip_deg"), kDipDeg, &dip_deg)) {
       world->dip_rad = dip_deg * kRadPerDeg;
     }
     field.RejectUnknown();
@@ -64,14 +64,10 @@ void ReadWorld(YamlReader reader, Draft* draft) {
   } else if (rate) {
     SimulatedWorld::EarthRate earth;
     double degrees = 0.0;
-    if (ReadNumber(rate.RequireChild("latitude_deg"),
-                   {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.RequireChild("latitude_deg"), kLatitudeDeg, &degrees)) {
       earth.latitude_rad = degrees * kRadPerDeg;
     }
-    if (ReadNumber(rate.Child("declination_deg"),
-                   {-180.0, 180.0, "a declination of -180 to 180 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.Child("declination_deg"), kDeclinationDeg, &degrees)) {
       earth.declination_rad = degrees * kRadPerDeg;
     }
     rate.RejectUnknown();

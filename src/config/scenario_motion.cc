@@ -20,7 +20,6 @@
 namespace truetriad {
 namespace {
 
-constexpr Range kTemperature{-273.15, 1000.0, "a temperature in degC"};
 /// More poses than anybody takes; a guard against a slip of the keyboard.
 constexpr int kMaxPoses = 100000;
 constexpr int kMostRests = std::numeric_limits<int>::max();
@@ -205,7 +204,7 @@ std::optional<TemperatureSegment> ReadSegment(const YamlReader& item) {
     segment = hold;
   } else if (Is(*reader, "ramp")) {
     TemperatureRamp ramp;
-    ReadNumber(reader->RequireChild("to_degc"), kTemperature, &ramp.to_degc);
+    ReadNumber(reader->RequireChild("to_degc"), kTemperatureDegc, &ramp.to_degc);
     ReadQuantity(*reader, TemperatureRateKeys("rate"), kPositive, &ramp.rate_degcps);
     segment = ramp;
   } else {
@@ -310,7 +309,7 @@ void ReadMotion(YamlReader reader, const std::string& file, std::vector<MotionSt
 
 void ReadTemperature(YamlReader reader, SimulatedTemperature* temperature) {
   if (!reader) return;
-  ReadNumber(reader.Child("start_degc"), kTemperature, &temperature->start_degc);
+  ReadNumber(reader.Child("start_degc"), kTemperatureDegc, &temperature->start_degc);
   if (YamlReader profile = reader.Child("profile")) {
     temperature->profile.clear();
     for (const YamlReader& item : profile.Items()) {
@@ -322,7 +321,7 @@ void ReadTemperature(YamlReader reader, SimulatedTemperature* temperature) {
   if (YamlReader soak = reader.Child("soak_degc"); soak && soak.Read(&temperature->soak_degc)) {
     for (YamlReader& item : soak.Items()) {
       double value = 0.0;
-      ReadNumber(item, kTemperature, &value);
+      ReadNumber(item, kTemperatureDegc, &value);
     }
   }
   ReadQuantity(

@@ -50,7 +50,6 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
 // speed: an eighth of it would move the mean by an eighth of the share.
 constexpr double kRampShare = 0.001;
 constexpr double kRampFactor = 8.0;
-constexpr std::size_t kEighths = 8;
 
 Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, const PoseSet& set) {
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;

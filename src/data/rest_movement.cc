@@ -15,7 +15,6 @@ constexpr double kMovedShare = 0.005;
 constexpr double kWanderShare = 0.03;
 constexpr double kClearFactor = 8.0;
 constexpr std::size_t kMostListed = 12;
-constexpr std::size_t kEighths = 8;
 // A clock that is off by this share of a rest leaves little of it.
 constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "math/distributions.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-constexpr char kAxisName[] = "xyz";
 constexpr std::size_t kSpacingSamples = 1024;
 constexpr std::int64_t kResolutionSamples = 20000;
 constexpr double kGapSpacings = 5.0;
@@ -189,8 +189,8 @@ std::vector<std::string> StreamMonitor::Warnings(const StreamSummary& summary) c
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
-      warnings.push_back(name + ": the " + kAxisName[axis] + " axis reads " +
-                         Number(minimum_raw_[axis]) + " " + info_.unit.name +
+      warnings.push_back(name + ": the " + kAxisLetters[static_cast<std::size_t>(axis)] +
+                         " axis reads " + Number(minimum_raw_[axis]) + " " + info_.unit.name +
                          " throughout; check for a dead axis or a wrong column");
     }
   }
@@ -330,9 +330,10 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
           if (++hits <= kMaxListed) numbers += (hits > 1 ? ", " : "") + std::to_string(i + 1);
         }
         if (hits == 0) continue;
-        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " + kAxisName[axis] +
-                  " axis at its limit of " + Number(limit) + " " + stream.unit.name + " in " +
-                  std::to_string(hits) + " pose(s): " + numbers;
+        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " +
+                  kAxisLetters[static_cast<std::size_t>(axis)] + " axis at its limit of " +
+                  Number(limit) + " " + stream.unit.name + " in " + std::to_string(hits) +
+                  " pose(s): " + numbers;
       }
     }
   }

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "math/distributions.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -27,14 +28,12 @@ constexpr double kTimeShare = 1.0 / 400.0;
 // Neighbours on each side that say where a cell should be, and how many σ it may be off.
 constexpr std::size_t kNeighbours = 5;
 constexpr double kFarOffSigmas = 10.0;
-constexpr double kMadToSigma = 1.4826;
 constexpr double kDisturbedFactor = 4.0;
 constexpr double kDisturbedLevel = 1e-9;
 // More rows than this are counted, not named.
 constexpr std::size_t kNamed = 10;
 // A change of specific force from one window to the next that no temperature makes.
 constexpr double kTurnedShare = 0.03;
-constexpr std::string_view kAxes = "xyz";
 
 // What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
 // 1968). `time` increases.
@@ -363,8 +362,8 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
           const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
           variances.push_back(window.scatter_raw(axis, axis) / dof / median);
         }
-        const std::string name =
-            std::string(TriadName(stream.triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
+        const std::string name = std::string(TriadName(stream.triad)) + " " +
+                                 kAxisLetters[static_cast<std::size_t>(axis)];
         const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
         for (std::size_t i = 0; i < odd.size(); ++i) {
           if (odd[i]) leave_out(index[i], name);
@@ -559,7 +558,7 @@ void SweepCutter::NameTurns(PoseSet* set) const {
           is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
     }
     if (!is_largest) continue;
-    const double degrees = std::atan2(size, reading(i).mean_raw.norm()) * 180.0 / std::numbers::pi;
+    const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
     set->warnings.push_back("near row " + std::to_string(set->poses[index[i]].first_row) +
                             " the accelerometer steps as if the unit was turned by " +
                             Fixed1(degrees) +

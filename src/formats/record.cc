@@ -12,6 +12,7 @@
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
+#include "truetriad/base/triad.h"
 
 // The digital calibration record for the quality department: values with expanded uncertainties
 // (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
@@ -203,7 +204,6 @@ std::string RecordJson(const WriteRequest& request) {
 
 /// Values with expanded uncertainties, one column an axis.
 Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance) {
-  constexpr std::string_view kAxes = "xyz";
   Table table{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}};
   const auto add = [&table](std::string label, const auto& cell, std::string unit) {
     table.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
@@ -221,7 +221,7 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
                               const std::string& unit) {
     for (int row = 0; row < 3; ++row) {
       add(
-          label + " " + kAxes[static_cast<std::size_t>(row)],
+          label + " " + kAxisLetters[static_cast<std::size_t>(row)],
           [&](int col) { return with_u(matrix(row, col), sigma(row, col)); },
           unit);
     }

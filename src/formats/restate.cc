@@ -12,13 +12,12 @@
 
 #include "formats/number_text.h"
 #include "problem/parameter_name.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 std::string Name(Triad triad) { return std::string(TriadName(triad)); }
 
@@ -197,14 +196,13 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
 
 /// "(-y, x, z)".
 std::string AxisMapText(const Eigen::Matrix3d& map) {
-  constexpr std::string_view kAxes = "xyz";
   std::string text = "(";
   for (int i = 0; i < 3; ++i) {
     int j = 0;
     map.row(i).cwiseAbs().maxCoeff(&j);
     text += i > 0 ? ", " : "";
     text += map(i, j) < 0.0 ? "-" : "";
-    text += kAxes[static_cast<std::size_t>(j)];
+    text += kAxisLetters[static_cast<std::size_t>(j)];
   }
   return text + ")";
 }

@@ -17,13 +17,14 @@
 #include <glog/logging.h>
 
 #include "init/ellipsoid_fit.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kMinFaceMarginRad = 20.0 * std::numbers::pi / 180.0;
+constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
 std::string FaceName(const FacePose& face) {
   return std::string(face.sign > 0 ? "+" : "-") + "xyz"[face.axis];

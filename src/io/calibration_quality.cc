@@ -81,7 +81,7 @@ void WriteSweep(YamlText& out, const Quality& quality) {
   out << "  sweep:\n";
   for (const SweepAxis& axis : quality.sweep) {
     out << "    - sensor: " << TriadName(axis.triad)
-        << "\n      axis: " << kAxes.substr(static_cast<std::size_t>(axis.axis), 1)
+        << "\n      axis: " << kAxisLetters.substr(static_cast<std::size_t>(axis.axis), 1)
         << "\n      chosen: " << Quoted{axis.chosen} << "\n      noise_sigma: " << axis.noise_sigma
         << "\n      rms: { before: " << axis.rms_before << ", after: " << axis.rms_after
         << ", held_out: " << axis.held_out << ", held_out_cubic: " << axis.held_out_cubic

@@ -40,7 +40,7 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
   }
   if (!thermal.knots.empty()) out << "      knots:\n";
   for (const ThermalKnot& knot : thermal.knots) {
-    out << "        - { axis: " << kAxes.substr(static_cast<std::size_t>(knot.axis), 1)
+    out << "        - { axis: " << kAxisLetters.substr(static_cast<std::size_t>(knot.axis), 1)
         << ", degc: " << knot.degc << ", slope: " << knot.slope << ", curve: " << knot.curve
         << " }\n";
   }

@@ -14,11 +14,9 @@
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
-
-inline constexpr double kAbsoluteZeroDegc = -273.15;
-inline constexpr std::string_view kAxes = "xyz";
 
 // Values as calibration.yaml has them: how several parts of it write and read theirs.
 
@@ -138,7 +136,7 @@ inline void ReadPerTriad(YamlReader reader, PerTriad<std::optional<double>>* val
 inline void ReadAxis(YamlReader reader, int* axis) {
   std::string text;
   if (!reader.Read(&text)) return;
-  const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
+  const std::size_t place = text.size() == 1 ? kAxisLetters.find(text) : std::string_view::npos;
   if (place == std::string_view::npos) {
     reader.Fail("expected x, y or z");
   } else {

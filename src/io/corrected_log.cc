@@ -20,7 +20,7 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 /// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
-/// raw - b(T) - G f (triad_model.h). model.md §3.
+/// raw - b(T) - G f (triad_model.h). docs/method.md, "Temperature".
 class Corrector {
  public:
   /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.

@@ -10,11 +10,10 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A number in (`above`, inf).
 bool ReadAbove(YamlReader reader, double above, std::string_view expected, double* value) {

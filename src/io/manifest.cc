@@ -8,6 +8,7 @@
 #include "io/recording_layout.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
@@ -129,9 +130,8 @@ ManifestStream ReadStream(YamlReader yaml, Triad triad) {
   std::string file;
   if (yaml.Require("file", &file)) info.file = Resolved(yaml.file(), file);
   ReadTime(yaml.Child("time"), &stream);
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    stream.axes[axis] = ReadColumn(&yaml, kAxes[axis]);
+  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+    stream.axes[axis] = ReadColumn(&yaml, kAxisLetters.substr(axis, 1));
   }
   std::string unit_name;
   if (yaml.Require("unit", &unit_name)) {

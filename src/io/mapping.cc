@@ -45,8 +45,8 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
   time.Require("column", &candidate.time_column);
   time.Require("unit", &candidate.time_unit);
   time.RejectUnknown();
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-  for (std::size_t axis = 0; axis < 3; ++axis) yaml.Require(kAxes[axis], &candidate.axes[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
   yaml.Require("unit", &candidate.unit);
   yaml.Optional("separator", &candidate.separator);
   yaml.Optional("header", &candidate.header);
@@ -133,9 +133,8 @@ void WriteStream(const Candidate& candidate, const std::string& path, YamlText* 
   *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path}
         << "\n    time: {column: " << Quoted{candidate.time_column}
         << ", unit: " << candidate.time_unit << "}\n";
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    *yaml << "    " << kAxes[axis] << ": " << Quoted{candidate.axes[axis]} << "\n";
+    *yaml << "    " << kAxisLetters.substr(axis, 1) << ": " << Quoted{candidate.axes[axis]} << "\n";
   }
   *yaml << "    unit: " << candidate.unit << "\n";
   if (!candidate.separator.empty())

@@ -8,11 +8,11 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kAbsoluteZeroDegc = -273.15;
 /// Quaternions that people write have few digits: those of 0.7071 are off by 2e-5. More than this
 /// is a mistake, such as angles in their place.
 constexpr double kUnitLengthTolerance = 1e-3;

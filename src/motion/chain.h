@@ -20,7 +20,7 @@ struct MotionNoise {
 };
 
 // The factor graph of a tumbling unit: a chain of attitudes R_k, seen by the vector sensors and
-// hanging together by the gyroscope (model.md §2; every row whitened).
+// linked by the gyroscope; every row whitened. docs/method.md, "Factors".
 //
 //   vector sensor  S M_k R_k^T v + b - y_k               M_k: GatheredReadings::turn
 //   turn           Log(dR(b, S, G)^T R_k^T R_k+1)        integrated at the present parameters

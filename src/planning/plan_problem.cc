@@ -22,6 +22,8 @@
 #include "problem/parameter_name.h"
 #include "problem/start_values.h"
 #include "solve/reduced_system.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
@@ -31,7 +33,6 @@ constexpr std::array kPlannedTriads = {
     Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
 // Readings of a gyroscope to come, Hz: what counts is the density of their noise.
 constexpr double kPlannedRateHz = 100.0;
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
@@ -48,7 +49,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
-  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxes[static_cast<std::size_t>(axis)];
+  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxisLetters[static_cast<std::size_t>(axis)];
 }
 
 // Poses that between them have every temperature to come, and every face of a six-face block.
@@ -183,9 +184,9 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                           Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
     }
     if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back("dip unknown: planned for " +
-                          Format("%.3g deg (plan.nominal.dip_deg)",
-                                 nominal_.reference[kDip] * 180.0 / std::numbers::pi));
+      messages_.push_back(
+          "dip unknown: planned for " +
+          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
     }
   }
   if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
@@ -579,14 +580,14 @@ void PlanProblem::FindQuantities() {
     const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
       Eigen::Index from = 0;
       map.row(col).cwiseAbs().maxCoeff(&from);
-      return row_of(sensor + ".sensitivity." + kAxes[static_cast<std::size_t>(row)] +
-                    kAxes[static_cast<std::size_t>(from)]) /
+      return row_of(sensor + ".sensitivity." + kAxisLetters[static_cast<std::size_t>(row)] +
+                    kAxisLetters[static_cast<std::size_t>(from)]) /
              gain[row];
     };
     const bool turns = triad == Triad::kGyroscope;
     const double signal = turns ? 1.0 : WorldVector(triad, nominal_.reference).norm();
     for (int i = 0; i < 3; ++i) {
-      const std::string axis = kAxes[static_cast<std::size_t>(i)];
+      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
       add(sensor + ".bias",
           axis,
           std::string(TruthUnitName(triad)),
@@ -594,13 +595,14 @@ void PlanProblem::FindQuantities() {
           row_of(sensor + ".bias." + axis) / gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
-      add(sensor + ".scale_error", kAxes[static_cast<std::size_t>(i)], "", 1.0, entry(i, i));
+      add(sensor + ".scale_error", axis, "", 1.0, entry(i, i));
     }
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         if (i == j) continue;
         add(sensor + ".misalignment_rad",
-            std::string(kAxes[static_cast<std::size_t>(i)]) + kAxes[static_cast<std::size_t>(j)],
+            std::string(1, kAxisLetters[static_cast<std::size_t>(i)]) +
+                kAxisLetters[static_cast<std::size_t>(j)],
             "rad",
             1.0,
             entry(i, j));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,11 +12,11 @@
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
 

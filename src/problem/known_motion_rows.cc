@@ -12,12 +12,12 @@
 #include "base/messages.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
+#include "truetriad/base/units.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 // σ of what is not to count: a turn's angle by a radian, a mean rate by ten times its size.
 constexpr double kNothingRad = 1.0;
 constexpr double kNothingShare = 10.0;

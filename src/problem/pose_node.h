@@ -56,7 +56,7 @@ struct Observation {
 
 // One pose of the graph: its observations, what is known of its attitude, its attitude.
 //
-// Rows, unwhitened (model.md §2):
+// Rows, unwhitened (docs/method.md, "Factors"):
 //   static triad      h(S * R^T v) - (y - b)   v: specific force or field in the world; S and b at
 //                                              the pose's temperature; h: higher terms,
 //                                              triad_model.h

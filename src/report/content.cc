@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,13 +13,14 @@
 #include "report/parameter_table.h"
 #include "report/soak_content.h"
 #include "report/sweep_content.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Below this many, the σ themselves are worth little. model.md §2.
+/// Below this many, the σ are themselves known to a quarter at best: 1 / sqrt(2 dof).
 constexpr double kFewDof = 10.0;
 /// Correlations above this are worth a sentence.
 constexpr double kStrongCorrelation = 0.9;
@@ -288,7 +288,6 @@ Section HeldOutSection(const Calibration& calibration) {
 // What the operator stated beside what the gyroscope saw.
 void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   if (turns.empty()) return;
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   section->blocks.emplace_back(Subtitle{"Known turns"});
   Table table{{"turn", "stated", "found", "difference", "σ", "use"}, "lrrrrl", {}};
   for (const TurnCheck& turn : turns) {
@@ -546,7 +545,7 @@ Table PoseTable(const Quality& quality) {
 
 std::string MedianAngles(double median_rad, const std::optional<double>& nominal_rad) {
   const auto in_degrees = [](double angle_rad) {
-    return Significant(angle_rad * 180.0 / std::numbers::pi, 3) + " deg";
+    return Significant(angle_rad * kDegPerRad, 3) + " deg";
   };
   std::string text = in_degrees(median_rad);
   if (nominal_rad) {

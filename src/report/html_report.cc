@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kMaxPoseRows = 500;
 
 /// σ of a pose's norm error from the noise that weighted it, averaged over the directions:
-/// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit. model.md §2.
+/// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit.
 double NormErrorSigma(const std::optional<TriadCalibration>& sensor) {
   if (!sensor) return 0.0;
   const Eigen::Matrix3d sigma = sensor->model.Correction() * sensor->noise.sigma.asDiagonal();

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -12,12 +11,12 @@
 #include "report/content.h"
 #include "report/format.h"
 #include "report/table.h"
+#include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Longer pose tables are cut in the middle.
 constexpr std::size_t kMaxPoseRows = 60;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.

@@ -3,22 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
 #include "report/content.h"
 #include "report/format.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-constexpr char kAxisNames[] = "xyz";
-
-std::string AxisName(int axis) { return {kAxisNames[axis]}; }
+std::string AxisName(int axis) { return {kAxisLetters[static_cast<std::size_t>(axis)]}; }
 
 std::string BiasName(Triad triad, int axis) {
   return std::string(TriadName(triad)) + ".bias." + AxisName(axis);

@@ -19,6 +19,7 @@
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
@@ -80,8 +81,8 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
     errors.reserve(readings.size());
     for (const auto& reading : readings)
       errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
-    const double limit = 6.0 * 1.4826 * Median(errors);
+    // The fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * kMadToSigma * Median(errors);
     std::vector<Eigen::Vector3d> kept;
     for (std::size_t k = 0; k < readings.size(); ++k) {
       if (errors[k] <= limit) kept.push_back(readings[k]);
@@ -476,7 +477,6 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
 
 std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
                                                     const CalibrateOptions& options) {
-  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::vector<WeakDirection> weak;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
@@ -493,7 +493,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
     solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
-    const std::string name = kAxes[static_cast<std::size_t>(axis)];
+    const std::string name(1, kAxisLetters[static_cast<std::size_t>(axis)]);
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
     direction.description.append(sensor)

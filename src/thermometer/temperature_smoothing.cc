@@ -16,8 +16,6 @@
 namespace truetriad {
 namespace {
 
-// MAD of normal noise to σ.
-constexpr double kMadToSigma = 1.4826;
 // Steps finer than this share of the range are noise like any other.
 constexpr double kCoarseShare = 1.0 / 400.0;
 // Noise may add this share of the typical rate.

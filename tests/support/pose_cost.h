@@ -15,7 +15,7 @@ namespace truetriad {
 // One residual block a pose: all its triads and its attitude prior, whitened.
 //
 // Poses that share a block with others would forbid the Schur complement, many small blocks a pose
-// would cost more than their arithmetic: one pose, one block (model.md §2). The node belongs to the
+// would cost more than their arithmetic: one pose, one block. The node belongs to the
 // caller, must outlive the cost, and holds the weights, which may change between solves.
 // Parameters: the shared blocks, then the pose's state.
 class PoseCost final : public ceres::CostFunction {

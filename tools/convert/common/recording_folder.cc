@@ -94,7 +94,7 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
   if (!any) return;
   if (has_temperature_) {
     // From absolute zero to where no electronics live; NaN is neither.
-    const bool is_one = temperature_degc_ >= -273.15 && temperature_degc_ <= 1000.0;
+    const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
     row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
   }
   if ((rows_ > 0 && time_ns < last_time_ns_) || time_ns > kLastTimeNs || time_ns < -kLastTimeNs) {

@@ -2,13 +2,13 @@
 #include "tools/convert/dataflash/firmware_correction.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 namespace {
@@ -85,12 +85,12 @@ Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
       code != std::floor(code)) {
     return BadInputError("AHRS_ORIENTATION is not a supported rotation");
   }
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const Euler& euler = kOrientations[static_cast<std::size_t>(code)];
-  Eigen::Matrix3d rotation = (Eigen::AngleAxisd(euler.yaw * kDegree, Eigen::Vector3d::UnitZ()) *
-                              Eigen::AngleAxisd(euler.pitch * kDegree, Eigen::Vector3d::UnitY()) *
-                              Eigen::AngleAxisd(euler.roll * kDegree, Eigen::Vector3d::UnitX()))
-                                 .toRotationMatrix();
+  Eigen::Matrix3d rotation =
+      (Eigen::AngleAxisd(euler.yaw * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+       Eigen::AngleAxisd(euler.pitch * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(euler.roll * kRadPerDeg, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   // Quarter turns exactly.
   for (double& entry : rotation.reshaped()) {
     if (std::abs(entry - std::round(entry)) < 1e-12) entry = std::round(entry) + 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ArduPilot DataFlash logs (.bin) to a recording. formats.md §1.3.
+// ArduPilot DataFlash logs (.bin) to a recording. docs/converting.md.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -222,7 +222,7 @@ struct Route {
 };
 
 /// Restates what the log's rows hold for the offsets that the manifest names, and takes the motors'
-/// part away: m = D·s·(y + Ofs) + MO. formats.md §3.2.
+/// part away: m = D·s·(y + Ofs) + MO.
 class CompassRows {
  public:
   CompassRows(const Contents& contents, int instance)

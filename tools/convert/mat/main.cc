@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// MATLAB files (.mat) to a recording. formats.md §1.1.
+// MATLAB files (.mat) to a recording. docs/converting.md.
 #include <algorithm>
 #include <array>
 #include <charconv>

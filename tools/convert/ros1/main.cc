@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 1 bags (.bag) to a recording. formats.md §1.3.
+// ROS 1 bags (.bag) to a recording. docs/converting.md.
 #include <memory>
 #include <string>
 

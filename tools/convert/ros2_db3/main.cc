@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 2 bags in SQLite (.db3) to a recording. formats.md §1.3.
+// ROS 2 bags in SQLite (.db3) to a recording. docs/converting.md.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
