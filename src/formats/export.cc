@@ -15,7 +15,7 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   std::string text = std::string(TriadName(triad)) + ": off by at most " +
                      RoundedText(loss.largest, 2) + " " + std::string(TruthUnitName(triad)) +
                      " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
-  if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigmas";
+  if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
   if (const auto& rates = loss.at_rates) {
     text += "; at temperature rates of " + RoundedText(rates->range_degcps[0], 2) + " to " +
             RoundedText(rates->range_degcps[1], 2) + " degC/s by at most " +

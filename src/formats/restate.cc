@@ -96,13 +96,13 @@ Status HoldThermal(Triad triad,
     thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
-    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the matrix; it is the value" +
+    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the matrix; used the values" +
                         where);
     sensor->model.sensitivity = constant.sensitivity;
     thermal.sensitivity.clear();
   }
   if (!thermal.bias.empty() && capacity.bias_order == 0) {
-    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the bias; it is the value" +
+    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the bias; used the values" +
                         where);
     sensor->model.bias = constant.bias;
     thermal.bias.clear();

@@ -227,7 +227,7 @@ TEST_P(Autopilots, StateTheLossThatTheirEquationReallyHas) {
         AllOf(
             Contains("accelerometer: thermal terms of the bias reduced from order 5 to 3"),
             Contains(
-                "accelerometer: dropped: thermal terms of the matrix; it is the value at 25 degC"),
+                "accelerometer: dropped: thermal terms of the matrix; used the values at 25 degC"),
             Contains("gyroscope: dropped: g-sensitivity"),
             Contains("gyroscope: dropped: gains and misalignment; offsets only"),
             Contains(HasSubstr("magnetometer: dropped: a rotation by"))));
@@ -264,7 +264,7 @@ TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
   EXPECT_LT((found - truth).norm() / truth.norm(), kFloat32);
   EXPECT_THAT(
       result.notes,
-      Contains("magnetometer: dropped: thermal terms of the bias; it is the value at 60 degC"));
+      Contains("magnetometer: dropped: thermal terms of the bias; used the values at 60 degC"));
   const Result<Export> outside =
       ExportCalibration(unit, GetParam().name, {.temperature_degc = 80.0});
   ASSERT_FALSE(outside);

@@ -93,7 +93,7 @@ Result<ExportOptions> ParseOptions() {
 }
 
 void PrintLoss(const Export& result) {
-  std::printf("  %-14s %12s %12s %10s %8s\n", "off by", "at most", "RMS", "of", "sigmas");
+  std::printf("  %-14s %12s %12s %10s %8s\n", "off by", "at most", "RMS", "of", "sigma");
   for (const Triad triad : kTriads) {
     if (!result.loss[triad]) continue;
     const ExportLoss& loss = *result.loss[triad];
