@@ -376,7 +376,7 @@ TEST_F(Convert, ReadsMatricesStructsAndColumnsOfAMatFile) {
                 HasSubstr("accelerometer: taken from imu.acc"));
     const Finished without_units = Run("mat", file);
     EXPECT_EQ(without_units.exit_code, 1);
-    EXPECT_THAT(without_units.err, HasSubstr("the unit of the accelerometer is not stated"));
+    EXPECT_THAT(without_units.err, HasSubstr("the unit of the accelerometer is missing"));
   }
 }
 

@@ -118,7 +118,7 @@ TEST_F(TemperatureSweep, RefusesTheStaticCalibrationOfAnotherUnit) {
   ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*other)));
   const Finished named = Calibrate("static=" + folder_.Path("static.yaml"));
   EXPECT_EQ(named.exit_code, 2);
-  EXPECT_THAT(named.err, HasSubstr("is of device another"));
+  EXPECT_THAT(named.err, HasSubstr("is the calibration of another"));
   other->serial = serial;
   ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*other)));
   const Finished unnamed = Calibrate("static=" + folder_.Path("static.yaml"));

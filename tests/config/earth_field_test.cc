@@ -171,11 +171,11 @@ TEST_F(EarthFieldInExperiment, ChecksTheFieldThatWasFound) {
   Calibration strong = WithField(62.0, 63.0);
   CheckField(experiment, &strong);
   EXPECT_THAT(strong.messages,
-              ElementsAre(AllOf(HasSubstr("62.0 uT, not 48.2"), Not(HasSubstr("dip")))));
+              ElementsAre(AllOf(HasSubstr("62.0 uT, expected 48.2"), Not(HasSubstr("dip")))));
 
   Calibration tilted = WithField(62.0, -63.0);
   CheckField(experiment, &tilted);
-  EXPECT_THAT(tilted.messages, ElementsAre(HasSubstr("dip of -63.0 deg, not 63.1")));
+  EXPECT_THAT(tilted.messages, ElementsAre(HasSubstr("dip of -63.0 deg, expected 63.1")));
 
   Calibration counts = WithField(500.0, 63.0);
   counts.sensors[Triad::kMagnetometer]->input_unit = "counts";

@@ -242,7 +242,7 @@ TEST_F(ScenarioConfig, NamesFileAndLineOfEachErrorAllAtOnce) {
                       "  - turntable: { axis: z, rates_degps: [10, 0] }\n"
                       "  - tumble: { duration_s: -1 }\n"
                       "  - wobble: {}\n"),
-              AllOf(HasSubstr("scenario.yaml:2: seed: `-1` is no seed"),
+              AllOf(HasSubstr("scenario.yaml:2: seed: `-1` is not a seed"),
                     HasSubstr("scenario.yaml:3: count: 1 to 9999 units"),
                     HasSubstr(":6: sensors.accelerometer.noise.noise_density_ug_rthz: `-3` is out"),
                     HasSubstr(":7: sensors.accelerometer.sampling.rate_hz: `0` is out of range"),
@@ -251,7 +251,7 @@ TEST_F(ScenarioConfig, NamesFileAndLineOfEachErrorAllAtOnce) {
                     HasSubstr(":11: motion[0].poses.rest_s: `0` is out of range"),
                     HasSubstr(":12: motion[1].turntable.rates_degps: a rate of zero"),
                     HasSubstr(":13: motion[2].tumble.duration_s: `-1` is out of range"),
-                    HasSubstr(":14: motion[3]: one of poses, turn, turntable, tumble")));
+                    HasSubstr(":14: motion[3]: expected one of poses, turn, turntable, tumble")));
 }
 
 TEST_F(ScenarioConfig, RefusesWhatIsSaidTwice) {
@@ -259,10 +259,10 @@ TEST_F(ScenarioConfig, RefusesWhatIsSaidTwice) {
               HasSubstr("says the same as"));
   EXPECT_THAT(SensorError(Triad::kAccelerometer,
                           "sensitivity: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], scale_error: 0.1"),
-              HasSubstr("keep either"));
+              HasSubstr("keep one"));
   EXPECT_THAT(
       SensorError(Triad::kMagnetometer, "noise: { sample_sigma_ut: 1, noise_density_ut_rthz: 1 }"),
-      HasSubstr("keep either"));
+      HasSubstr("keep one"));
   EXPECT_THAT(SensorError(Triad::kAccelerometer, "unit: counts, si_per_count: 1, counts_per_g: 3"),
               HasSubstr("says the same as"));
   EXPECT_THAT(ErrorOf(kHead + kSensors + "motion: [{ poses: { attitudes: cube }, turn: {} }]\n"),
@@ -288,7 +288,7 @@ TEST_F(ScenarioConfig, NamesTheFileThatIsWrong) {
   folder_.Write("base.yaml", kHead + "base: other.yaml\nseed: x\n");
   EXPECT_THAT(ErrorOf(kHead + "base: base.yaml\n" + kSensors + kMotion),
               AllOf(HasSubstr("base.yaml:2: base: this scenario is the base of another"),
-                    HasSubstr("base.yaml:3: seed: `x` is no seed")));
+                    HasSubstr("base.yaml:3: seed: `x` is not a seed")));
   folder_.Write("poses.yaml", "program: 1\nposes: []\n");
   EXPECT_THAT(
       ErrorOf(kHead + kSensors + "motion: [{ poses: { attitudes: { file: poses.yaml } } }]\n"),
@@ -387,7 +387,7 @@ TEST_F(ScenarioConfig, TakesEverySeedOf64BitsAndNoOther) {
             18446744073709551615U);
   for (const std::string seed : {"-1", "1.5", "18446744073709551616", "abc"}) {
     EXPECT_THAT(ErrorOf(kHead + "seed: " + seed + "\n" + kSensors + kMotion),
-                HasSubstr("scenario.yaml:2: seed: `" + seed + "` is no seed"));
+                HasSubstr("scenario.yaml:2: seed: `" + seed + "` is not a seed"));
   }
 }
 
