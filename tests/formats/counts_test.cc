@@ -120,7 +120,7 @@ TEST(CountsFormats, RefuseNumbersThatFirmwareCannotHold) {
   unit.sensors[Triad::kAccelerometer]->model.bias.z() = 40000.0;
   const Result<Export> offset = ExportCalibration(unit, "betaflight");
   ASSERT_FALSE(offset);
-  EXPECT_THAT(offset.error().message, HasSubstr("would be 40000, outside of -32768 to 32767"));
+  EXPECT_THAT(offset.error().message, HasSubstr("would be 40000, outside -32768 to 32767"));
   unit = WholeUnit();
   unit.sensors[Triad::kAccelerometer]->model.sensitivity /= 4.0;
   const Result<Export> gain = ExportCalibration(unit, "inav");

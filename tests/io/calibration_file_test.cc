@@ -232,7 +232,7 @@ TEST(CalibrationFile, LeavesOutThousandsOfPoseResidualsAndSaysSo) {
   Calibration calibration = Awkward();
   calibration.quality.pose_residuals.assign(2001, PoseResidual());
   const std::string text = CalibrationToYaml(calibration);
-  EXPECT_THAT(text, HasSubstr("# Left out: 2001 rows"));
+  EXPECT_THAT(text, HasSubstr("# Omitted: 2001 rows"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
   EXPECT_TRUE(reread->quality.pose_residuals.empty());

@@ -100,7 +100,7 @@ TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
               AllOf(HasSubstr("motions.yaml:2"),
                     HasSubstr("10 to 5"),
                     HasSubstr("has no place in the recording"),
-                    HasSubstr("`w` is none of"),
+                    HasSubstr("`w` is not among"),
                     HasSubstr("either `turns` or `degrees`"),
                     HasSubstr("exclude each other"),
                     HasSubstr("angle is zero")));

@@ -156,7 +156,7 @@ TEST_F(Manifest, RejectsValuesItDoesNotKnow) {
   const auto error = [&](const std::string& keys) {
     return ReadingError(WriteStream(keys + axes_));
   };
-  EXPECT_THAT(error("    separator: '|'\n"), HasSubstr("separator: `|` is none of"));
+  EXPECT_THAT(error("    separator: '|'\n"), HasSubstr("separator: `|` is not among"));
   EXPECT_THAT(error("    header: maybe\n"), HasSubstr("is not among true, false, auto"));
   EXPECT_THAT(error("    ragged: yes\n"), HasSubstr("neither allow nor refuse"));
   EXPECT_THAT(error("    skip_lines: -1\n"), HasSubstr("must not be negative"));
@@ -313,7 +313,7 @@ TEST_F(Manifest, RefusesPoseRangesThatMakeNoSense) {
   EXPECT_THAT(error("poses: [{first: 5, last: 4}]\n"), HasSubstr("are not a range"));
   EXPECT_THAT(error("poses: [{first: 0, last: 4}, {first: 4, last: 9}]\n"),
               HasSubstr("inside or before"));
-  EXPECT_THAT(error("poses: [{first: 0, last: 4, face: up}]\n"), HasSubstr("none of +x -x"));
+  EXPECT_THAT(error("poses: [{first: 0, last: 4, face: up}]\n"), HasSubstr("not among +x -x"));
   EXPECT_THAT(error("poses: []\n"), HasSubstr("empty"));
 }
 
