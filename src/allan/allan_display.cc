@@ -5,11 +5,10 @@
 #include <numbers>
 
 #include "report/format.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 Interval Scaled(const Interval& interval, double factor) {
   return {factor * interval.value, factor * interval.low, factor * interval.high};
@@ -19,7 +18,7 @@ Interval Scaled(const Interval& interval, double factor) {
 
 AllanScale ShownScale(const AllanTriad& triad) {
   if (!triad.si_per_count) return {1.0, DisplayUnit(triad.unit.name)};
-  if (triad.triad == Triad::kGyroscope) return {*triad.si_per_count * kDegreesPerRadian, "deg/s"};
+  if (triad.triad == Triad::kGyroscope) return {*triad.si_per_count * kDegPerRad, "deg/s"};
   return {*triad.si_per_count, DisplayUnit(TruthUnitName(triad.triad))};
 }
 

@@ -41,7 +41,7 @@ void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
   const auto read = [&](std::string_view key, const Range& range, double* value) {
     ReadNumber(is_first ? reader.RequireChild(key) : reader.Child(key), range, value);
   };
-  read("latitude_deg", {-90.0, 90.0, "a latitude of -90 to 90 degrees"}, &site.latitude_deg);
+  read("latitude_deg", kLatitudeDeg, &site.latitude_deg);
   read("height_m", {-1000.0, 20000.0, "a height in metres"}, &site.height_m);
   if (double longitude = 0.0; ReadNumber(reader.Child("longitude_deg"),
                                          {-180.0, 360.0, "a longitude of -180 to 360 degrees"},
@@ -67,15 +67,11 @@ void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate
   }
   StatedEarthRate stated = earth_rate->value_or(StatedEarthRate());
   double latitude = 0.0;
-  if (ReadNumber(reader.Child("latitude_deg"),
-                 {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                 &latitude)) {
+  if (ReadNumber(reader.Child("latitude_deg"), kLatitudeDeg, &latitude)) {
     stated.latitude = latitude;
   }
   double declination = 0.0;
-  if (ReadNumber(reader.Child("declination_deg"),
-                 {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive,"},
-                 &declination)) {
+  if (ReadNumber(reader.Child("declination_deg"), kDeclinationDeg, &declination)) {
     stated.declination = declination;
   }
   reader.RejectUnknown();
@@ -86,24 +82,19 @@ void ReadReference(YamlReader reader, Draft* draft) {
   if (!reader) return;
   ReferenceOptions& reference = draft->experiment.options.reference;
   ReadStated(reader.Child("gravity_mps2"),
-             {9.7, 9.9, "gravity at the Earth's surface in m/s^2, 9.7 to 9.9,"},
+             {9.7, 9.9, "gravity at the Earth's surface in m/s^2, 9.7 to 9.9"},
              false,
              &draft->gravity_mps2);
   ReadPosition(reader.Child("position"), &draft->experiment.position);
   if (YamlReader field = reader.Child("field")) {
     // No upper end: people normalise the field to 1 or use coils.
     ReadStated(field.Child("strength_ut"), kPositive, true, &draft->strength_ut);
-    ReadStated(field.Child("dip_deg"),
-               {-90.0, 90.0, "a dip of -90 to 90 degrees, positive when the field points down,"},
-               true,
-               &draft->dip_deg);
+    ReadStated(field.Child("dip_deg"), kDipDeg, true, &draft->dip_deg);
     ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
     ReadChoice(field.Child("site"), kFieldSites, &draft->field_site);
     field.RejectUnknown();
   }
-  ReadNumber(reader.Child("temperature_degc"),
-             {-273.15, 1000.0, "a temperature in degC"},
-             &reference.temperature_degc);
+  ReadNumber(reader.Child("temperature_degc"), kTemperatureDegc, &reference.temperature_degc);
   ReadEarthRate(reader.Child("earth_rate"), &draft->earth_rate);
   reader.RejectUnknown();
 }
@@ -166,7 +157,7 @@ void ReadOrder(YamlReader reader, int most, int* order, bool* is_auto) {
   if (value >= 0 && value <= most) {
     *order = value;
   } else {
-    reader.Fail("an order of 0 (none) to " + std::to_string(most) + ", or auto, is expected");
+    reader.Fail("expected an order of 0 (none) to " + std::to_string(most) + ", or auto");
   }
 }
 
@@ -177,7 +168,7 @@ void ReadRegression(YamlReader reader, ThermalOptions* thermal) {
   if (reader.IsScalar()) {
     if (!IsWord(reader, "full") && !IsWord(reader, "none")) {
       reader.Fail(
-          "`full`, `none` or a list of factors is expected: reading, temperature, rate, ambient, "
+          "expected `full`, `none` or a list of factors: reading, temperature, rate, ambient, "
           "ambient_rate");
     }
     return;
@@ -228,26 +219,26 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
   } else if (int lags = 0; lag.Read(&lags)) {
     thermal->lags_auto = false;
     thermal->lags = lags;
-    if (lags < 0 || lags > 2) lag.Fail("0, 1 or 2 lags are expected, or auto");
+    if (lags < 0 || lags > 2) lag.Fail("expected 0, 1 or 2 lags, or auto");
   }
   if (YamlReader knots = reader.Child("knots"); knots.IsSequence()) {
     thermal->knots_degc.clear();
     thermal->find_knots = 0;
     for (const YamlReader& item : knots.Items()) {
       double degc = 0.0;
-      if (ReadNumber(item, {-273.15, 1000.0, "a temperature in degC"}, &degc)) {
+      if (ReadNumber(item, kTemperatureDegc, &degc)) {
         thermal->knots_degc.push_back(degc);
       }
     }
     if (!std::is_sorted(
             thermal->knots_degc.begin(), thermal->knots_degc.end(), std::less_equal<>())) {
-      knots.Fail("temperatures from the lowest to the highest are expected, each once");
+      knots.Fail("expected temperatures in increasing order, each once");
     }
   } else if (int count = 0; knots.Read(&count)) {
     thermal->knots_degc.clear();
     thermal->find_knots = count;
     if (count < 0 || count > 3) {
-      knots.Fail("temperatures [31.5, …] or the number of knots to find, 0 to 3, are expected");
+      knots.Fail("expected temperatures [31.5, …], or the number of knots to find, 0 to 3");
     }
   }
   reader.Optional("smooth_knots", &thermal->smooth_knots);
@@ -282,7 +273,7 @@ void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
   ReadNumber(reader.Child("window_s"), kPositive, &windows->window_s);
   if (YamlReader samples = reader.Child("window_samples");
       samples.Read(&windows->window_samples) && windows->window_samples < 1) {
-    samples.Fail("at least 1 sample is expected");
+    samples.Fail("expected at least 1 sample");
   }
   if (windows->window_s > 0.0 && windows->window_samples > 0) {
     reader.Fail("window_s and window_samples exclude each other; keep one");
@@ -290,7 +281,7 @@ void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
   reader.Optional("attitudes", &draft->pose_file);
   reader.RejectUnknown();
   if (reader.IsScalar()) {
-    reader.Fail("`auto` is expected, or { window_s: … } or { window_samples: … }");
+    reader.Fail("expected `auto`, { window_s: … } or { window_samples: … }");
   }
 }
 
@@ -304,12 +295,12 @@ void ReadPoses(YamlReader reader, Draft* draft) {
     int said = 0;
     if (YamlReader detect = reader.Child("detect")) {
       ++said;
-      if (!IsWord(detect, "auto")) detect.Fail("`auto` is expected");
+      if (!IsWord(detect, "auto")) detect.Fail("expected `auto`");
     }
     if (YamlReader every = reader.Child("every")) {
       ++said;
       poses.kind = PoseSelectionKind::kEveryN;
-      if (every.Read(&poses.every) && poses.every < 1) every.Fail("at least 1 row is expected");
+      if (every.Read(&poses.every) && poses.every < 1) every.Fail("expected at least 1 row");
     }
     if (reader.Optional("column", &poses.column)) {
       ++said;
@@ -332,7 +323,7 @@ void ReadPoses(YamlReader reader, Draft* draft) {
     }
     reader.RejectUnknown();
     if (reader.IsMap() && said != 1) {
-      reader.Fail("one of detect, every, column, file, motion, sweep is expected, or every_row");
+      reader.Fail("expected one of detect, every, column, file, motion, sweep, or every_row");
     }
   }
   draft->experiment.poses = poses;
@@ -361,7 +352,7 @@ void ReadAttitudes(YamlReader reader, Draft* draft) {
   }
   reader.RejectUnknown();
   if (reader.IsMap() && attitudes.kind == AttitudeKind::kNone) {
-    reader.Fail("one of six_face, file is expected, or none");
+    reader.Fail("expected one of six_face, file, or none");
   }
   if (six_face && file) reader.Fail("six_face and file exclude each other; keep one");
 }
@@ -383,7 +374,7 @@ void ReadTurns(YamlReader reader, Draft* draft) {
     for (YamlReader& item : held_out.Items()) item.Read(&config.held_out_turns.emplace_back());
   }
   reader.RejectUnknown();
-  if (draft->turns_file.empty()) reader.Fail("`file:` with the turns is expected, or none");
+  if (draft->turns_file.empty()) reader.Fail("expected `file:` with the turns, or none");
 }
 
 void ReadRates(YamlReader reader, Draft* draft) {
@@ -397,7 +388,7 @@ void ReadRates(YamlReader reader, Draft* draft) {
   ReadNumber(reader.Child("sigma_degps"), kNotNegative, &config.rate_sigma_degps);
   ReadNumber(reader.Child("axis_sigma_deg"), kNotNegative, &config.rate_axis_sigma_deg);
   reader.RejectUnknown();
-  if (draft->rates_file.empty()) reader.Fail("`file:` with the rates is expected, or none");
+  if (draft->rates_file.empty()) reader.Fail("expected `file:` with the rates, or none");
 }
 
 void ReadRobust(YamlReader reader, RobustOptions* robust) {
@@ -446,7 +437,7 @@ void ReadLimits(YamlReader reader, LimitOptions* options) {
 void ReadCrossValidation(YamlReader reader, int* folds) {
   if (!reader) return;
   if (YamlReader child = reader.Child("folds"); child.Read(folds) && (*folds < 0 || *folds == 1)) {
-    child.Fail("0 (none) or at least 2 folds are expected");
+    child.Fail("expected 0 (none) or at least 2 folds");
   }
   reader.RejectUnknown();
 }
@@ -556,7 +547,7 @@ void SettleField(Draft* draft, Fail fail) {
       take("strength_ut", earth->strength_ut, earth->strength_sigma_ut, &draft->strength_ut);
       take("dip_deg", earth->dip_deg, earth->dip_sigma_deg, &draft->dip_deg);
     } else if (!draft->strength_ut.value || !draft->dip_deg.value) {
-      fail("reference.field: `site: clean` takes the field from the position, but " +
+      fail("reference.field: `site: clean` needs the field at the position, but " +
            experiment.no_earth_field);
     }
   }
@@ -578,7 +569,7 @@ void SettleEarthRate(Draft* draft, Fail fail) {
   }
   if (!rate.latitude) {
     fail(
-        "reference.earth_rate: the latitude is not known; give `latitude_deg:`, or "
+        "reference.earth_rate: the latitude is missing; give `latitude_deg:` or "
         "`reference.position`");
   }
   const bool has_place = experiment.position && experiment.position->longitude_deg &&
@@ -587,8 +578,8 @@ void SettleEarthRate(Draft* draft, Fail fail) {
     draft->given.insert("reference.earth_rate.declination_deg");
     rate.declination = experiment.earth_field->declination_deg;
   } else if (!rate.declination && has_place && !experiment.no_earth_field.empty()) {
-    fail("reference.earth_rate: the declination is not known, " + experiment.no_earth_field +
-         "; or give `declination_deg:`");
+    fail("reference.earth_rate: the declination is missing, because " + experiment.no_earth_field +
+         "; fix that or give `declination_deg:`");
   }
   draft->experiment.options.reference.earth_rate = EarthRateOptions{
       rate.latitude.value_or(0.0) * kRadPerDeg, rate.declination.value_or(0.0) * kRadPerDeg};
@@ -603,7 +594,7 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
   experiment->reference_given = draft.given.contains("reference.temperature_degc");
   if (experiment->poses.kind != PoseSelectionKind::kSweep) {
     if (!draft.static_file.empty()) {
-      fail("static: belongs to `poses: { sweep: auto }`, whose terms it completes; remove it");
+      fail("static: applies only to `poses: { sweep: auto }`; remove it");
     }
     for (const Triad triad : kTriads) {
       const ThermalOptions& thermal = options.triads[triad].thermal;
@@ -615,14 +606,14 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
     return;
   }
   options.sweep.emplace();
-  if (experiment->plan) fail("plan: is about poses, not about a sweep; remove one of them");
+  if (experiment->plan) fail("plan: applies to poses, not to a sweep; remove one of them");
   // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
   // is a small part of the temperatures.
   constexpr int kSweepFolds = 14;
   if (!draft.given.contains("cross_validation.folds")) options.cross_validation_folds = kSweepFolds;
   if (!(draft.turns_file.empty() && draft.rates_file.empty()) ||
       options.attitudes.kind != AttitudeKind::kNone) {
-    fail("turns:, rates: and attitudes: belong to recordings of poses, not to `poses: { sweep }`");
+    fail("turns:, rates: and attitudes: apply to poses, not to `poses: { sweep }`; remove them");
   }
   if (options.initialise.only) fail("initialise.only: a sweep has no start values; remove it");
   for (const Triad triad : kTriads) {
@@ -662,7 +653,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
 
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {
-    fail("gauge: fixture needs attitudes from outside; give `attitudes:` or another gauge");
+    fail("gauge: fixture needs known attitudes; give `attitudes:` or choose another gauge");
   }
 
   bool any_enabled = false;
@@ -697,7 +688,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (!has_gyroscope && !(draft->turns_file.empty() && draft->rates_file.empty())) {
     fail(
-        "turns: and rates: calibrate the gyroscope, which is not among the sensors; list it, or "
+        "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:` or "
         "remove them");
   }
   experiment.poses.known_motions = draft->known_motions;
@@ -709,7 +700,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
       fail(
-          "turns: and rates: belong to recordings with rests, not to `poses: { motion }`; remove "
+          "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "
           "one of them");
     }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};

@@ -54,7 +54,7 @@ void ReadWorld(YamlReader reader, Draft* draft) {
       ReadNumber(strength, kPositive, &world->field_ut);
     }
     double dip_deg = 0.0;
-    if (ReadNumber(field.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &dip_deg)) {
+    if (ReadNumber(field.Child("dip_deg"), kDipDeg, &dip_deg)) {
       world->dip_rad = dip_deg * kRadPerDeg;
     }
     field.RejectUnknown();
@@ -64,14 +64,10 @@ void ReadWorld(YamlReader reader, Draft* draft) {
   } else if (rate) {
     SimulatedWorld::EarthRate earth;
     double degrees = 0.0;
-    if (ReadNumber(rate.RequireChild("latitude_deg"),
-                   {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.RequireChild("latitude_deg"), kLatitudeDeg, &degrees)) {
       earth.latitude_rad = degrees * kRadPerDeg;
     }
-    if (ReadNumber(rate.Child("declination_deg"),
-                   {-180.0, 180.0, "a declination of -180 to 180 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.Child("declination_deg"), kDeclinationDeg, &degrees)) {
       earth.declination_rad = degrees * kRadPerDeg;
     }
     rate.RejectUnknown();
@@ -100,12 +96,12 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
     const auto [parsed_to, failure] = std::from_chars(text.data(), end, scenario.seed);
     if (failure != std::errc() || parsed_to != end) {
       seed.Fail("`" + text +
-                "` is no seed; a whole number from 0 to 18446744073709551615 is expected");
+                "` is not a seed; expected a whole number from 0 to 18446744073709551615");
     }
   }
   if (YamlReader count = root.Child("count")) {
     if (count.Read(&scenario.count) && (scenario.count < 1 || scenario.count > 9999)) {
-      count.Fail("1 to 9999 units are expected");
+      count.Fail("expected 1 to 9999 units");
     }
   }
   ReadWorld(root.Child("world"), draft);
@@ -136,7 +132,7 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
   }
   base->RequireChild("scenario");
   if (YamlReader further = base->Child("base")) {
-    further.Fail("this scenario is the base of another and must not have one itself");
+    further.Fail("this scenario is the base of another, so it cannot have a base itself");
   }
   ReadDocument(*base, file, draft);
   if (const Status status = base->status(); !status) errors->push_back(status.error().message);

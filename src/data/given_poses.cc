@@ -43,8 +43,8 @@ Status GivenPoses::Validate() const {
   }
   if (selection_.kind == PoseSelectionKind::kColumn && !info_.Find(leading_)->has_pose_column) {
     return BadInputError(info_.path +
-                         ": there is no column that numbers the poses; expected a column `pose` "
-                         "(0 = moving): name yours with `poses: { column: NAME }`");
+                         ": has no column with pose numbers; expected a column `pose` (0 = "
+                         "moving), or name yours with `poses: { column: NAME }`");
   }
   if (selection_.kind != PoseSelectionKind::kRanges) return {};
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
@@ -52,9 +52,9 @@ Status GivenPoses::Validate() const {
     if (follows && End(i) >= Begin(i)) continue;
     if (IsByTime()) {
       return BadInputError(Spoken(i) + " overlaps with " + Spoken(i - 1) +
-                           "; expected stretches without overlap");
+                           "; expected times without overlap");
     }
-    return BadInputError(Spoken(i) + " is no range" +
+    return BadInputError(Spoken(i) + " is not a range" +
                          (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
                          "; expected first <= last, both 0-based, in file order, without overlap");
   }
@@ -282,8 +282,8 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
       2 * last_block_rows_ < selection_.every) {
     poses_.pop_back();
     warnings->push_back("the last " + std::to_string(last_block_rows_) +
-                        " row(s) do not fill half a pose of " + std::to_string(selection_.every) +
-                        " and are left out");
+                        " row(s) fill less than half a pose of " +
+                        std::to_string(selection_.every) + " rows and are skipped");
   }
   return std::move(poses_);
 }

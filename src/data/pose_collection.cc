@@ -59,11 +59,10 @@ std::string HowOf(const PoseSelection& selection) {
 
 Status CheckCanDetect(const RecordingInfo& info, const StaticDetectorOptions& options) {
   if (!info.has_time) {
-    return BadInputError(
-        info.path +
-        ": there is no time, so rests cannot be told from motion by their duration; expected a "
-        "time column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or poses "
-        "that are given (`poses: every_row`, `poses: { every: 100 }`, …)");
+    return BadInputError(info.path +
+                         ": has no time, so rests cannot be detected; add a time column, state the "
+                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
+                         "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
   }
   if (!(options.min_duration_s > 0.0) || !(options.max_knock_s >= 0.0)) {
     return BadInputError("static detection: min_duration_s is " +
@@ -77,13 +76,13 @@ Status CheckCanDetect(const RecordingInfo& info, const StaticDetectorOptions& op
 Status CheckCanFollowMotion(const RecordingInfo& info) {
   if (!info.has_time) {
     return BadInputError(info.path +
-                         ": there is no time, so motion cannot be followed; expected a time "
-                         "column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+                         ": has no time, so motion cannot be tracked; add a time column, or state "
+                         "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   if (info.Find(Triad::kGyroscope) == nullptr || info.Find(Triad::kAccelerometer) == nullptr) {
     return BadInputError(info.path +
-                         ": motion is followed by the gyroscope and levelled by the "
-                         "accelerometer; expected the columns of both");
+                         ": motion needs both gyroscope and accelerometer to track the attitude; "
+                         "add the missing columns");
   }
   return {};
 }
@@ -92,8 +91,8 @@ Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selectio
   for (const Triad triad : kTriads) {
     if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
     return BadInputError(info.path + ": a time offset of the " + std::string(TriadName(triad)) +
-                         " is stated, but there is no time; remove `time_offset_s`, or say the "
-                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+                         " is stated, but the recording has no time; remove `time_offset_s`, or "
+                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
 }
@@ -127,13 +126,13 @@ Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selecti
   if (selection.turns.empty() && selection.rates.empty()) return {};
   if (info.Find(Triad::kGyroscope) == nullptr) {
     return BadInputError(info.path +
-                         ": turns or rates are stated, but there is no gyroscope that saw them");
+                         ": turns or rates are stated, but the recording has no gyroscope");
   }
   if (!selection.turns.empty() && !info.has_time) {
-    return BadInputError(info.path +
-                         ": turns are stated, but there is no time over which rates add up to "
-                         "angles; expected a time column, or a rate in a manifest (`time: {unit: "
-                         "samples, rate_hz: 100}`)");
+    return BadInputError(
+        info.path +
+        ": turns are stated, but the recording has no time to integrate them; add a time column, "
+        "or state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
 }
@@ -155,11 +154,11 @@ Status CheckRowsAreRests(const RecordingInfo& info,
       rows <= kMostRests) {
     return {};
   }
-  return BadInputError(
-      info.path + ": `poses: every_row` makes more than " + std::to_string(kMostRests) +
-      " rests of its rows, between which a gyroscope sees no turns; say `poses: { detect: auto }` "
-      "where the unit rests now and then, `poses: { motion: { spacing_s: 0.1 } }` where it is "
-      "tumbled, or leave the gyroscope out");
+  return BadInputError(info.path + ": `poses: every_row` gives more than " +
+                       std::to_string(kMostRests) +
+                       " rests, with no turns between them for the gyroscope; state `poses: { "
+                       "detect: auto }` if the unit rests now and then, `poses: { motion: { "
+                       "spacing_s: 0.1 } }` if it is tumbled, or disable the gyroscope");
 }
 
 // How the unit was moved, as its sensors saw it: " (the gyroscope read up to 3.2 rad/s)".
@@ -184,14 +183,11 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
   std::snprintf(least.data(), least.size(), "%g s", options.min_duration_s);
-  return NotEnoughError(
-      set.source + ": no rest was found in " + duration.data() + MotionSeen(set) +
-      "; expected poses in which the unit is still for at least " + least.data() +
-      ", and more so than in between: hold each pose longer, or say where the poses are "
-      "(`poses:`); a unit that is tumbled on purpose " +
-      (has_both ? "is followed by `poses: { motion: { spacing_s: 0.1 } }`"
-                : "can be followed by `poses: { motion: { spacing_s: 0.1 } }` where the log has "
-                  "gyroscope and accelerometer"));
+  return NotEnoughError(set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
+                        "; expected poses with the unit still for at least " + least.data() +
+                        "; hold each pose longer, or state the poses (`poses:`); for a unit "
+                        "tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
+                        (has_both ? "" : ", which needs gyroscope and accelerometer"));
 }
 
 // Names the turns that tell nothing, those of one reason together.
@@ -220,7 +216,7 @@ void AddMoveWarnings(PoseSet* set) {
     if (moves.size() == 1) {
       const std::size_t from = moves.front()->from;
       set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
-                              number(from + 1) + " is left out: " + fault);
+                              number(from + 1) + " is skipped: " + fault);
       continue;
     }
     std::string list;
@@ -229,12 +225,11 @@ void AddMoveWarnings(PoseSet* set) {
     }
     if (moves.size() > kNamed) list += ", …";
     set->warnings.push_back(std::to_string(moves.size()) +
-                            " turns into the next pose are left out, those from poses " + list +
-                            ": " + fault);
+                            " turns are skipped, those starting at poses " + list + ": " + fault);
   }
   if (unnamed > 0) {
     set->warnings.push_back(std::to_string(unnamed) +
-                            " more turns are left out for reasons like these");
+                            " more turns are skipped for similar reasons");
   }
 }
 
@@ -248,7 +243,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   const bool detect = selection.kind == PoseSelectionKind::kDetect;
   const bool motion = selection.kind == PoseSelectionKind::kMotion;
   const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
-  if (!leading) return BadInputError(info.path + ": no triad's columns were found");
+  if (!leading) return BadInputError(info.path + ": has no sensor columns");
 
   PerTriad<std::optional<StreamMonitor>> monitors;
   PerTriad<StreamMonitor*> monitor_of;
@@ -315,7 +310,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (progress) progress(source.progress());
   }
   if (monitors[*leading]->samples() == 0) {
-    return BadInputError(info.Find(*leading)->file + ": there is no reading of the " +
+    return BadInputError(info.Find(*leading)->file + ": has no readings of the " +
                          std::string(TriadName(*leading)) +
                          "; expected rows of numbers: check the columns and the separator");
   }

@@ -21,9 +21,8 @@ constexpr double kLongerBatchLevel = 1e-3;
 // than that is harmless.
 constexpr double kNoisierLevel = 1e-6;
 constexpr double kNoisierFactor = 1.5;
-// A long pose is kept in so many segments; the parts that are compared.
+// A long pose is kept in so many segments.
 constexpr std::size_t kMostSegments = 128;
-constexpr std::size_t kEighths = 8;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
   if (dof < kEnoughDof || than_dof < kEnoughDof || variance <= than) return false;

@@ -15,7 +15,6 @@ constexpr double kMovedShare = 0.005;
 constexpr double kWanderShare = 0.03;
 constexpr double kClearFactor = 8.0;
 constexpr std::size_t kMostListed = 12;
-constexpr std::size_t kEighths = 8;
 // A clock that is off by this share of a rest leaves little of it.
 constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.
@@ -162,21 +161,21 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
         triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
     std::array<char, 64> size{};
     std::snprintf(size.data(), size.size(), "by up to %.2g ", rests.largest_raw);
-    const std::string words = std::string(TriadName(triad)) + ": its readings move within " +
+    const std::string words = std::string(TriadName(triad)) + ": readings change within " +
                               std::to_string(rests.moving) + " of " + std::to_string(rests.known) +
                               " rests, " + size.data() + set->Find(triad)->unit.name +
                               ", while the " + std::string(TriadName(still)) + " is still";
     if (2 * rests.moving > rests.known || sees_other_rests) {
       set->not_at_rest[triad] =
           words +
-          (lag_s ? ": a clock that is late or early puts the turns into the rests"
-                 : ": either its clock is late or early (`time_offset_s`), or " +
-                       std::string(triad == Triad::kMagnetometer ? "iron or current nearby changes"
-                                                                 : "the poses are not where it "
-                                                                   "rests"));
+          (lag_s ? ": its clock is delayed or early, so turns fall into rests"
+                 : ": either its clock is delayed or early (correct it with `time_offset_s`), or " +
+                       std::string(triad == Triad::kMagnetometer
+                                       ? "iron or current nearby changes"
+                                       : "the stated poses are not where it rests"));
       continue;
     }
-    set->warnings.push_back(words + "; left out there (poses " + NumbersOf(rests.moves, *set) +
+    set->warnings.push_back(words + "; skipped for these poses (" + NumbersOf(rests.moves, *set) +
                             ")");
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) set->poses[i].triads[triad].reset();

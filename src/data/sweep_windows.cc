@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "math/distributions.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -27,14 +28,12 @@ constexpr double kTimeShare = 1.0 / 400.0;
 // Neighbours on each side that say where a cell should be, and how many σ it may be off.
 constexpr std::size_t kNeighbours = 5;
 constexpr double kFarOffSigmas = 10.0;
-constexpr double kMadToSigma = 1.4826;
 constexpr double kDisturbedFactor = 4.0;
 constexpr double kDisturbedLevel = 1e-9;
 // More rows than this are counted, not named.
 constexpr std::size_t kNamed = 10;
 // A change of specific force from one window to the next that no temperature makes.
 constexpr double kTurnedShare = 0.03;
-constexpr std::string_view kAxes = "xyz";
 
 // What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
 // 1968). `time` increases.
@@ -159,9 +158,8 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
 Status SweepCutter::Validate() const {
   if (!info_.has_time) {
     return BadInputError(info_.path +
-                         ": there is no time, so how fast the temperature changes is not known; "
-                         "expected a time column, or a rate in a manifest (`time: {unit: samples, "
-                         "rate_hz: 100}`)");
+                         ": has no time, so the temperature rate is unknown; add a time column, or "
+                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   const bool has_temperature =
       std::any_of(info_.streams.begin(), info_.streams.end(), [](const StreamInfo& stream) {
@@ -169,18 +167,17 @@ Status SweepCutter::Validate() const {
       });
   if (!has_temperature) {
     return BadInputError(info_.path +
-                         ": has no temperature, which a sweep is about; expected a column "
-                         "`temperature[degC]`, or `temperature:` of a stream in a manifest");
+                         ": has no temperature, but a sweep needs it; add a column "
+                         "`temperature[degC]`, or `temperature:` to a stream in a manifest");
   }
   const bool has_ambient = std::any_of(info_.streams.begin(),
                                        info_.streams.end(),
                                        [](const StreamInfo& stream) { return stream.has_ambient; });
   if (selection_.sweep.ambient && !has_ambient) {
     return BadInputError(info_.path +
-                         ": has no ambient temperature, which is a factor of `thermal: { "
-                         "regression }`; expected a column `ambient_temperature[degC]`, or "
-                         "`ambient_temperature:` of a stream in a manifest; or name the factors "
-                         "without it");
+                         ": has no ambient temperature, but it is a factor of `thermal: { "
+                         "regression }`; add a column `ambient_temperature[degC]`, or "
+                         "`ambient_temperature:` to a stream in a manifest, or remove that factor");
   }
   std::int64_t previous = -1;
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
@@ -197,8 +194,8 @@ Status SweepCutter::Validate() const {
   for (const StreamInfo& stream : info_.streams) {
     if (stream.file == info_.Find(leading_)->file) continue;
     return BadInputError(info_.path + ": " + stream.file + " and " + info_.Find(leading_)->file +
-                         " have rows of their own, so rows cannot say where windows and attitudes "
-                         "of both are; state `window_s`, or put all sensors into one file");
+                         " have separate rows, so row numbers are ambiguous for windows and "
+                         "attitudes; state `window_s`, or put all sensors into one file");
   }
   return {};
 }
@@ -365,8 +362,8 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
           const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
           variances.push_back(window.scatter_raw(axis, axis) / dof / median);
         }
-        const std::string name =
-            std::string(TriadName(stream.triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
+        const std::string name = std::string(TriadName(stream.triad)) + " " +
+                                 kAxisLetters[static_cast<std::size_t>(axis)];
         const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
         for (std::size_t i = 0; i < odd.size(); ++i) {
           if (odd[i]) leave_out(index[i], name);
@@ -398,11 +395,10 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
                                  ? "row " + std::to_string(first)
                                  : "rows " + std::to_string(first) + " to " + std::to_string(last);
     set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
-                                  Fixed1(track.degc[i]) +
-                                  " degC): far from their neighbours: " + reasons[i]);
+                                  Fixed1(track.degc[i]) + " degC): outliers: " + reasons[i]);
   }
   if (count > kNamed) {
-    set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places like these");
+    set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places with outliers");
   }
 }
 
@@ -503,12 +499,11 @@ Status SweepCutter::CheckHeld(const PoseSet& set) const {
     if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
     const double change = (after->mean_raw - before->mean_raw).norm();
     if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
-    return NotEnoughError(
-        set.source + ": the accelerometer jumps between the rows " +
-        std::to_string(set.poses[k - 1].last_row) + " and " +
-        std::to_string(set.poses[k].first_row) +
-        ", as if the unit was turned; say where each attitude was held: `poses: { sweep: { "
-        "attitudes: poses.yaml } }`");
+    return NotEnoughError(set.source + ": the accelerometer jumps between the rows " +
+                          std::to_string(set.poses[k - 1].last_row) + " and " +
+                          std::to_string(set.poses[k].first_row) +
+                          ", as if the unit was turned; state when each attitude was held: `poses: "
+                          "{ sweep: { attitudes: poses.yaml } }`");
   }
   return {};
 }
@@ -563,13 +558,13 @@ void SweepCutter::NameTurns(PoseSet* set) const {
           is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
     }
     if (!is_largest) continue;
-    const double degrees = std::atan2(size, reading(i).mean_raw.norm()) * 180.0 / std::numbers::pi;
-    set->warnings.push_back(
-        "about row " + std::to_string(set->poses[index[i]].first_row) +
-        " the accelerometer steps across gravity on all axes as if the unit was turned by " +
-        Fixed1(degrees) +
-        " degrees, and stays so: no temperature does that; fix the unit and repeat, or say where "
-        "each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`");
+    const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
+    set->warnings.push_back("near row " + std::to_string(set->poses[index[i]].first_row) +
+                            " the accelerometer steps as if the unit was turned by " +
+                            Fixed1(degrees) +
+                            " degrees and stays there, which is not a thermal effect; fix the unit "
+                            "in place and repeat, or state when each attitude was held: `poses: { "
+                            "sweep: { attitudes: poses.yaml } }`");
   }
 }
 
@@ -589,15 +584,16 @@ Status SweepCutter::Finish(PoseSet* set) {
   }
   constexpr double kNotable = 0.01;
   if (static_cast<double>(without) > kNotable * static_cast<double>(seen)) {
-    set->warnings.push_back("left out: " +
+    set->warnings.push_back("skipped: " +
                             std::to_string(std::lround(100.0 * static_cast<double>(without) /
                                                        static_cast<double>(seen))) +
-                            " % of the time, when no temperature was read for more than a minute");
+                            " % of the time, without a temperature reading for more than a minute");
   }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
   if (cells_.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +
-                          " windows; a sweep needs at least " + std::to_string(kFewestCells) +
+    return NotEnoughError(set->source + ": has temperatures in only " +
+                          std::to_string(cells_.size()) + " windows; a sweep needs at least " +
+                          std::to_string(kFewestCells) +
                           ": record longer, or state shorter windows");
   }
   std::vector<double> time_s, degc;
@@ -618,11 +614,11 @@ Status SweepCutter::Finish(PoseSet* set) {
                                      set->sweep.ambient.degc.end(),
                                      [](double value) { return std::isfinite(value); });
     if (2 * known < std::ssize(set->sweep.ambient.degc)) {
-      return BadInputError(set->source + ": the ambient temperature has values in " +
+      return BadInputError(set->source + ": the ambient temperature has values in only " +
                            std::to_string(known) + " of " +
                            std::to_string(set->sweep.ambient.degc.size()) +
-                           " pieces of the sweep; record it all the time, or name the factors of "
-                           "`regression` without it");
+                           " windows of the sweep; record it throughout, or remove it from the "
+                           "factors of `regression`");
     }
   }
   set->sweep.temperature = *std::move(track);
@@ -630,25 +626,26 @@ Status SweepCutter::Finish(PoseSet* set) {
   MakeWindows(set);
   if (set->poses.size() < kFewestCells) {
     return NotEnoughError(set->source + ": " + std::to_string(set->poses.size()) +
-                          " windows are left; a sweep needs at least " +
-                          std::to_string(kFewestCells));
+                          " windows remain; a sweep needs at least " +
+                          std::to_string(kFewestCells) +
+                          ": record longer, or state shorter windows");
   }
   if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
     set->warnings.push_back(
-        "the recording has more windows than memory is used for; they are longer than stated: " +
+        "the recording has too many windows for memory; windows are longer than stated: " +
         (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
                            : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
   }
   for (const std::string& left_out : set->sweep.left_out) {
-    set->warnings.push_back("left out: " + left_out);
+    set->warnings.push_back("skipped: " + left_out);
   }
   const double taken =
       thermometer_.hold_s() > 0.0 ? (time_s.back() - time_s.front()) / thermometer_.hold_s() : 1e9;
   if (taken < static_cast<double>(kFewestReadings)) {
-    set->warnings.push_back("the thermometer is read once in " + Fixed1(thermometer_.hold_s()) +
+    set->warnings.push_back("the thermometer is read only every " + Fixed1(thermometer_.hold_s()) +
                             " s and repeated in between: " + Fixed1(taken) +
-                            " readings tell little of a sweep, at least " +
-                            std::to_string(kFewestReadings) + " are expected; read it more often");
+                            " readings are too few for a sweep, expected at least " +
+                            std::to_string(kFewestReadings) + "; read it more often");
   } else {
     // Of so few readings the windows are as wide as their steps.
     NameTurns(set);

@@ -127,7 +127,7 @@ Result<Eigen::Vector2d> CommonRange(const Calibration& calibration) {
     if (!(range[0] <= reference && reference <= range[1])) {
       return BadInputError("ardupilot needs the reference temperature (" +
                            RoundedText(reference, 4) + " degC for the " +
-                           std::string(TriadName(triad)) + ") inside the calibrated range (" +
+                           std::string(TriadName(triad)) + ") within the calibrated range (" +
                            RoundedText(range[0], 4) + " to " + RoundedText(range[1], 4) +
                            " degC, common to accelerometer and gyroscope); calibrate with another "
                            "reference.temperature_degc");
@@ -160,11 +160,12 @@ Status WriteImu(const WriteRequest& request,
           scale.minCoeff() < kMinScale || scale.maxCoeff() > kMaxScale) {
         warnings->emplace_back(
             "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales "
-            "outside of 0.8 to 1.2");
+            "outside 0.8 to 1.2");
       }
     } else {
       warnings->emplace_back(
-          "gyroscope: ArduPilot learns its offsets again at every start unless INS_GYR_CAL is 0");
+          "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
+          "keep them");
     }
     if (!sensor->thermal) continue;
     any_thermal = true;
@@ -207,8 +208,8 @@ Status WriteCompass(const WriteRequest& request,
   out->Vector(names.off_diagonal, {D(0, 1), D(0, 2), D(1, 2)});
   out->Float(names.scale, 1.0);
   warnings->emplace_back(
-      "magnetometer: ArduPilot corrects after turning the readings into the vehicle's axes: these "
-      "values hold for a compass mounted straight (orientation None)");
+      "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
+      "these values are valid only for a compass without rotation (orientation None)");
   return {};
 }
 

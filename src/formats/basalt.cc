@@ -38,10 +38,10 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       members.push_back(JsonText(name + "_bias_std") + ": " + ListText((*noise)->random_walk));
       rate_hz = (*noise)->rate_hz;
     } else {
-      warnings->emplace_back(
-          std::string(TriadName(triad)) + ": " + name + "_noise_std and " + name +
-          "_bias_std are left to be filled in; --allan=FILE with white noise and "
-          "random walk of every axis gives them");
+      warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +
+                             name +
+                             "_bias_std are missing; give --allan=FILE with white noise and random "
+                             "walk of every axis, or fill them in");
     }
   }
   if (rate_hz > 0.0) members.push_back(JsonText("imu_update_rate") + ": " + NumberText(rate_hz));

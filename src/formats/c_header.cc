@@ -360,7 +360,7 @@ static inline uint32_t truetriad_calibration_crc32(void) {
           "expected truth x y z. */\n" +
           tests.text() +
           R"(
-/* 1: the numbers are whole and every row above comes out as expected. */
+/* Returns 1 if the CRC is right and every row above gives the expected truth. */
 static inline int truetriad_self_test(void) {
   float truth[3], error;
   int i, j;

@@ -87,14 +87,14 @@ Result<Carried> Read(const ReadRequest& request) {
     }
     if (kind == nullptr) {
       return BadInputError(file.suffix +
-                           ": the name does not say which sensor this is; names that " +
-                           "end in _acc.calib and _gyro.calib are expected, as imu_tk writes them");
+                           ": cannot tell the sensor from the name; expected names ending in "
+                           "_acc.calib and _gyro.calib, as written by imu_tk");
     }
     const Result<std::vector<double>> numbers = Numbers(file);
     TRUETRIAD_RETURN_IF_ERROR(numbers);
     if (numbers->size() != kNumbers) {
-      return BadInputError(file.suffix + ": holds " + std::to_string(numbers->size()) +
-                           " numbers; T (9), K (9) and B (3) are expected");
+      return BadInputError(file.suffix + ": contains " + std::to_string(numbers->size()) +
+                           " numbers; expected T (9), K (9) and B (3)");
     }
     const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers->data());
     const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers->data() + 9);
@@ -122,8 +122,10 @@ Result<Carried> Read(const ReadRequest& request) {
 
 Format ImuTkFormat() {
   Format format;
-  format.info = {
-      "imu-tk", "imu_tk, a file each for accelerometer and gyroscope", Arithmetic::kFloat64, true};
+  format.info = {"imu-tk",
+                 "imu_tk, one file each for accelerometer and gyroscope",
+                 Arithmetic::kFloat64,
+                 true};
   format.gauge = Gauge::kAccelZ;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     format.capacity[triad] = {.held = true, .matrix = MatrixForm::kFull, .free_unit = true};

@@ -5,6 +5,7 @@
 
 #include "formats/format.h"
 #include "formats/matlab_values.h"
+#include "truetriad/base/triad.h"
 
 // MATLAB, in double, as a script (.m) or .mat: structs accel, gyro and mag with
 //
@@ -32,10 +33,9 @@ Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
     }
   };
   const std::string name(TriadName(triad));
-  constexpr std::string_view kAxes = "xyz";
-  for (const char axis : kAxes) list(name + ".bias." + axis);
-  for (const char row : kAxes) {
-    for (const char col : kAxes) list(name + ".sensitivity." + row + col);
+  for (const char axis : kAxisLetters) list(name + ".bias." + axis);
+  for (const char row : kAxisLetters) {
+    for (const char col : kAxisLetters) list(name + ".sensitivity." + row + col);
   }
   constexpr std::size_t kEntries = 12;
   if (places.size() != kEntries) return {};

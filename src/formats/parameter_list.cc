@@ -37,7 +37,7 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
     const std::string place = file.suffix + ":" + std::to_string(number) + ": ";
     if (fields.size() < name_field + 2) {
       return BadInputError(place + "`" + line +
-                           "` is no parameter: a name and a value are expected");
+                           "` is not a parameter; expected a name and a value");
     }
     const std::string& text = fields[name_field + 1];
     float value = 0.0F;
@@ -46,8 +46,7 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
       return BadInputError(place + fields[name_field] + ": `" + text + "` is not a number");
     }
     if (!list.values_.emplace(fields[name_field], value).second) {
-      return BadInputError(place + fields[name_field] +
-                           " is there twice; which one counts is not known");
+      return BadInputError(place + fields[name_field] + " occurs twice; remove one");
     }
   }
   return list;

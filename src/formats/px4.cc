@@ -96,8 +96,8 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
     if (id) {
       out.Integer(prefix + "ID", *id);
     } else {
-      warnings->emplace_back(name + ": without --id PX4 uses these values only if " + prefix +
-                             "ID is already that of the sensor");
+      warnings->emplace_back(name + ": without --id, PX4 uses these values only if " + prefix +
+                             "ID already matches the sensor");
     }
     const Eigen::Matrix3d correction = sensor->model.Correction();
     for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       constexpr double kMaxScale = 3.0;
       if (correction.diagonal().minCoeff() < kMinScale ||
           correction.diagonal().maxCoeff() > kMaxScale) {
-        warnings->emplace_back(name + ": PX4 takes scales between 0.1 and 3 only");
+        warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
       }
     }
     if (names.triad == Triad::kMagnetometer) {

@@ -30,8 +30,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
                "\n      }";
   }
   warnings->emplace_back(
-      "RealSense corrects in the frame of the depth camera (x right, y down, z forward): record "
-      "and "
+      "RealSense corrects in the depth camera's frame (x right, y down, z forward); record and "
       "calibrate in those axes");
   std::string text = "{\n  \"device_type\": \"D435i\",\n  \"imus\": [\n    {" + sensors +
                      "\n    }\n  ],\n  \"comment\": " + JsonText(request.comment) + "\n}\n";

@@ -12,6 +12,7 @@
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
+#include "truetriad/base/triad.h"
 
 // The digital calibration record for the quality department: values with expanded uncertainties
 // (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
@@ -58,9 +59,9 @@ std::vector<Reference> References(const Calibration& calibration) {
         {name,
          (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
              unit,
-         nominal       ? "nominal: the gains that rest on it are relative"
-         : sigma > 0.0 ? "known with this uncertainty, which is part of that of the results"
-                       : "stated in the experiment, taken as exact"});
+         nominal       ? "nominal: gains based on it are relative"
+         : sigma > 0.0 ? "known with this uncertainty, which is included in that of the results"
+                       : "stated in the experiment, assumed exact"});
   };
   add("gravity", "reference.gravity_mps2", reference.gravity_mps2, "m/s²", false);
   if (reference.field_ut) {
@@ -86,11 +87,10 @@ std::string Temperatures(const Calibration& calibration) {
 
 std::string Traceability(const Calibration& calibration) {
   std::string text =
-      "Values are traceable as far as their references are: gravity and field as stated above, "
-      "angles "
-      "to the geometry of free rotations. ";
+      "Values are traceable as far as their references are: gravity and field as stated above, and "
+      "for angles the geometry of free rotations. ";
   if (calibration.reference.field_nominal) {
-    text += "The strength of the field was not known: gains of the magnetometer are relative. ";
+    text += "The field strength was unknown, so the magnetometer's gains are relative. ";
   }
   return text +
          "The recordings are identified by their SHA-256; the covariance of all values and the "
@@ -110,7 +110,7 @@ std::string UncertaintyStatement(const Calibration& calibration) {
 
 std::string StatusText(const Calibration& calibration) {
   if (!calibration.within_limits) return "no limits were stated";
-  return *calibration.within_limits ? "within all stated limits" : "outside of the stated limits";
+  return *calibration.within_limits ? "within all stated limits" : "outside the stated limits";
 }
 
 // ------------------------------------------------------------------------------------------- JSON
@@ -204,7 +204,6 @@ std::string RecordJson(const WriteRequest& request) {
 
 /// Values with expanded uncertainties, one column an axis.
 Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance) {
-  constexpr std::string_view kAxes = "xyz";
   Table table{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}};
   const auto add = [&table](std::string label, const auto& cell, std::string unit) {
     table.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
@@ -222,7 +221,7 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
                               const std::string& unit) {
     for (int row = 0; row < 3; ++row) {
       add(
-          label + " " + kAxes[static_cast<std::size_t>(row)],
+          label + " " + kAxisLetters[static_cast<std::size_t>(row)],
           [&](int col) { return with_u(matrix(row, col), sigma(row, col)); },
           unit);
     }
@@ -306,7 +305,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   conditions.rows.push_back({"poses",
                              std::to_string(calibration.quality.poses) + ", " +
                                  std::to_string(calibration.quality.rejected_poses.size()) +
-                                 " left out"});
+                                 " rejected"});
   conditions.rows.push_back({"temperature", Temperatures(calibration)});
   Table references{{"reference", "value", "how known"}, "lll", {}};
   for (const Reference& reference : References(calibration)) {
@@ -320,9 +319,9 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (sensor) body += HtmlOf(ResultTable(triad, *sensor, calibration.covariance));
   }
-  body += Element(
-      "p",
-      UncertaintyStatement(calibration) + " Values without U are held by the gauge or on request.");
+  body += Element("p",
+                  UncertaintyStatement(calibration) +
+                      " Values without U are fixed by the gauge or by the experiment.");
   body +=
       "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "
       "by</div></div>\n";

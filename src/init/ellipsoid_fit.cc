@@ -212,14 +212,12 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   start.centre = mean;
   const Vector3d spread =
       (start.Map(points).rowwise().squaredNorm() / static_cast<double>(points.size())).cwiseSqrt();
-  const Error undetermined = NotEnoughError(
-      count +
-      " do not determine an ellipsoid: they lie on or near one plane or another surface, or on too "
-      "small a part of the sphere; add attitudes in which every axis points up, down and level, "
-      "and "
-      "some on edges and corners: six faces alone suffice for `model: diagonal`, or with "
-      "`attitudes: "
-      "{ six_face: {} }`");
+  const Error undetermined =
+      NotEnoughError(count +
+                     " do not determine an ellipsoid: they lie close to a plane or another "
+                     "surface, or cover too little of the sphere; add attitudes with every axis "
+                     "up, down and level, and some on edges and corners (six faces alone are "
+                     "enough for `model: diagonal` or with `attitudes: { six_face: {} }`)");
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
@@ -237,9 +235,9 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
     }
   }
   if (!best) {
-    return NotEnoughError("the surface that fits " + count +
-                          " best is not an ellipsoid; add attitudes, or look for readings "
-                          "disturbed by motion or magnetic objects");
+    return NotEnoughError("the best fit to " + count +
+                          " is not an ellipsoid; add attitudes, or look for readings disturbed by "
+                          "motion or magnetic objects");
   }
   const Eigen::Matrix3Xd sphere = best->Map(points);
   Ellipsoid ellipsoid;

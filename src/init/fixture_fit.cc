@@ -61,7 +61,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 double strength) {
   CHECK_EQ(readings.size(), fixture_from_body.size());
   const Error not_enough = NotEnoughError(
-      "the known attitudes do not show how the fixture stands: five or more are needed, about "
+      "the fixture's orientation is unobservable from these attitudes; give at least five, about "
       "several axes, with every axis up and down");
   if (readings.size() < kFewestPoses) return not_enough;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(readings.size()), 3);

@@ -144,8 +144,8 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   constexpr std::size_t kMinPairs = 4;
   if (pairs < kMinPairs) {
     return NotEnoughError(std::to_string(pairs) +
-                          " poses cannot determine how the triads stand to each other; at least "
-                          "4 in different attitudes are needed");
+                          " poses are too few to align the sensors' axes with each other; record "
+                          "at least 4 in different attitudes");
   }
   const double weight = 1.0 / static_cast<double>(pairs);
   Moments moments;
@@ -195,9 +195,10 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
-    return NotEnoughError("the attitudes of the " + std::to_string(pairs) +
-                          " poses do not determine how the triads stand to each other: a turn of "
-                          "one changes nothing; add poses tilted about another axis");
+    return NotEnoughError("the alignment between the sensors' axes is unobservable from these " +
+                          std::to_string(pairs) +
+                          " poses: one sensor could be rotated without any effect; add poses "
+                          "tilted about another axis");
   }
   std::sort(alignments.begin(),
             alignments.end(),

@@ -68,8 +68,8 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   const Vector9& values = svd.singularValues();
   if (!(std::sqrt(values[8]) > kThinTurns * std::sqrt(values[0]))) {
     return NotEnoughError(
-        "gyroscope: the turns between the poses do not show all of its axes; turn the unit about "
-        "three different axes, each both ways");
+        "gyroscope: the turns between the poses do not cover all of its axes; turn the unit about "
+        "three different axes, each in both directions");
   }
   const Vector9 solution = svd.solve(gradient);
   const Eigen::Matrix3d correction = solution.reshaped(3, 3);
@@ -105,7 +105,8 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   }
   if (!model.triad.sensitivity.allFinite()) {
     return NotEnoughError(
-        "gyroscope: its readings do not explain how gravity turned between the poses");
+        "gyroscope: its readings do not match how gravity turned between the poses; check its "
+        "unit, axes and time stamps");
   }
   return model.triad.sensitivity;
 }
@@ -131,8 +132,8 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   const Eigen::Vector3d extent = scatter.selfadjointView<Eigen::Lower>().eigenvalues();
   if (!sensitivity && !(std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]))) {
     return NotEnoughError(
-        "gyroscope: the motion does not show all of its axes; turn the unit about three different "
-        "axes, each both ways");
+        "gyroscope: the motion does not cover all of its axes; turn the unit about three different "
+        "axes, each in both directions");
   }
   const double spread = std::sqrt(extent.sum() / std::max(count, 1.0));
 
@@ -178,7 +179,9 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   model.sensitivity = sensitivity.value_or(correction.inverse());
   model.bias = bias_raw.value_or(centre + model.sensitivity * found.tail<3>());
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
-    return NotEnoughError("gyroscope: its readings do not explain how gravity turned in the body");
+    return NotEnoughError(
+        "gyroscope: its readings do not match how gravity turned in the body frame; check its "
+        "unit, axes and time stamps");
   }
   return model;
 }

@@ -160,9 +160,8 @@ class CsvFile {
     file_.Write({text_.data(), filled});
     text_.clear();
     if (went_back_) {
-      return BadInputError(name_ +
-                           ": samples of the recording come too late for its rows to be "
-                           "put in the order of time");
+      return BadInputError(
+          name_ + ": samples of the recording are too far out of order to sort its rows by time");
     }
     return file_.status();
   }

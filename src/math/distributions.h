@@ -24,6 +24,9 @@ struct KolmogorovSmirnov {
 /// `values`: at least one, none NaN; those outside [0, 1] count as very unlikely, as they should.
 KolmogorovSmirnov KolmogorovSmirnovUniform(std::vector<double> values);
 
+/// The median of |e| times this is the σ of normal e.
+inline constexpr double kMadToSigma = 1.4826;
+
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.
 double Median(std::vector<double> values);
 

@@ -22,6 +22,8 @@
 #include "problem/parameter_name.h"
 #include "problem/start_values.h"
 #include "solve/reduced_system.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
@@ -31,7 +33,6 @@ constexpr std::array kPlannedTriads = {
     Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
 // Readings of a gyroscope to come, Hz: what counts is the density of their noise.
 constexpr double kPlannedRateHz = 100.0;
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
@@ -48,7 +49,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
-  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxes[static_cast<std::size_t>(axis)];
+  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxisLetters[static_cast<std::size_t>(axis)];
 }
 
 // Poses that between them have every temperature to come, and every face of a six-face block.
@@ -83,8 +84,9 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   for (const Triad triad : kPlannedTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
-      return BadInputError(measured.source + ": the experiment wants the " +
-                           std::string(TriadName(triad)) + ", but the recording has none");
+      return BadInputError(
+          measured.source + ": the " + std::string(TriadName(triad)) +
+          " is enabled but missing from the recording; record it, or remove it from `sensors:`");
     }
     StreamSummary stream;
     stream.triad = triad;
@@ -104,7 +106,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to plan for");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -132,9 +134,10 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     auto summary = Calibrate(measured, solved);
     TRUETRIAD_RETURN_IF_ERROR(summary);
     if (summary->calibration.IsUsable()) calibrated = std::move(summary->calibration);
-    messages_.push_back(calibrated ? "linearised at the calibration of what is measured"
-                                   : "what is measured is not enough for a calibration; linearised "
-                                     "at the nominal values");
+    messages_.push_back(
+        calibrated
+            ? "linearised at the calibration of the recording"
+            : "the recording is not enough for a calibration; linearised at the nominal values");
   }
   const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
   nominal_.reference << *reference.gravity_mps2.value,
@@ -150,8 +153,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       nominal_.models[triad] = options.nominal[triad];
     } else if (unit.is_counts && !sensor.fixed_sensitivity) {
       return BadInputError(std::string(TriadName(triad)) +
-                           ": readings in counts have no scale of their own; state about how many "
-                           "counts a true unit makes, as in `plan: { nominal: { " +
+                           ": readings are in counts of unknown size; state roughly how many "
+                           "counts one true unit is, as in `plan: { nominal: { " +
                            std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
       const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
@@ -181,9 +184,9 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                           Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
     }
     if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back("dip unknown: planned for " +
-                          Format("%.3g deg (plan.nominal.dip_deg)",
-                                 nominal_.reference[kDip] * 180.0 / std::numbers::pi));
+      messages_.push_back(
+          "dip unknown: planned for " +
+          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
     }
   }
   if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
@@ -212,8 +215,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       source_[triad] = NoiseSource::kAllan;
       if (!(options.rest_s > 0.0)) {
         return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is a density; state the length of a rest, as in `plan: { "
-                             "rest_s: 5 }`");
+                             ": its noise is a density, so the length of a rest is needed; state "
+                             "it, as in `plan: { rest_s: 5 }`");
       }
     } else if (calibrated) {
       source_[triad] = calibrated->sensors[triad]->noise.source;
@@ -226,11 +229,10 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
         ++count;
       }
       if (count == 0) {
-        return BadInputError(
-            std::string(TriadName(triad)) +
-            ": its noise is not stated; say `noise: { sigma: [x, y, z] }` (of a pose's mean, raw "
-            "unit), `noise: { allan: FILE }` with `plan: { rest_s: … }`, or give a recording with "
-            "rests");
+        return BadInputError(std::string(TriadName(triad)) +
+                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
+                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
+                             "rest_s: … }`, or give a recording with rests");
       }
       rest_covariance_[triad] /= count;
     }
@@ -241,8 +243,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       excess_[triad] = sigma * sigma;
       if (!calibrated) {
         messages_.push_back(std::string(TriadName(triad)) +
-                            ": pose-to-pose noise beyond the noise inside a rest is not known yet "
-                            "and not predicted (state `noise: { excess: { sigma: … } }`)");
+                            ": pose-to-pose noise is unknown and not included in the prediction; "
+                            "state `noise: { excess: { sigma: … } }` if you know it");
       }
     }
   }
@@ -283,8 +285,8 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
     density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
   } else {
     return BadInputError(
-        "gyroscope: how well it sees a turn follows from the σ of its mean at rest and the length "
-        "of that rest; state `plan: { rest_s: 5 }` (s) beside `noise: { sigma: … }`");
+        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
+        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
   }
   stream->rate_hz = kPlannedRateHz;
   stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);
@@ -400,8 +402,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_RETURN_IF_ERROR(summary);
   if (summary->calibration.IsUsable()) return {};
   return NotEnoughError(
-      "the calibration does not find its start from exact readings of these poses (do the sensors "
-      "see too few directions?); allow more poses or other rotations");
+      "start values are unobservable even from noise-free readings of these poses (too few "
+      "directions?); allow more poses or other rotations");
 }
 
 // Nodes with their weights and attitudes, in order; a pose that saw no wanted triad has none.
@@ -578,14 +580,14 @@ void PlanProblem::FindQuantities() {
     const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
       Eigen::Index from = 0;
       map.row(col).cwiseAbs().maxCoeff(&from);
-      return row_of(sensor + ".sensitivity." + kAxes[static_cast<std::size_t>(row)] +
-                    kAxes[static_cast<std::size_t>(from)]) /
+      return row_of(sensor + ".sensitivity." + kAxisLetters[static_cast<std::size_t>(row)] +
+                    kAxisLetters[static_cast<std::size_t>(from)]) /
              gain[row];
     };
     const bool turns = triad == Triad::kGyroscope;
     const double signal = turns ? 1.0 : WorldVector(triad, nominal_.reference).norm();
     for (int i = 0; i < 3; ++i) {
-      const std::string axis = kAxes[static_cast<std::size_t>(i)];
+      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
       add(sensor + ".bias",
           axis,
           std::string(TruthUnitName(triad)),
@@ -593,13 +595,14 @@ void PlanProblem::FindQuantities() {
           row_of(sensor + ".bias." + axis) / gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
-      add(sensor + ".scale_error", kAxes[static_cast<std::size_t>(i)], "", 1.0, entry(i, i));
+      add(sensor + ".scale_error", axis, "", 1.0, entry(i, i));
     }
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         if (i == j) continue;
         add(sensor + ".misalignment_rad",
-            std::string(kAxes[static_cast<std::size_t>(i)]) + kAxes[static_cast<std::size_t>(j)],
+            std::string(1, kAxisLetters[static_cast<std::size_t>(i)]) +
+                kAxisLetters[static_cast<std::size_t>(j)],
             "rad",
             1.0,
             entry(i, j));

@@ -18,7 +18,7 @@ struct ScalarPrior {
   double sigma = 1.0;
 };
 
-// The factor graph of model.md §2: shared parameters, one node a pose, priors.
+// The factor graph (docs/method.md, "Factors"): shared parameters, one node a pose, priors.
 struct PoseGraph {
   SharedLayout layout;
   Eigen::VectorXd shared;

@@ -115,8 +115,8 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
 // World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, see
-// EarthRate. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
-// against the level one: Exp(-t) v.
+// EarthRate. docs/conventions.md, "Frames". In the frame of the attitudes, which a fixture's tilt t
+// turns against the level one: Exp(-t) v.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 // d WorldVector / d (g, B, dip, heading, tilt).

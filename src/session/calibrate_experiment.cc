@@ -53,9 +53,9 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   calibration->serial = experiment.serial.empty() ? loaded->poses.serial : experiment.serial;
   if (!loaded->poses.serial.empty() && calibration->serial != loaded->poses.serial) {
-    calibration->messages.push_back("the recording is of `" + loaded->poses.serial +
-                                    "`, the experiment says `" + experiment.serial +
-                                    "`: check which unit this is");
+    calibration->messages.push_back("the recording is from unit `" + loaded->poses.serial +
+                                    "`, but the experiment states `" + experiment.serial +
+                                    "`; check which unit this is");
   }
   calibration->model = experiment.model;
   calibration->software_version = Version();

@@ -16,8 +16,6 @@
 namespace truetriad {
 namespace {
 
-// MAD of normal noise to σ.
-constexpr double kMadToSigma = 1.4826;
 // Steps finer than this share of the range are noise like any other.
 constexpr double kCoarseShare = 1.0 / 400.0;
 // Noise may add this share of the typical rate.
@@ -209,7 +207,7 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double span = SpanOf(degc);
   if (!(span > 0.0) || !(duration > 0.0)) {
     return NotEnoughError("the temperature is " + std::to_string(degc.front()) +
-                          " degC all the time; a sweep needs one that goes up and down");
+                          " degC throughout; a sweep needs a temperature that goes up and down");
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;

@@ -74,7 +74,7 @@ struct AllanNoise {
 
 /// Which entries of a sensitivity's temperature terms are free.
 enum class ThermalMatrix {
-  kFull,      ///< All that the gauge leaves free; model.md §3.
+  kFull,      ///< All that the gauge leaves free.
   kDiagonal,  ///< A gain an axis.
   kScale,     ///< One number: all gains change by the same share.
 };
@@ -177,7 +177,8 @@ struct ReferenceOptions {
   /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
   Knowledge field_ut;
   Knowledge dip_rad;
-  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. model.md §1.
+  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
+  /// "Signs".
   bool northern_hemisphere = true;
   /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;

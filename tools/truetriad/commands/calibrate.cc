@@ -34,7 +34,8 @@ Status WriteResult(const Calibration& calibration) {
   // Both or none: what would fail for the second must stop the first.
   for (const char* name : {"calibration.yaml", "report.html"}) {
     if (std::filesystem::is_directory(directory / name)) {
-      return BadInputError((directory / name).string() + ": is a folder where a file is to stand");
+      return BadInputError((directory / name).string() +
+                           ": is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
@@ -62,7 +63,8 @@ Result<int> Run(const std::vector<std::string>&) {
   experiment->options.solver = *solver;
   experiment->input = FLAGS_input.empty() ? ShortPath(experiment->input) : FLAGS_input;
   if (experiment->input.empty()) {
-    return UsageError("no recording: " + FLAGS_config + " has no `input:`; give --input=LOG");
+    return UsageError("no recording: " + FLAGS_config +
+                      " has no `input:`; add it or give --input=LOG");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<Calibration> calibration = [&] {
