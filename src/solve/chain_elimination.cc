@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 namespace truetriad {
 namespace {
 
@@ -180,8 +178,8 @@ void ChainElimination::Linearise(const Eigen::VectorXd& shared) {
   at_ = shared;
   is_linearised_ = true;
   const std::size_t count = problem_.states.size();
-  inverse_factor_.resize(count);
-  gain_.assign(count, Eigen::Matrix3d::Zero());
+  factor_ = ChainFactor();
+  factor_.Reserve(count);
   panels_.clear();
   at_states_.resize(problem_.rows.size());
   std::vector<SquaredRows> squares;
@@ -219,20 +217,14 @@ void ChainElimination::EliminateState(std::size_t k, bool is_linked, Arrow* arro
   const std::size_t count = problem_.states.size();
   // Dimensions that a state does not have stand alone.
   for (int i = TangentSize(problem_.states[k].kind); i < 3; ++i) arrow->pivot(i, i) = 1.0;
-  const Eigen::LLT<Eigen::Matrix3d> factor(arrow->pivot);
-  inverse_factor_[k] = factor.matrixL().solve(Eigen::Matrix3d::Identity());
+  factor_.Append(arrow->pivot, arrow->coupling);
   if (k % kPanelStates == 0) {
     const std::size_t rows = 3 * std::min(kPanelStates, count - k);
     panels_.emplace_back(static_cast<Eigen::Index>(rows), arrow->columns.cols());
   }
   auto whitened = panels_.back().middleRows<3>(3 * static_cast<Eigen::Index>(k % kPanelStates));
-  whitened.noalias() = inverse_factor_[k] * arrow->columns;
-  if (is_linked) {
-    const Eigen::Matrix3d half_gain = inverse_factor_[k] * arrow->coupling;
-    gain_[k].noalias() = inverse_factor_[k].transpose() * half_gain;
-    arrow->next_pivot.noalias() -= half_gain.transpose() * half_gain;
-    arrow->next_columns.noalias() -= half_gain.transpose() * whitened;
-  }
+  whitened.noalias() = factor_.half(k) * arrow->columns;
+  if (is_linked) arrow->next_columns.noalias() -= factor_.gain(k).transpose() * arrow->columns;
   if (k % kPanelStates == kPanelStates - 1 || k + 1 == count) {
     arrow->eliminated.selfadjointView<Eigen::Lower>().rankUpdate(panels_.back().transpose());
   }
@@ -281,7 +273,7 @@ std::vector<ChainState> ChainElimination::StatesAt(const Eigen::VectorXd& shared
       moved.noalias() = panels_[k / kPanelStates] * with_right_side;
     }
     const auto at = 3 * static_cast<Eigen::Index>(k % kPanelStates);
-    step = (-inverse_factor_[k].transpose() * moved.segment<3>(at) - gain_[k] * step).eval();
+    step = (-factor_.half(k).transpose() * moved.segment<3>(at) - factor_.gain(k) * step).eval();
     states[k].values = After(states[k].kind, states[k].values, step);
   }
   return states;
@@ -306,31 +298,21 @@ double ChainElimination::CostAt(const Eigen::VectorXd& shared) const {
 
 std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
   std::vector<Residual> residuals(problem_.rows.size());
-  // Blocks of the inverse of the states' normal matrix: of one, and of one with the next.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero(), with_next;
-  std::size_t end = problem_.rows.size();
-  while (end > 0 && problem_.rows[end - 1].state >= problem_.states.size()) --end;
-  for (std::size_t k = problem_.states.size(); k-- > 0;) {
-    const Eigen::Matrix3d next_covariance = covariance;
-    with_next.noalias() = -gain_[k] * next_covariance;
-    covariance = inverse_factor_[k].transpose() * inverse_factor_[k];
-    covariance.noalias() -= with_next * gain_[k].transpose();
-    for (; end > 0 && problem_.rows[end - 1].state == k; --end) {
-      const std::size_t index = end - 1;
-      const RowAtStates& row = at_states_[index];
-      const std::size_t seen = problem_.rows[index].row->state_count();
-      Eigen::Matrix3d taken = Eigen::Matrix3d::Zero();
-      if (seen > 0) taken = row.by_first * covariance * row.by_first.transpose();
-      if (seen > 1) {
-        const Eigen::Matrix3d cross = row.by_first * with_next * row.by_second.transpose();
-        taken +=
-            cross + cross.transpose() + row.by_second * next_covariance * row.by_second.transpose();
-      }
-      residuals[index].value = row.residual;
-      residuals[index].left.head(problem_.rows[index].row->num_residuals()) =
-          (Eigen::Vector3d::Ones() - taken.diagonal())
-              .head(problem_.rows[index].row->num_residuals());
+  const ChainFactor::Blocks inverse = factor_.Inverse();
+  for (std::size_t index = 0; index < residuals.size(); ++index) {
+    const RowAtStates& row = at_states_[index];
+    const std::size_t seen = problem_.rows[index].row->state_count();
+    const std::size_t k = problem_.rows[index].state;
+    Eigen::Matrix3d taken = Eigen::Matrix3d::Zero();
+    if (seen > 0) taken = row.by_first * inverse.own[k] * row.by_first.transpose();
+    if (seen > 1) {
+      const Eigen::Matrix3d cross = row.by_first * inverse.with_next[k] * row.by_second.transpose();
+      taken += cross + cross.transpose() +
+               row.by_second * inverse.own[k + 1] * row.by_second.transpose();
     }
+    const int rows = problem_.rows[index].row->num_residuals();
+    residuals[index].value = row.residual;
+    residuals[index].left.head(rows) = (Eigen::Vector3d::Ones() - taken.diagonal()).head(rows);
   }
   return residuals;
 }

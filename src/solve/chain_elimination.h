@@ -9,19 +9,17 @@
 
 #include "problem/rows/row.h"
 #include "problem/rows/row_evaluation.h"
+#include "solve/chain_factor.h"
 #include "solve/chain_problem.h"
 #include "solve/eliminated.h"
 
 namespace truetriad {
 
 // A problem linearised, with the states (p_k, their tangent spaces) eliminated from the first to
-// the last, the free shared coordinates t coming last: an arrow. With whitened rows r + J t + A p,
-// the states' part of the normal matrix is block tridiagonal,
-//
-//   N_k: sum of A_k^T A_k    U_k: sum of A_k^T A_k+1    L_k = N_k - U_k-1^T L_k-1^-1 U_k-1
-//
-// and what is left is M = J^T J - J^T A N^-1 A^T J with its gradient. Only what the back
-// substitution needs is kept of each state: time and memory are linear in their number.
+// the last, the free shared coordinates t coming last: an arrow. With whitened rows r + J t + A p
+// and N = A^T A (chain_factor.h), what is left is M = J^T J - J^T A N^-1 A^T J with its gradient.
+// Only what the back substitution needs is kept of each state: time and memory are linear in their
+// number.
 class ChainElimination final : public EliminatedProblem {
  public:
   explicit ChainElimination(ChainProblem problem);
@@ -90,9 +88,8 @@ class ChainElimination final : public EliminatedProblem {
     Eigen::Matrix3d by_first, by_second;
   };
   std::vector<RowAtStates> at_states_;
-  // State by state: Cholesky factor of L_k, inverted, and gain L_k^-1 U_k; and the whitened columns
-  // of shared coordinates and right side, some states a panel.
-  std::vector<Eigen::Matrix3d> inverse_factor_, gain_;
+  ChainFactor factor_;
+  // H_k of the columns A_k^T [J, r] that are left when k is eliminated, some states a panel.
   std::vector<Eigen::MatrixXd> panels_;
 };
 
