@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
 
-Interval Scaled(const Interval& interval, double factor) {
+Interval Displayed(const Interval& interval, double factor) {
   return {factor * interval.value, factor * interval.low, factor * interval.high};
 }
 
@@ -27,7 +27,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   const double factor = scale.shown_per_raw;
   std::vector<AllanCoefficient> coefficients;
   if (axis.white_density) {
-    const Interval value = Scaled(*axis.white_density, factor);
+    const Interval value = Displayed(*axis.white_density, factor);
     coefficients.push_back({.symbol = 'N',
                             .value = value,
                             .unit = scale.unit + "/√Hz",
@@ -37,7 +37,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   }
   if (axis.instability) {
     coefficients.push_back({.symbol = 'B',
-                            .value = Scaled(axis.instability->coefficient, factor),
+                            .value = Displayed(axis.instability->coefficient, factor),
                             .unit = scale.unit,
                             .upper_bound = axis.instability->at_end,
                             .slope = 0.0,
@@ -45,7 +45,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = factor * axis.instability->minimum.value});
   }
   if (axis.random_walk) {
-    const Interval value = Scaled(*axis.random_walk, factor);
+    const Interval value = Displayed(*axis.random_walk, factor);
     coefficients.push_back({.symbol = 'K',
                             .value = value,
                             .unit = scale.unit + "/s/√Hz",
@@ -54,7 +54,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = value.value});
   }
   if (axis.quantisation) {
-    const Interval value = Scaled(*axis.quantisation, factor);
+    const Interval value = Displayed(*axis.quantisation, factor);
     coefficients.push_back({.symbol = 'Q',
                             .value = value,
                             .unit = scale.unit + "·s",

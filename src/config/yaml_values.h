@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "base/angles.h"
 #include "base/named_values.h"
 #include "io/yaml_reader.h"
 
@@ -20,8 +20,6 @@ namespace truetriad {
 
 // The values of files that people write. All readers follow YamlReader: true when the value was
 // read; false when there is none, or when it is wrong, which is then an error of its file.
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 struct Range {
   double lowest = -std::numeric_limits<double>::infinity();

@@ -50,12 +50,12 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
 // speed: an eighth of it would move the mean by an eighth of the share.
 constexpr double kRampShare = 0.001;
 constexpr double kRampFactor = 8.0;
-constexpr std::size_t kEighths = 8;
+constexpr std::size_t kMotionEighths = 8;
 
 Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, const PoseSet& set) {
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
   const double stated = rate.rate_radps.norm();
-  if (eighths.size() != kEighths || stated == 0.0) return {};
+  if (eighths.size() != kMotionEighths || stated == 0.0) return {};
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
   double wander = 0.0;

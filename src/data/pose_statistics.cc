@@ -23,7 +23,7 @@ constexpr double kNoisierLevel = 1e-6;
 constexpr double kNoisierFactor = 1.5;
 // A long pose is kept in so many segments; the parts that are compared.
 constexpr std::size_t kMostSegments = 128;
-constexpr std::size_t kEighths = 8;
+constexpr std::size_t kPoseEighths = 8;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
   if (dof < kEnoughDof || than_dof < kEnoughDof || variance <= than) return false;
@@ -125,7 +125,7 @@ class AxisNoise {
 };
 
 // Correlation matrix of a scatter matrix; an axis without scatter is uncorrelated.
-Eigen::Matrix3d Correlation(const Eigen::Matrix3d& scatter) {
+Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -187,7 +187,7 @@ void FillTriad(Triad triad,
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
     targets[i]->mean_covariance_raw =
-        deviation.asDiagonal() * Correlation(scatter) * deviation.asDiagonal();
+        deviation.asDiagonal() * CorrelationOf(scatter) * deviation.asDiagonal();
     targets[i]->mean_covariance_raw.diagonal() += rounding;
     targets[i]->has_covariance = (targets[i]->mean_covariance_raw.diagonal().array() > 0.0).all();
   }
@@ -269,12 +269,12 @@ void TriadPoseAccumulator::AddToSegments(const TriadWindow& window) {
 }
 
 std::vector<Eigen::Vector3d> TriadPoseAccumulator::Eighths() const {
-  if (segments_.size() < 2 * kEighths) return {};
+  if (segments_.size() < 2 * kPoseEighths) return {};
   std::vector<Eigen::Vector3d> eighths;
-  for (std::size_t part = 0; part < kEighths; ++part) {
+  for (std::size_t part = 0; part < kPoseEighths; ++part) {
     Segment whole;
-    for (std::size_t i = part * segments_.size() / kEighths;
-         i < (part + 1) * segments_.size() / kEighths;
+    for (std::size_t i = part * segments_.size() / kPoseEighths;
+         i < (part + 1) * segments_.size() / kPoseEighths;
          ++i) {
       whole.Merge(segments_[i]);
     }

@@ -15,13 +15,13 @@ constexpr double kMovedShare = 0.005;
 constexpr double kWanderShare = 0.03;
 constexpr double kClearFactor = 8.0;
 constexpr std::size_t kMostListed = 12;
-constexpr std::size_t kEighths = 8;
+constexpr std::size_t kRestEighths = 8;
 // A clock that is off by this share of a rest leaves little of it.
 constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
-double Median(std::vector<double> values) {
+double UpperMedian(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -38,7 +38,7 @@ struct Movement {
 Movement MovementOf(const TriadPoseMoments& moments) {
   Movement movement;
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
-  if (eighths.size() != kEighths || !(moments.window_dof > 0.0 || moments.windows > 0)) {
+  if (eighths.size() != kRestEighths || !(moments.window_dof > 0.0 || moments.windows > 0)) {
     return movement;
   }
   movement.known = true;
@@ -53,7 +53,7 @@ Movement MovementOf(const TriadPoseMoments& moments) {
   }
   if (moments.window_dof > 0.0) {
     movement.noise = (moments.window_scatter_raw.diagonal().array() / moments.window_dof *
-                      (kEighths / static_cast<double>(moments.count)))
+                      (kRestEighths / static_cast<double>(moments.count)))
                          .sqrt();
   }
   return movement;
@@ -100,8 +100,9 @@ MovingRests FindMoving(Triad triad,
   const double range = RangeOf(triad, set);
   Eigen::Array3d limit;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    limit[static_cast<Eigen::Index>(axis)] = std::max(
-        kMovedShare * range, kClearFactor * std::max(Median(wanders[axis]), Median(noises[axis])));
+    limit[static_cast<Eigen::Index>(axis)] =
+        std::max(kMovedShare * range,
+                 kClearFactor * std::max(UpperMedian(wanders[axis]), UpperMedian(noises[axis])));
   }
   for (std::size_t i = 0; i < movements.size(); ++i) {
     if (!movements[i].known) continue;
@@ -120,7 +121,7 @@ MovingRests FindMoving(Triad triad,
 double TypicalRest(const PoseSet& set) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
-  return Median(durations_s);
+  return UpperMedian(durations_s);
 }
 
 std::string NumbersOf(const std::vector<bool>& chosen, const PoseSet& set) {

@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kUnknown =
+constexpr std::string_view kUnknownKeys =
     "it is unknown which corrections the readings already have, so a calibration of them could be "
     "wrong by as much; find out, and state them (docs/recordings.md), or say `none` when the "
     "readings are raw";
@@ -72,7 +72,7 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
     std::string text;
     if (yaml.Read(&text) && text != "none") {
       yaml.Fail(text == "unknown"
-                    ? std::string(kUnknown)
+                    ? std::string(kUnknownKeys)
                     : "`" + text + "` is neither none, unknown nor a map of corrections");
     }
     return std::nullopt;

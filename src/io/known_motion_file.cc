@@ -8,13 +8,12 @@
 #include <string_view>
 #include <utility>
 
+#include "base/angles.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A number in (`above`, inf).
 bool ReadAbove(YamlReader reader, double above, std::string_view expected, double* value) {

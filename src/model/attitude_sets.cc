@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 
+#include "truetriad/math/rotation.h"
+
 namespace truetriad {
 namespace {
 
@@ -73,7 +75,7 @@ std::vector<Eigen::Quaterniond> HandAttitudes() {
     for (int y = -1; y <= 1; ++y) {
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        const auto upright = Eigen::Quaterniond::FromTwoVectors(
+        const auto upright = RotationBetween(
             Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
         for (int heading = 0; heading < 4; ++heading) {
           attitudes.push_back(

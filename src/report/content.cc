@@ -9,6 +9,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/angles.h"
 #include "math/distributions.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
@@ -289,7 +290,6 @@ Section HeldOutSection(const Calibration& calibration) {
 // What the operator stated beside what the gyroscope saw.
 void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   if (turns.empty()) return;
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   section->blocks.emplace_back(Subtitle{"Known turns"});
   Table table{{"turn", "stated", "found", "difference", "σ", "use"}, "lrrrrl", {}};
   for (const TurnCheck& turn : turns) {

@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
+#include "base/angles.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "report/table.h"
@@ -17,9 +16,8 @@
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Longer pose tables are cut in the middle.
-constexpr std::size_t kMaxPoseRows = 60;
+constexpr std::size_t kMaxPoseLines = 60;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
 /// Smallest eigenvalue of the mean of u u^T (1/3 when even) of poses that lie near a plane.
@@ -152,8 +150,8 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   }
   if (table.rows.empty()) return "";
   const std::size_t count = table.rows.size();
-  if (count > kMaxPoseRows) {
-    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseRows / 2);
+  if (count > kMaxPoseLines) {
+    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseLines / 2);
     table.rows.erase(table.rows.begin() + kHalf, table.rows.end() - kHalf);
     table.rows.insert(table.rows.begin() + kHalf,
                       std::vector<std::string>(table.alignment.size(), "…"));
@@ -161,7 +159,7 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return "\nPoses: " + std::string(TriadName(triad)) +
          (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-         std::to_string(count) + (count > kMaxPoseRows ? ", the middle left out\n" : "\n") +
+         std::to_string(count) + (count > kMaxPoseLines ? ", the middle left out\n" : "\n") +
          TextOf(table);
 }
 

@@ -3,18 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
+#include "base/angles.h"
 #include "report/content.h"
 #include "report/format.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 constexpr char kAxisNames[] = "xyz";
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/format.h"
 #include "report/svg.h"
 
 namespace truetriad {
@@ -22,7 +23,6 @@ constexpr double kArrow = 1.85;  // Length of an axis from the centre, in half e
 // Where the looker stands: turned from north to the west, and down.
 constexpr double kAzimuth = 28.0 * std::numbers::pi / 180.0;
 constexpr double kElevation = 24.0 * std::numbers::pi / 180.0;
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 /// Parallel projection of the world (x north, y west, z up).
 class Camera {
@@ -128,7 +128,7 @@ class Picture {
     svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
   }
 
-  static const char* Name(int axis) { return kAxes[static_cast<std::size_t>(axis)]; }
+  static const char* Name(int axis) { return kAxisLabels[static_cast<std::size_t>(axis)]; }
 
   Eigen::Matrix3d rotation_;
   Camera camera_;

@@ -18,8 +18,6 @@ namespace truetriad {
 
 namespace {
 
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-
 std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) {
   std::vector<SweepWindow> windows;
   for (const SweepWindow& window : calibration.quality.sweep_windows) {
@@ -48,7 +46,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   if (windows.empty() || !calibration.sensors[triad]) return "";
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + kAxisLabels[static_cast<std::size_t>(axis)];
   Range degc, bias, time, residual;
   for (const SweepWindow& window : windows) {
     degc.Add(window.degc), time.Add(window.time_s / 60.0);
@@ -141,7 +139,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   }
   const double middle = 0.5 * (values.low + values.high);
   const std::string unit = DisplayUnit(sensor->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + kAxisLabels[static_cast<std::size_t>(axis)];
   Svg svg(760.0, kTop + kRows * kSize + 40.0, name + ": bias over temperature and rate");
   svg.Text(kLeft,
            kTop - 8.0,

@@ -16,12 +16,11 @@
 namespace truetriad {
 namespace {
 
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr int kTemperatureRows = 8;
 constexpr int kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
-  return TriadTitle(axis.triad) + " " + kAxes[static_cast<std::size_t>(axis.axis)];
+  return TriadTitle(axis.triad) + " " + kAxisLabels[static_cast<std::size_t>(axis.axis)];
 }
 
 std::string LagText(double lag_s, double sigma_s) {
@@ -158,7 +157,7 @@ std::string MeanText(const std::vector<const SweepWindow*>& windows, int axis, b
 
 Table DataTable(const Calibration& calibration, Triad triad) {
   Table table{{"T, °C"}, "r", {}};
-  for (const char* axis : kAxes) {
+  for (const char* axis : kAxisLabels) {
     for (const char* what : {" heating", " cooling", " fit"}) {
       table.header.push_back(std::string(axis) + what);
       table.alignment += 'r';
@@ -228,7 +227,7 @@ Table SurfaceTable(const Calibration& calibration,
   for (int axis = 0; axis < 3; ++axis) {
     if (follows_past[static_cast<std::size_t>(axis)]) continue;
     for (const double shown : rates) {
-      table.header.push_back(std::string(kAxes[static_cast<std::size_t>(axis)]) + ", " +
+      table.header.push_back(std::string(kAxisLabels[static_cast<std::size_t>(axis)]) + ", " +
                              Significant(shown, 2) + " °C/s");
       table.alignment += 'r';
     }
@@ -287,7 +286,7 @@ Section SweepSection(const Calibration& calibration) {
     for (int axis = 0; axis < 3; ++axis) {
       if (!follows_past[static_cast<std::size_t>(axis)]) continue;
       section.blocks.emplace_back(
-          TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)] +
+          TriadTitle(triad) + " " + kAxisLabels[static_cast<std::size_t>(axis)] +
           ": its lag is long: the bias depends on the temperatures before, and no table or map of "
           "the present ones shows it.");
     }

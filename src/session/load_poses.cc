@@ -2,17 +2,15 @@
 #include <charconv>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <utility>
 
+#include "base/angles.h"
 #include "io/known_motion_file.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Result<PoseSelection> SelectionOf(const PosesConfig& config) {
   PoseSelection selection;

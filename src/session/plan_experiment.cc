@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
+#include "base/angles.h"
 #include "io/pose_program_file.h"
 #include "model/attitude_sets.h"
 #include "session/settle_experiment.h"
@@ -10,8 +10,6 @@
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// What a recording of the nominal unit would be, before any pose is taken.
 LoadedPoses NothingMeasured(const Experiment& experiment) {

@@ -2,20 +2,18 @@
 #include "session/settle_experiment.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "allan/allan_file.h"
+#include "base/angles.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Each row of the table `file` for the pose of the same number, to be read by `assign`.
 template <typename Assign>

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "base/angles.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
 #include "truetriad/model/thermal.h"
@@ -251,7 +252,6 @@ struct CheckStep {
   /// Attitudes alone do not tell a turn by an angle from one the other way round to the same end.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
-    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
     problems->Require(turn_rad < std::numbers::pi,
                       name + " turns at up to " + Number(std::abs(rate_radps) * kDegPerRad) +
