@@ -26,7 +26,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   const double factor = scale.shown_per_raw;
   std::vector<AllanCoefficient> coefficients;
   if (axis.white_density) {
-    const Interval value = Scaled(*axis.white_density, factor);
+    const Interval value = Displayed(*axis.white_density, factor);
     coefficients.push_back({.symbol = 'N',
                             .value = value,
                             .unit = scale.unit + "/√Hz",
@@ -36,7 +36,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   }
   if (axis.instability) {
     coefficients.push_back({.symbol = 'B',
-                            .value = Scaled(axis.instability->coefficient, factor),
+                            .value = Displayed(axis.instability->coefficient, factor),
                             .unit = scale.unit,
                             .upper_bound = axis.instability->at_end,
                             .slope = 0.0,
@@ -44,7 +44,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = factor * axis.instability->minimum.value});
   }
   if (axis.random_walk) {
-    const Interval value = Scaled(*axis.random_walk, factor);
+    const Interval value = Displayed(*axis.random_walk, factor);
     coefficients.push_back({.symbol = 'K',
                             .value = value,
                             .unit = scale.unit + "/s/√Hz",
@@ -53,7 +53,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = value.value});
   }
   if (axis.quantisation) {
-    const Interval value = Scaled(*axis.quantisation, factor);
+    const Interval value = Displayed(*axis.quantisation, factor);
     coefficients.push_back({.symbol = 'Q',
                             .value = value,
                             .unit = scale.unit + "·s",

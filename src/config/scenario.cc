@@ -19,7 +19,7 @@ namespace truetriad {
 namespace {
 
 /// What the documents have said so far, each read on top of those before it.
-struct Draft {
+struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
   /// Where the sensors and the items of lists stand, "file:line: ", by the words with which
@@ -33,7 +33,7 @@ std::string PlaceOf(const YamlReader& reader) {
   return reader.file() + (is_override ? "" : ":" + std::to_string(reader.line())) + ": ";
 }
 
-void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
+void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
   if (!list.IsSequence()) return;
   int number = 0;
   for (const YamlReader& item : list.Items()) {
@@ -41,7 +41,7 @@ void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
   }
 }
 
-void ReadWorld(YamlReader reader, Draft* draft) {
+void ReadWorld(YamlReader reader, ScenarioDraft* draft) {
   if (!reader) return;
   SimulatedWorld* const world = &draft->scenario.world;
   if (YamlReader gravity = reader.Child("gravity_mps2")) {
@@ -84,7 +84,7 @@ void ReadDevice(YamlReader reader, Scenario* scenario) {
 }
 
 /// Reads one document on top of what the draft holds; files are relative to `file`.
-void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
+void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
   ReadVersion(root.Child("scenario"));
   root.Optional("description", &scenario.description);
@@ -124,7 +124,7 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
 }
 
 /// Reads the scenario that the documents name as their base, if any does.
-void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* errors) {
+void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<std::string>* errors) {
   Result<YamlReader> base = YamlReader::FromFile(file);
   if (!base) {
     errors->push_back(base.error().message);
@@ -141,7 +141,7 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
 /// Each line of `message` after the place of what it is about, or else `path`.
 void AddLines(const std::string& message,
               const std::string& path,
-              const Draft& draft,
+              const ScenarioDraft& draft,
               std::vector<std::string>* errors) {
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
@@ -162,7 +162,7 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
   Result<Documents> documents = Documents::Of(*main, overrides);
   TRUETRIAD_RETURN_IF_ERROR(documents);
 
-  Draft draft;
+  ScenarioDraft draft;
   std::vector<std::string> errors;
   std::string base;
   for (YamlReader& document : documents->all()) document.Optional("base", &base);

@@ -124,7 +124,7 @@ class AxisNoise {
 };
 
 // Correlation matrix of a scatter matrix; an axis without scatter is uncorrelated.
-Eigen::Matrix3d Correlation(const Eigen::Matrix3d& scatter) {
+Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -186,7 +186,7 @@ void FillTriad(Triad triad,
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
     targets[i]->mean_covariance_raw =
-        deviation.asDiagonal() * Correlation(scatter) * deviation.asDiagonal();
+        deviation.asDiagonal() * CorrelationOf(scatter) * deviation.asDiagonal();
     targets[i]->mean_covariance_raw.diagonal() += rounding;
     targets[i]->has_covariance = (targets[i]->mean_covariance_raw.diagonal().array() > 0.0).all();
   }

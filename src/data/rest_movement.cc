@@ -20,7 +20,7 @@ constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
-double Median(std::vector<double> values) {
+double UpperMedian(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -99,8 +99,9 @@ MovingRests FindMoving(Triad triad,
   const double range = RangeOf(triad, set);
   Eigen::Array3d limit;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    limit[static_cast<Eigen::Index>(axis)] = std::max(
-        kMovedShare * range, kClearFactor * std::max(Median(wanders[axis]), Median(noises[axis])));
+    limit[static_cast<Eigen::Index>(axis)] =
+        std::max(kMovedShare * range,
+                 kClearFactor * std::max(UpperMedian(wanders[axis]), UpperMedian(noises[axis])));
   }
   for (std::size_t i = 0; i < movements.size(); ++i) {
     if (!movements[i].known) continue;
@@ -119,7 +120,7 @@ MovingRests FindMoving(Triad triad,
 double TypicalRest(const PoseSet& set) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
-  return Median(durations_s);
+  return UpperMedian(durations_s);
 }
 
 std::string NumbersOf(const std::vector<bool>& chosen, const PoseSet& set) {

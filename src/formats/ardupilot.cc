@@ -21,12 +21,12 @@
 namespace truetriad {
 namespace {
 
-constexpr int kCubic = 3;
+constexpr int kArduPilotOrder = 3;
 constexpr double kCentreDegc = 35.0;
 constexpr double kTermScale = 1e-6;
 constexpr int kCompasses = 3;
-constexpr int kInstances = 5;
-constexpr std::string_view kAxes = "XYZ";
+constexpr int kArduPilotInstances = 5;
+constexpr std::string_view kAxisLetters = "XYZ";
 
 /// Names of the parameters of one IMU, numbered from 1.
 struct ImuNames {
@@ -56,7 +56,7 @@ struct ImuNames {
   /// INS_TCAL1_ACC2_X: power 2.
   std::string Term(Triad triad, int power, int axis) const {
     return thermal + (triad == Triad::kAccelerometer ? "ACC" : "GYR") + std::to_string(power) +
-           "_" + kAxes[static_cast<std::size_t>(axis)];
+           "_" + kAxisLetters[static_cast<std::size_t>(axis)];
   }
 };
 
@@ -73,11 +73,11 @@ struct CompassNames {
   }
 };
 
-Result<int> Instance(const std::optional<int>& wanted) {
+Result<int> ArduPilotInstance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(1);
-  if (instance < 1 || instance > kInstances) {
+  if (instance < 1 || instance > kArduPilotInstances) {
     return UsageError("--instance=" + std::to_string(instance) + ": ardupilot has IMUs 1 to " +
-                      std::to_string(kInstances) + " and compasses 1 to " +
+                      std::to_string(kArduPilotInstances) + " and compasses 1 to " +
                       std::to_string(kCompasses));
   }
   return instance;
@@ -106,7 +106,8 @@ class ArduPilotText {
     text.append(name).append(",").append(std::to_string(value)).append("\n");
   }
   void Vector(const std::string& prefix, const Eigen::Vector3d& values) {
-    for (int i = 0; i < 3; ++i) Float(prefix + kAxes[static_cast<std::size_t>(i)], values[i]);
+    for (int i = 0; i < 3; ++i)
+      Float(prefix + kAxisLetters[static_cast<std::size_t>(i)], values[i]);
   }
   std::string text;
 };
@@ -173,9 +174,9 @@ Status WriteImu(const WriteRequest& request,
     out->Float(names.caltemp[i], thermal.reference_degc);
     std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
     terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
-    terms.resize(kCubic + 1, Eigen::Vector3d::Zero());
+    terms.resize(kArduPilotOrder + 1, Eigen::Vector3d::Zero());
     terms = Shifted(terms, thermal.reference_degc, kCentreDegc);
-    for (int power = 1; power <= kCubic; ++power) {
+    for (int power = 1; power <= kArduPilotOrder; ++power) {
       for (int axis = 0; axis < 3; ++axis) {
         out->Float(names.Term(triad, power, axis),
                    terms[static_cast<std::size_t>(power)][axis] / kTermScale);
@@ -213,9 +214,9 @@ Status WriteCompass(const WriteRequest& request,
   return {};
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
-  const Result<int> instance = Instance(request.options.instance);
+Result<std::vector<ExportedFile>> WriteArduPilot(const WriteRequest& request,
+                                                 std::vector<std::string>* warnings) {
+  const Result<int> instance = ArduPilotInstance(request.options.instance);
   TRUETRIAD_RETURN_IF_ERROR(instance);
   ArduPilotText out;
   out.text = CommentText("# ", request.comment);
@@ -227,7 +228,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
 /// The temperature compensation of one sensor, in firmware's arithmetic.
 struct ArduPilotThermal {
   float lowest = 0.0F, highest = 70.0F, at_calibration = 0.0F;
-  std::array<Eigen::Vector3f, kCubic> terms;
+  std::array<Eigen::Vector3f, kArduPilotOrder> terms;
 
   static std::optional<ArduPilotThermal> Read(const ParameterList& list,
                                               const ImuNames& names,
@@ -239,7 +240,7 @@ struct ArduPilotThermal {
     thermal.highest = list.Get(names.thermal + "TMAX", thermal.highest);
     thermal.at_calibration =
         list.Get(names.caltemp[triad == Triad::kAccelerometer ? 0 : 1], kUnset);
-    for (int power = 1; power <= kCubic; ++power) {
+    for (int power = 1; power <= kArduPilotOrder; ++power) {
       for (int axis = 0; axis < 3; ++axis) {
         thermal.terms[static_cast<std::size_t>(power) - 1][axis] =
             list.Get(names.Term(triad, power, axis), 0.0F);
@@ -323,8 +324,8 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
   carried->sensors[Triad::kMagnetometer] = CarriedTriad("mG", scale * D, -offset);
 }
 
-Result<Carried> Read(const ReadRequest& request) {
-  const Result<int> instance = Instance(request.instance);
+Result<Carried> ReadArduPilot(const ReadRequest& request) {
+  const Result<int> instance = ArduPilotInstance(request.instance);
   TRUETRIAD_RETURN_IF_ERROR(instance);
   const Result<ParameterList> list = ParameterList::Parse(request.files[0], 0);
   TRUETRIAD_RETURN_IF_ERROR(list);
@@ -341,20 +342,20 @@ Format ArduPilotFormat() {
   format.info = {"ardupilot", "ArduPilot parameters (.param)", Arithmetic::kFloat32, true};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
-                                            .bias_order = kCubic,
+                                            .bias_order = kArduPilotOrder,
                                             .reading_unit = "m/s^2",
                                             .result_in_reading_unit = true};
   format.capacity[Triad::kGyroscope] = {.held = true,
                                         .matrix = MatrixForm::kNone,
-                                        .bias_order = kCubic,
+                                        .bias_order = kArduPilotOrder,
                                         .reading_unit = "rad/s",
                                         .result_in_reading_unit = true};
   format.capacity[Triad::kMagnetometer] = {.held = true,
                                            .matrix = MatrixForm::kSymmetric,
                                            .reading_unit = "mG",
                                            .result_in_reading_unit = true};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteArduPilot;
+  format.read = ReadArduPilot;
   return format;
 }
 

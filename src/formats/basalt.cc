@@ -12,8 +12,8 @@
 namespace truetriad {
 namespace {
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
+Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
+                                              std::vector<std::string>* warnings) {
   std::vector<std::string> members;
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
@@ -53,7 +53,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadBasalt(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
   TRUETRIAD_RETURN_IF_ERROR(root);
@@ -89,8 +89,8 @@ Format BasaltFormat() {
   format.gauge = Gauge::kAccelX;
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteBasalt;
+  format.read = ReadBasalt;
   return format;
 }
 

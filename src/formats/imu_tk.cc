@@ -35,8 +35,8 @@ std::string Rows(const Eigen::Matrix3d& matrix) {
   return text;
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
+                                             std::vector<std::string>* /*warnings*/) {
   std::vector<ExportedFile> files;
   for (const ImuTkFile& file : kFiles) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[file.triad];
@@ -76,7 +76,7 @@ Result<std::vector<double>> Numbers(const ExportedFile& file) {
   return numbers;
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadImuTk(const ReadRequest& request) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   constexpr std::size_t kNumbers = 9 + 9 + 3;
   Carried carried;
@@ -130,8 +130,8 @@ Format ImuTkFormat() {
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     format.capacity[triad] = {.held = true, .matrix = MatrixForm::kFull, .free_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteImuTk;
+  format.read = ReadImuTk;
   return format;
 }
 

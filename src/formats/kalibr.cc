@@ -9,6 +9,7 @@
 #include "formats/list_text.h"
 #include "formats/noise.h"
 #include "formats/number_text.h"
+#include "math/dense/qr.h"
 
 // Kalibr's scale-misalignment model, and OpenVINS' kalibr_imu_chain.yaml, in double:
 //
@@ -34,9 +35,7 @@ struct LowerTimesRotation {
 
 LowerTimesRotation Split(const Eigen::Matrix3d& sensitivity) {
   // S^T = Q R, so S = R^T Q^T.
-  const Eigen::HouseholderQR<Eigen::Matrix3d> qr(sensitivity.transpose());
-  const Eigen::Matrix3d Q = qr.householderQ();
-  const Eigen::Matrix3d R = qr.matrixQR().triangularView<Eigen::Upper>();
+  const auto [Q, R] = QrOf3(sensitivity.transpose());
   const Eigen::Vector3d signs =
       R.diagonal().unaryExpr([](double d) { return d < 0.0 ? -1.0 : 1.0; });
   return {R.transpose() * signs.asDiagonal(), signs.asDiagonal() * Q.transpose()};

@@ -42,8 +42,8 @@ Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   return covariance.matrix(places, places);
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteMatlab(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
   MatlabVariables variables;
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -90,7 +90,7 @@ Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables
   return Found(variable->numbers);
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadMatlab(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   Result<MatlabVariables> variables = MatlabVariables();
   if (IsMatFile(file.text)) {
@@ -163,8 +163,8 @@ Format MatlabFormat() {
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true, .g_sensitivity = true, .free_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteMatlab;
+  format.read = ReadMatlab;
   return format;
 }
 

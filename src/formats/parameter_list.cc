@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kAxes = "XYZ";
+constexpr std::string_view kUpperCaseAxes = "XYZ";
 
 std::vector<std::string> Fields(std::string line) {
   line.resize(std::min(line.find('#'), line.size()));
@@ -62,13 +62,13 @@ Eigen::Vector3f ParameterList::GetVector(const std::string& prefix,
                                          float otherwise) const {
   Eigen::Vector3f vector;
   for (int i = 0; i < 3; ++i) {
-    vector[i] = Get(prefix + kAxes[static_cast<std::size_t>(i)] + suffix, otherwise);
+    vector[i] = Get(prefix + kUpperCaseAxes[static_cast<std::size_t>(i)] + suffix, otherwise);
   }
   return vector;
 }
 
 bool ParameterList::HasVector(const std::string& prefix, const std::string& suffix) const {
-  for (const char axis : kAxes) {
+  for (const char axis : kUpperCaseAxes) {
     if (Has(prefix + axis + suffix)) return true;
   }
   return false;

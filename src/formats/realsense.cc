@@ -14,8 +14,8 @@
 namespace truetriad {
 namespace {
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
+Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
+                                                 std::vector<std::string>* warnings) {
   std::string sensors;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -37,7 +37,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadRealSense(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
   TRUETRIAD_RETURN_IF_ERROR(root);
@@ -71,8 +71,8 @@ Format RealSenseFormat() {
   format.info = {"realsense", "RealSense D400 with IMU (JSON)", Arithmetic::kFloat32};
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteRealSense;
+  format.read = ReadRealSense;
   return format;
 }
 

@@ -21,8 +21,8 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/record/1";
-constexpr int kAnyOrder = 99;
+constexpr std::string_view kRecordFormat = "truetriad/record/1";
+constexpr int kAnyRecordOrder = 99;
 constexpr double kCoverageFactor = 2.0;
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
@@ -184,7 +184,7 @@ std::string RecordJson(const WriteRequest& request) {
   const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
                              JsonText("model") + ": " + JsonText(calibration.model) + "}";
   return Object(
-      Member("  ", "format", JsonText(kFormat)) +
+      Member("  ", "format", JsonText(kRecordFormat)) +
           Member("  ", "comment", JsonText(request.comment)) + Member("  ", "device", device) +
           Member("  ", "calibrated", JsonText(calibration.created)) +
           Member("  ", "software", JsonText("truetriad " + calibration.software_version)) +
@@ -336,14 +336,14 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
 
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteRecord(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
   std::string json = RecordJson(request) + "\n";
   if (IsPage(request.options.file_name)) json = RecordPage(request, std::move(json));
   return std::vector<ExportedFile>{{"", std::move(json)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadRecord(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   const std::size_t embedded = file.text.find(kEmbedded);
   if (embedded == std::string::npos) return ReadSensorsJson(file.text, file.suffix);
@@ -360,14 +360,14 @@ Format RecordFormat() {
       "record", "calibration record with uncertainties, .html page or JSON", Arithmetic::kFloat64};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
-                              .bias_order = kAnyOrder,
+                              .bias_order = kAnyRecordOrder,
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
                               .higher_terms = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteRecord;
+  format.read = ReadRecord;
   return format;
 }
 

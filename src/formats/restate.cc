@@ -8,9 +8,10 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include "formats/number_text.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
 #include "problem/parameter_name.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
@@ -172,9 +173,8 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
 /// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
 /// axis i.
 Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d orthogonal = svd.matrixU() * svd.matrixV().transpose();
+  const Svd3 svd = SvdOf3(correction);
+  const Eigen::Matrix3d orthogonal = svd.U * svd.V.transpose();
   std::array<int, 3> order = {0, 1, 2};
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
   double best_sum = -1.0;
@@ -233,11 +233,9 @@ Status HoldMatrix(Triad triad,
                            target + ", or " + feed);
   }
   if (form == MatrixForm::kSymmetric) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
-    Eigen::Matrix3d P =
-        svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+    const Svd3 svd = SvdOf3(correction);
+    const Eigen::Matrix3d R = svd.U * svd.V.transpose();
+    Eigen::Matrix3d P = svd.V * svd.values.asDiagonal() * svd.V.transpose();
     P = (0.5 * (P + P.transpose())).eval();
     notes->emplace_back(Name(triad) + ": dropped: a rotation by " + RoundedText(AngleDeg(R), 3) +
                         " deg against the body frame; the matrix is symmetric");
@@ -393,7 +391,7 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
     values[i] = function(middle + half * u);
     for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(u, static_cast<double>(k));
   }
-  const Eigen::VectorXd in_u = powers.colPivHouseholderQr().solve(values);
+  const Eigen::VectorXd in_u = LeastSquares(powers).SolveVector(values);
   // Horner's scheme with (x - middle) / half in place of u.
   std::vector<double> in_x(static_cast<std::size_t>(size), 0.0);
   for (Eigen::Index k = size - 1; k >= 0; --k) {

@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
 /// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
 /// raw - b(T) - G f (triad_model.h). docs/method.md, "Temperature".
@@ -91,7 +91,7 @@ class Corrector {
   void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
     if (!start_ns_) {
       if (std::isnan(temperature_degc)) {
-        bias_.setConstant(kUnknown);
+        bias_.setConstant(kNotKnown);
         return;
       }
       start_ns_ = time_ns;
@@ -121,7 +121,7 @@ class Corrector {
 
   TriadCalibration calibration_;
   double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
-  double temperature_degc_ = kUnknown;
+  double temperature_degc_ = kNotKnown;
   TemperatureFilter filter_;
   bool follows_time_ = false;
   std::optional<std::int64_t> start_ns_;
@@ -133,7 +133,7 @@ class Corrector {
 struct Sample {
   std::int64_t time_ns = 0;
   Eigen::Vector3d raw = Eigen::Vector3d::Zero();
-  double temperature_degc = kUnknown;
+  double temperature_degc = kNotKnown;
   std::int32_t pose = 0;
 };
 
@@ -195,7 +195,7 @@ class RowWriter {
         channel.waiting.push_back(
             {block.time_ns[i],
              {block.x[i], block.y[i], block.z[i]},
-             block.temperature_degc.empty() ? kUnknown : block.temperature_degc[i],
+             block.temperature_degc.empty() ? kNotKnown : block.temperature_degc[i],
              block.pose.empty() ? 0 : block.pose[i]});
       }
     }
@@ -243,7 +243,7 @@ class RowWriter {
       AppendSeconds(time_ns, text);
       *text += ',';
     }
-    double temperature_degc = kUnknown;
+    double temperature_degc = kNotKnown;
     std::optional<std::int32_t> pose;
     bool clamped = false;
     bool unknown_temperature = false;
@@ -282,7 +282,7 @@ class RowWriter {
   bool has_temperature_ = false;
   bool has_pose_ = false;
   std::vector<Channel> channels_;
-  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kUnknown);  ///< The last one known.
+  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kNotKnown);  ///< The last one known.
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 

@@ -88,7 +88,7 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
 }
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
-std::string Quoted(std::string_view text) {
+std::string ShownField(std::string_view text) {
   constexpr std::size_t kShown = 40;
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "`";
@@ -312,7 +312,7 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   const std::string_view field = column < fields.size() ? fields[column] : std::string_view();
   if (IsCutOff(line)) return CutOffError();
-  std::string message = Place() + ColumnName(column) + ": " + Quoted(field);
+  std::string message = Place() + ColumnName(column) + ": " + ShownField(field);
   std::string_view word = field;
   if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
   if (EqualsIgnoringCase(word, "inf") || EqualsIgnoringCase(word, "infinity")) {

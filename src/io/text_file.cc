@@ -52,6 +52,9 @@ constexpr std::array<Magic, 17> kForeignFormats = {{
     {"["sv, "a JSON file"},
 }};
 
+}  // namespace
+
+/// SHA-256. Not in the namespace above: a member of TextFile has it.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -70,8 +73,6 @@ class Hasher {
  private:
   sha256_ctx context_;
 };
-
-}  // namespace
 
 /// The file's bytes as stored, hashed as they are read.
 class TextFile::Bytes {

@@ -9,6 +9,7 @@
 
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -74,8 +75,8 @@ std::vector<Eigen::Quaterniond> HandAttitudes() {
     for (int y = -1; y <= 1; ++y) {
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        const auto upright = Eigen::Quaterniond::FromTwoVectors(
-            Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
+        const auto upright =
+            RotationBetween(Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
         for (int heading = 0; heading < 4; ++heading) {
           attitudes.push_back(
               Eigen::AngleAxisd(0.5 * std::numbers::pi * heading, Eigen::Vector3d::UnitZ()) *

@@ -15,6 +15,10 @@
 #include <Eigen/QR>
 #include <glog/logging.h>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/attitude_sets.h"
 #include "problem/graph_builder.h"
@@ -25,6 +29,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -376,7 +381,7 @@ std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
     if (node.kind == PoseKind::kDirection) {
       const Eigen::Vector3d world =
           WorldVector(node.observations.front().triad, nominal_.reference);
-      pose.world_from_body = Eigen::Quaterniond::FromTwoVectors(node.direction(), world);
+      pose.world_from_body = RotationBetween(node.direction(), world);
     }
     pose.temperature_degc = node.temperature_degc;
   }
@@ -454,11 +459,8 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
                   &tangent_jacobian);
     const PoseRowMatrix root = node.SquareRootInformation();
     // What the attitude cannot absorb: the whitened rows across the range of its Jacobian.
-    Eigen::MatrixXd whitened = root * shared_jacobian * to_free;
-    if (node.tangent_size() > 0) {
-      const Eigen::HouseholderQR<Eigen::MatrixXd> qr(root * tangent_jacobian);
-      whitened.applyOnTheLeft(qr.householderQ().adjoint());
-    }
+    Eigen::MatrixXd whitened = Times(Times(root, shared_jacobian), to_free);
+    if (node.tangent_size() > 0) whitened = InFrameOf(Times(root, tangent_jacobian), whitened);
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));
   }
   return rows;
@@ -471,22 +473,22 @@ Eigen::MatrixXd PlanProblem::Regularised() const {
 }
 
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  if (factor.info() == Eigen::Success && factor.rcond() > kWellConditioned) {
+  const Cholesky factor(information);
+  if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
     // Everything is determined: many times as fast as its eigenvectors.
-    return factor.matrixL().solve(quantity_rows_.transpose()).colwise().norm();
+    return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
-  const double least = kRounding * std::max(solver.eigenvalues().maxCoeff(), 1.0);
+  const SymmetricEigen solver = EigenOfSymmetric(information);
+  const double least = kRounding * std::max(solver.values.maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
   for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
-    const Eigen::VectorXd along =
-        (quantities_[static_cast<std::size_t>(q)].row * solver.eigenvectors()).transpose();
+    const Eigen::VectorXd along = TransposeTimesVector(
+        solver.vectors, quantities_[static_cast<std::size_t>(q)].row.transpose());
     double variance = 0.0;
     for (Eigen::Index i = 0; i < along.size(); ++i) {
       const double share = along[i] * along[i];
-      if (solver.eigenvalues()[i] > least) {
-        variance += share / solver.eigenvalues()[i];
+      if (solver.values[i] > least) {
+        variance += share / solver.values[i];
       } else if (share > 1e-12 * along.squaredNorm()) {
         variance = std::numeric_limits<double>::infinity();
       }

@@ -22,7 +22,7 @@ namespace truetriad {
 namespace {
 
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
-constexpr std::size_t kMaxPoseRows = 500;
+constexpr std::size_t kMostPoseRows = 500;
 
 /// σ of a pose's norm error from the noise that weighted it, averaged over the directions:
 /// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit.
@@ -88,7 +88,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
 std::string PoseDetails(const Quality& quality) {
   const std::size_t count = quality.pose_residuals.size();
   if (count == 0) return "";
-  if (count > kMaxPoseRows) {
+  if (count > kMostPoseRows) {
     return Element(
         "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
   }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include "report/content.h"
 #include "report/format.h"
@@ -18,7 +17,7 @@ namespace truetriad {
 namespace {
 
 /// Longer pose tables are cut in the middle.
-constexpr std::size_t kMaxPoseRows = 60;
+constexpr std::size_t kMaxPoseLines = 60;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
 /// Smallest eigenvalue of the mean of u u^T (1/3 when even) of poses that lie near a plane.
@@ -151,8 +150,8 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   }
   if (table.rows.empty()) return "";
   const std::size_t count = table.rows.size();
-  if (count > kMaxPoseRows) {
-    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseRows / 2);
+  if (count > kMaxPoseLines) {
+    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseLines / 2);
     table.rows.erase(table.rows.begin() + kHalf, table.rows.end() - kHalf);
     table.rows.insert(table.rows.begin() + kHalf,
                       std::vector<std::string>(table.alignment.size(), "…"));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/format.h"
 #include "report/svg.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"

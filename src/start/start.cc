@@ -16,11 +16,14 @@
 #include "init/frame_alignment.h"
 #include "init/gyro_start.h"
 #include "init/six_position.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/pose_state.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -50,7 +53,7 @@ TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
     design.row(k) << 2.0 * point.transpose(), 1.0;
     squares[k] = point.squaredNorm();
   }
-  const Eigen::Vector4d solution = design.colPivHouseholderQr().solve(squares);
+  const Eigen::Vector4d solution = LeastSquares(design).SolveVector(squares);
   return {sensitivity, sensitivity * (centre + solution.head<3>())};
 }
 
@@ -106,13 +109,13 @@ Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& rea
     design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
     values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
+  const LeastSquares qr(design);
   if (qr.rank() < 4) {
     return NotEnoughError(
         "the known attitudes lie in one plane, so gains and biases are unobservable; add poses "
         "with every axis up and down");
   }
-  const Eigen::MatrixXd solution = qr.solve(values);
+  const Eigen::MatrixXd solution = qr.Solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
 }
 
@@ -489,8 +492,8 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     for (const Eigen::Vector3d& reading : readings) {
       scatter += (reading - mean) * (reading - mean).transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-    const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    const SymmetricEigen3 solver = EigenOfSymmetric3(scatter);
+    const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
     solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
@@ -529,8 +532,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
       auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
       TRUETRIAD_RETURN_IF_ERROR(fit);
       const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
-      start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
-          Eigen::Vector3d(sign * fit->direction), Eigen::Vector3d::UnitZ());
+      start.level_from_fixture = RotationBetween(sign * fit->direction, Eigen::Vector3d::UnitZ());
       fit->model.sensitivity *= sign;
       *model = fit->model;
     }

@@ -9,6 +9,7 @@
 
 #include <Eigen/Dense>
 
+#include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "thermometer/coarse_thermometer.h"
 #include "thermometer/thermometer.h"
@@ -113,7 +114,7 @@ void FitAbout(
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
   Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
   wanted(0, 0) = 1.0, wanted(1, 1) = 1.0 / reach;
-  const Eigen::Matrix<double, 3, 2> solved = normal.ldlt().solve(wanted);
+  const Eigen::Matrix<double, 3, 2> solved = SolveSymmetric32(normal, wanted);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t j = begin; j < end; ++j) {
     Eigen::Vector2d& weight = local->weights[j - begin];
