@@ -597,6 +597,7 @@ void PlanProblem::FindQuantities() {
           row_of(sensor + ".bias." + axis) / gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
+      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
       add(sensor + ".scale_error", axis, "", 1.0, entry(i, i));
     }
     for (int i = 0; i < 3; ++i) {

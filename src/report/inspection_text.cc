@@ -159,7 +159,7 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return "\nPoses: " + std::string(TriadName(triad)) +
          (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-         std::to_string(count) + (count > kMaxPoseRows ? ", the middle omitted\n" : "\n") +
+         std::to_string(count) + (count > kMaxPoseLines ? ", the middle omitted\n" : "\n") +
          TextOf(table);
 }
 

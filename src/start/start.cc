@@ -496,7 +496,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
-    solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
+    solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
     const std::string name(1, kAxisLetters[static_cast<std::size_t>(axis)]);
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
