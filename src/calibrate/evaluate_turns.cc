@@ -65,7 +65,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = forces[recorded.from];
     const auto& after = forces[recorded.from + 1];
-    if (!recorded.fault.empty() || !before || !after) continue;
+    if (recorded.fault || !before || !after) continue;
     const ModelAtPose at =
         ModelBetween(*gyroscope, poses.poses[recorded.from], poses.poses[recorded.from + 1]);
     GyroModel model{at.model};

@@ -166,11 +166,11 @@ void DetectedPoses::ClosePose() {
   open_ = PoseAccumulator();
 }
 
-Result<std::vector<CollectedPose>> DetectedPoses::Finish(std::vector<std::string>* warnings) {
+Result<std::vector<CollectedPose>> DetectedPoses::Finish(Findings* findings) {
   if (!buffer_) TRUETRIAD_RETURN_IF_ERROR(Start());
   FindRests(/*at_end=*/true);
-  const std::vector<std::string> stuck = stuck_->Warnings();
-  warnings->insert(warnings->end(), stuck.begin(), stuck.end());
+  const Findings stuck = stuck_->Stretches();
+  findings->insert(findings->end(), stuck.begin(), stuck.end());
   return std::move(poses_);
 }
 

@@ -36,8 +36,8 @@ class DetectedPoses {
     return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
   }
 
-  /// All poses in order; adds warnings. Empty when there is no rest.
-  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
+  /// All poses in order; adds findings. Empty when there is no rest.
+  Result<std::vector<CollectedPose>> Finish(Findings* findings);
 
   /// Windows held at most so far: what bounds the memory.
   std::size_t peak_windows() const { return peak_windows_; }

@@ -52,8 +52,8 @@ class GivenPoses {
   /// Every pose that ends before this time is complete; unset before the first sample.
   std::optional<std::int64_t> judged_before_ns() const;
 
-  /// All poses in order; adds warnings. Error: a range without readings.
-  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings);
+  /// All poses in order; adds findings. Error: a range without readings.
+  Result<std::vector<CollectedPose>> Finish(Findings* findings);
 
  private:
   struct OpenPose {

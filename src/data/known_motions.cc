@@ -138,7 +138,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   PoseSet turning;
   turning.streams = set->streams;
   if (means_) {
-    auto collected = means_->Finish(&set->warnings);
+    auto collected = means_->Finish(&set->findings);
     TRUETRIAD_RETURN_IF_ERROR(collected);
     // Their noise by itself: a table that turns shakes the unit more than one that rests.
     std::vector<PerTriad<TriadPoseMoments>> turning_moments;
@@ -232,8 +232,9 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
       if (rate.means.first_row <= before.last_row || rate.means.last_row >= after.first_row) {
         continue;
       }
-      move.fault =
-          "a known rate was held during it, so its readings are used for that rate instead";
+      move.fault = Finding(
+          FindingCode::kTurnAtKnownRate,
+          "a known rate was held during it, so its readings are used for that rate instead");
     }
   }
   return {};

@@ -183,31 +183,38 @@ Error NoRestError(const PoseSet& set, const StaticDetectorOptions& options) {
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
   std::snprintf(least.data(), least.size(), "%g s", options.min_duration_s);
-  return NotEnoughError(set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
-                        "; expected poses with the unit still for at least " + least.data() +
-                        "; hold each pose longer, or state the poses (`poses:`); for a unit "
-                        "tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
-                        (has_both ? "" : ", which needs gyroscope and accelerometer"));
+  return NotEnoughError(
+      Finding(
+          FindingCode::kNoRest,
+          set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
+              "; expected poses with the unit still for at least " + least.data(),
+          "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on purpose, "
+          "use `poses: { motion: { spacing_s: 0.1 } }`" +
+              std::string(has_both ? "" : ", which needs gyroscope and accelerometer"))
+          .With("duration", set.duration_s, "s")
+          .With("shortest_rest", options.min_duration_s, "s"));
 }
 
 // Names the turns that tell nothing, those of one reason together.
-void AddMoveWarnings(PoseSet* set) {
+void AddFaultsOfMoves(PoseSet* set) {
   constexpr std::size_t kNamed = 10;
-  std::vector<std::pair<std::string, std::vector<const RecordedMove*>>> reasons;
+  std::vector<std::pair<Finding, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
-    if (move.fault.empty()) continue;
+    if (!move.fault) continue;
     const auto same = std::find_if(reasons.begin(), reasons.end(), [&move](const auto& reason) {
-      return reason.first == move.fault;
+      return reason.first.text == move.fault->text;
     });
     if (same != reasons.end()) {
       same->second.push_back(&move);
     } else {
-      reasons.push_back({move.fault, {&move}});
+      reasons.push_back({*move.fault, {&move}});
     }
   }
   std::size_t unnamed = 0;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const auto& [fault, moves] = reasons[i];
+    Finding finding = fault;
+    finding.About(Triad::kGyroscope);
     if (i >= kNamed) {
       unnamed += moves.size();
       continue;
@@ -215,8 +222,10 @@ void AddMoveWarnings(PoseSet* set) {
     const auto number = [set](std::size_t pose) { return std::to_string(set->poses[pose].number); };
     if (moves.size() == 1) {
       const std::size_t from = moves.front()->from;
-      set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
-                              number(from + 1) + " is skipped: " + fault);
+      finding.AtPose(set->poses[from].number);
+      finding.text = "the turn from pose " + number(from) + " to pose " + number(from + 1) +
+                     " is skipped: " + fault.text;
+      set->findings.push_back(std::move(finding));
       continue;
     }
     std::string list;
@@ -224,12 +233,17 @@ void AddMoveWarnings(PoseSet* set) {
       list += (k == 0 ? "" : ", ") + number(moves[k]->from);
     }
     if (moves.size() > kNamed) list += ", …";
-    set->warnings.push_back(std::to_string(moves.size()) +
-                            " turns are skipped, those starting at poses " + list + ": " + fault);
+    finding.With("turns", static_cast<double>(moves.size())).text =
+        std::to_string(moves.size()) + " turns are skipped, those starting at poses " + list +
+        ": " + fault.text;
+    set->findings.push_back(std::move(finding));
   }
   if (unnamed > 0) {
-    set->warnings.push_back(std::to_string(unnamed) +
-                            " more turns are skipped for similar reasons");
+    set->findings.push_back(
+        Finding(reasons[kNamed].first.code,
+                std::to_string(unnamed) + " more turns are skipped for similar reasons")
+            .About(Triad::kGyroscope)
+            .With("turns", static_cast<double>(unnamed)));
   }
 }
 
@@ -327,8 +341,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     const StreamMonitor& monitor = *monitors[stream.triad];
     Result<StreamSummary> summary = monitor.Summary(source.counts(stream.triad));
     if (!summary) return summary.error();
-    const std::vector<std::string> warnings = monitor.Warnings(*summary);
-    set.warnings.insert(set.warnings.end(), warnings.begin(), warnings.end());
+    const Findings findings = monitor.Check(*summary);
+    set.findings.insert(set.findings.end(), findings.begin(), findings.end());
     set.streams.push_back(*std::move(summary));
     resolution_raw[stream.triad] = monitor.resolution_raw();
     if (monitor.samples() == 0) continue;
@@ -350,7 +364,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     return set;
   }
   Result<std::vector<CollectedPose>> collected =
-      detect ? detected->Finish(&set.warnings) : given->Finish(&set.warnings);
+      detect ? detected->Finish(&set.findings) : given->Finish(&set.findings);
   if (!collected) return collected.error();
   std::vector<PerTriad<TriadPoseMoments>> moments;
   for (CollectedPose& pose : *collected) {
@@ -359,8 +373,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   }
   if (set.poses.empty() && selection.rates.empty()) {
     if (detect) return NoRestError(set, options);
-    return NotEnoughError(set.source + ": no row belongs to a pose (" + set.how +
-                          "); expected at least one pose");
+    return NotEnoughError(
+        Finding(FindingCode::kNoPose, set.source + ": no row belongs to a pose (" + set.how + ")"));
   }
   FillCovariances(moments, resolution_raw, &set);
   const std::size_t before = set.poses.size();
@@ -371,8 +385,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     set.poses[i].number = static_cast<int>(i + 1);
   }
   if (compares_clocks) {
-    std::string lags = WordsOfClockLags(clock_lags, &set);
-    if (!lags.empty()) set.warnings.push_back(std::move(lags));
+    const Findings lags = FindClockLags(clock_lags, &set);
+    set.findings.insert(set.findings.end(), lags.begin(), lags.end());
   }
   if (RemoveMovingReadings(moments, &set)) FillCovariances(moments, resolution_raw, &set);
   TRUETRIAD_RETURN_IF_ERROR(rates.Finish(resolution_raw, &moments, &set));
@@ -387,7 +401,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     static_s += set.poses[i].duration_s();
   }
   if (set.duration_s > 0.0) set.static_share = std::min(1.0, static_s / set.duration_s);
-  AddMoveWarnings(&set);
+  AddFaultsOfMoves(&set);
   if (progress) progress(1.0);
   return set;
 }

@@ -325,11 +325,12 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
 void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
                                  const std::vector<bool>& spikes,
                                  PoseSet* set) {
-  std::vector<std::string> reasons(cells_.size());
+  std::vector<std::vector<std::string>> reasons(cells_.size());
   const auto leave_out = [&](std::size_t i, const std::string& what) {
     cells_[i].far_off = true;
-    if (reasons[i].find(what) != std::string::npos) return;
-    reasons[i] += (reasons[i].empty() ? "" : ", ") + what;
+    if (std::find(reasons[i].begin(), reasons[i].end(), what) == reasons[i].end()) {
+      reasons[i].push_back(what);
+    }
   };
   std::vector<double> degc, residuals;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -394,8 +395,10 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     const std::string rows = first == last
                                  ? "row " + std::to_string(first)
                                  : "rows " + std::to_string(first) + " to " + std::to_string(last);
+    std::string what;
+    for (const std::string& reason : reasons[i]) what += (what.empty() ? "" : ", ") + reason;
     set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
-                                  Fixed1(track.degc[i]) + " degC): outliers: " + reasons[i]);
+                                  Fixed1(track.degc[i]) + " degC): outliers: " + what);
   }
   if (count > kNamed) {
     set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places with outliers");
@@ -499,11 +502,14 @@ Status SweepCutter::CheckHeld(const PoseSet& set) const {
     if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
     const double change = (after->mean_raw - before->mean_raw).norm();
     if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
-    return NotEnoughError(set.source + ": the accelerometer jumps between the rows " +
-                          std::to_string(set.poses[k - 1].last_row) + " and " +
-                          std::to_string(set.poses[k].first_row) +
-                          ", as if the unit was turned; state when each attitude was held: `poses: "
-                          "{ sweep: { attitudes: poses.yaml } }`");
+    return NotEnoughError(
+        Finding(FindingCode::kUnitTurned,
+                set.source + ": the accelerometer jumps between the rows " +
+                    std::to_string(set.poses[k - 1].last_row) + " and " +
+                    std::to_string(set.poses[k].first_row) + ", as if the unit was turned",
+                "state when each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`")
+            .About(kTriad)
+            .With("row", static_cast<double>(set.poses[k].first_row)));
   }
   return {};
 }
@@ -559,12 +565,16 @@ void SweepCutter::NameTurns(PoseSet* set) const {
     }
     if (!is_largest) continue;
     const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
-    set->warnings.push_back("near row " + std::to_string(set->poses[index[i]].first_row) +
-                            " the accelerometer steps as if the unit was turned by " +
-                            Fixed1(degrees) +
-                            " degrees and stays there, which is not a thermal effect; fix the unit "
-                            "in place and repeat, or state when each attitude was held: `poses: { "
-                            "sweep: { attitudes: poses.yaml } }`");
+    set->findings.push_back(
+        Finding(FindingCode::kUnitTurned,
+                "near row " + std::to_string(set->poses[index[i]].first_row) +
+                    " the accelerometer steps as if the unit was turned by " + Fixed1(degrees) +
+                    " degrees and stays there, which is not a thermal effect",
+                "fix the unit in place and repeat, or state when each attitude was held: `poses: { "
+                "sweep: { attitudes: poses.yaml } }`")
+            .About(Triad::kAccelerometer)
+            .With("row", static_cast<double>(set->poses[index[i]].first_row))
+            .With("turned", degrees, "deg"));
   }
 }
 
@@ -584,17 +594,22 @@ Status SweepCutter::Finish(PoseSet* set) {
   }
   constexpr double kNotable = 0.01;
   if (static_cast<double>(without) > kNotable * static_cast<double>(seen)) {
-    set->warnings.push_back("skipped: " +
-                            std::to_string(std::lround(100.0 * static_cast<double>(without) /
-                                                       static_cast<double>(seen))) +
-                            " % of the time, without a temperature reading for more than a minute");
+    const double share = static_cast<double>(without) / static_cast<double>(seen);
+    set->findings.push_back(
+        Finding(FindingCode::kTemperatureMissing,
+                "skipped: " + std::to_string(std::lround(100.0 * share)) +
+                    " % of the time, without a temperature reading for more than a minute")
+            .With("share", share));
   }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
   if (cells_.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": has temperatures in only " +
-                          std::to_string(cells_.size()) + " windows; a sweep needs at least " +
-                          std::to_string(kFewestCells) +
-                          ": record longer, or state shorter windows");
+    return NotEnoughError(
+        Finding(FindingCode::kTooFewWindows,
+                set->source + ": has temperatures in only " + std::to_string(cells_.size()) +
+                    " windows; a sweep needs at least " + std::to_string(kFewestCells),
+                "record longer, or state shorter windows")
+            .With("windows", static_cast<double>(cells_.size()))
+            .With("needed", static_cast<double>(kFewestCells)));
   }
   std::vector<double> time_s, degc;
   for (const Cell& cell : cells_) {
@@ -605,7 +620,11 @@ Status SweepCutter::Finish(PoseSet* set) {
   const std::vector<bool> spikes = TemperatureSpikes(degc, step_degc);
   Result<TemperatureTrack> track =
       SmoothTemperature(time_s, Bridged(time_s, degc, spikes), step_degc, thermometer_.hold_s());
-  if (!track) return NotEnoughError(set->source + ": " + track.error().message);
+  if (!track) {
+    Finding why = RefusalOf(track.error(), FindingCode::kTemperatureRangeTooSmall);
+    why.text.insert(0, set->source + ": ");
+    return NotEnoughError(std::move(why));
+  }
   set->sweep.attitude_names = attitude_names_;
   LeaveOutFarOff(*track, spikes, set);
   if (selection_.sweep.ambient) {
@@ -625,27 +644,35 @@ Status SweepCutter::Finish(PoseSet* set) {
   for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
   MakeWindows(set);
   if (set->poses.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": " + std::to_string(set->poses.size()) +
-                          " windows remain; a sweep needs at least " +
-                          std::to_string(kFewestCells) +
-                          ": record longer, or state shorter windows");
+    return NotEnoughError(Finding(FindingCode::kTooFewWindows,
+                                  set->source + ": " + std::to_string(set->poses.size()) +
+                                      " windows remain; a sweep needs at least " +
+                                      std::to_string(kFewestCells))
+                              .With("windows", static_cast<double>(set->poses.size()))
+                              .With("needed", static_cast<double>(kFewestCells)));
   }
   if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
-    set->warnings.push_back(
+    set->findings.emplace_back(
+        FindingCode::kWindowsLengthened,
         "the recording has too many windows for memory; windows are longer than stated: " +
-        (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
-                           : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
+            (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
+                               : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
   }
   for (const std::string& left_out : set->sweep.left_out) {
-    set->warnings.push_back("skipped: " + left_out);
+    set->findings.emplace_back(FindingCode::kReadingsLeftOut, "skipped: " + left_out);
   }
   const double taken =
       thermometer_.hold_s() > 0.0 ? (time_s.back() - time_s.front()) / thermometer_.hold_s() : 1e9;
   if (taken < static_cast<double>(kFewestReadings)) {
-    set->warnings.push_back("the thermometer is read only every " + Fixed1(thermometer_.hold_s()) +
-                            " s and repeated in between: " + Fixed1(taken) +
-                            " readings are too few for a sweep, expected at least " +
-                            std::to_string(kFewestReadings) + "; read it more often");
+    set->findings.push_back(Finding(FindingCode::kSlowThermometer,
+                                    "the thermometer is read only every " +
+                                        Fixed1(thermometer_.hold_s()) +
+                                        " s and repeated in between: " + Fixed1(taken) +
+                                        " readings are too few for a sweep, expected at least " +
+                                        std::to_string(kFewestReadings),
+                                    "read it more often")
+                                .With("interval", thermometer_.hold_s(), "s")
+                                .With("readings", taken));
   } else {
     // Of so few readings the windows are as wide as their steps.
     NameTurns(set);

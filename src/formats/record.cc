@@ -170,7 +170,7 @@ std::string RecordJson(const WriteRequest& request) {
   }
   const std::string conditions =
       Member("    ", "poses", std::to_string(quality.poses)) +
-      Member("    ", "rejected_poses", std::to_string(quality.rejected_poses.size())) +
+      Member("    ", "rejected_poses", std::to_string(quality.rests.rejected_poses.size())) +
       Member("    ", "temperature", JsonText(Temperatures(calibration))) +
       Member("    ", "gauge", JsonText(GaugeName(calibration.gauge))) +
       Member("    ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor)));
@@ -304,7 +304,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   Table conditions{{}, "ll", {}};
   conditions.rows.push_back({"poses",
                              std::to_string(calibration.quality.poses) + ", " +
-                                 std::to_string(calibration.quality.rejected_poses.size()) +
+                                 std::to_string(calibration.quality.rests.rejected_poses.size()) +
                                  " rejected"});
   conditions.rows.push_back({"temperature", Temperatures(calibration)});
   Table references{{"reference", "value", "how known"}, "lll", {}};

@@ -111,7 +111,8 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for",
+                      "sensors");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -257,7 +258,7 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
     TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
   }
   if (calibrated) {
-    for (const PoseResidual& residual : calibrated->quality.pose_residuals) {
+    for (const PoseResidual& residual : calibrated->quality.rests.pose_residuals) {
       weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
     }
   }

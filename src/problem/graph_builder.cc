@@ -78,7 +78,7 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   for (const RecordedMove& move : poses.moves) {
     const int number = poses.poses[move.from].number;
     while (node < nodes.size() && nodes[node].number < number) ++node;
-    if (!move.fault.empty() || node + 1 >= nodes.size() || nodes[node].number != number ||
+    if (move.fault || node + 1 >= nodes.size() || nodes[node].number != number ||
         nodes[node + 1].number != poses.poses[move.from + 1].number || !SeesAttitude(nodes[node]) ||
         !SeesAttitude(nodes[node + 1])) {
       continue;

@@ -21,7 +21,7 @@ namespace {
 
 std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) {
   std::vector<SweepWindow> windows;
-  for (const SweepWindow& window : calibration.quality.sweep_windows) {
+  for (const SweepWindow& window : calibration.quality.sweep.windows) {
     if (window.triad == triad) windows.push_back(window);
   }
   return windows;

@@ -110,7 +110,8 @@ Calibration TruthOf(const Scenario& scenario, int index) {
   truth.serial = unit.serial;
   truth.model = scenario.model;
   truth.outcome = Outcome::kConverged;
-  truth.messages = {"the truth of a simulated recording: every sigma is zero"};
+  truth.findings = {
+      {FindingCode::kSimulatedTruth, "the truth of a simulated recording: every sigma is zero"}};
   truth.reference.gravity_mps2 = scenario.world.gravity_mps2;
   truth.reference.temperature_degc = scenario.temperature.start_degc;
   std::optional<Triad> leading;

@@ -112,8 +112,9 @@ Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& rea
   const LeastSquares qr(design);
   if (qr.rank() < 4) {
     return NotEnoughError(
-        "the known attitudes lie in one plane, so gains and biases are unobservable; add poses "
-        "with every axis up and down");
+        Finding(FindingCode::kTooFewDirections,
+                "the known attitudes lie in one plane, so gains and biases are unobservable",
+                "add poses with every axis up and down"));
   }
   const Eigen::MatrixXd solution = qr.Solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
@@ -133,9 +134,14 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
     model += " with a quadratic term";
   }
   if (poses >= needed) return {};
-  return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
-                        " poses, but " + model + " needs at least " + std::to_string(needed) +
-                        "; add poses, or choose a smaller model");
+  return NotEnoughError(Finding(FindingCode::kTooFewPoses,
+                                std::string(TriadName(triad)) + ": " + std::to_string(poses) +
+                                    (poses == 1 ? " pose, but " : " poses, but ") + model +
+                                    " needs at least " + std::to_string(needed),
+                                "add poses, or choose a smaller model")
+                            .About(triad)
+                            .With("poses", static_cast<double>(poses))
+                            .With("needed", static_cast<double>(needed)));
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
@@ -434,7 +440,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
     const auto& after = poses.poses[recorded.from + 1].triads[Triad::kAccelerometer];
-    if (!recorded.fault.empty() || recorded.accelerometer_raw.empty() || !before || !after) {
+    if (recorded.fault || recorded.accelerometer_raw.empty() || !before || !after) {
       continue;
     }
     DirectionMove& move = moves.emplace_back();
@@ -465,8 +471,12 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
                          options.initialise.method == InitialiseMethod::kSixPosition;
   if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
     return NotEnoughError(
-        "gyroscope: alone, only its bias is observable; state known `turns:` or `rates:`, or "
-        "enable the accelerometer, so that its turns are measured against gravity");
+        Finding(
+            FindingCode::kNoKnownMotion,
+            "gyroscope: alone, only its bias is observable",
+            "state known `turns:` or `rates:`, or enable the accelerometer, so that its turns are "
+            "measured against gravity")
+            .About(Triad::kGyroscope));
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const TriadOptions& sensor = options.triads[triad];
@@ -505,7 +515,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
         .append(name)
         .append(" and scale ")
         .append(name);
-    direction.description.append(" cannot be told apart: the readings vary too little along the ")
+    direction.description.append(" are indistinguishable: the readings vary too little along the ")
         .append(name)
         .append(" axis");
     direction.advice.append("add poses with body ")

@@ -87,7 +87,8 @@ std::string Describe(const std::vector<std::string>& names,
   if (parts.size() == 1) {
     return parts.front() + (determined ? " is weakly determined" : " is not determined");
   }
-  return JoinWithAnd(parts) + (determined ? " can hardly be told apart" : " cannot be told apart");
+  return JoinWithAnd(parts) +
+         (determined ? " are nearly indistinguishable" : " are indistinguishable");
 }
 
 // A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
@@ -233,7 +234,8 @@ int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd&
 
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
-                                   double limit) {
+                                   double limit,
+                                   const char* how_to_add) {
   Observability result;
   const Marginal marginal = MarginalOfWanted(graph, system);
   const auto n = marginal.sigmas.size();
@@ -318,8 +320,9 @@ Observability AnalyseObservability(const PoseGraph& graph,
         if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
       }
       const double temperature = candidates[best].node.temperature_degc;
-      weak.advice = "add poses " + (has_thermal ? Format("at %.3g degC ", temperature) : "") +
-                    "with body " + SpokenDirection(up) + how;
+      weak.advice = std::string(how_to_add) + " " +
+                    (has_thermal ? Format("at %.3g degC ", temperature) : "") + "with body " +
+                    SpokenDirection(up) + how;
       if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
     }
     if (!said.insert(weak.description + weak.advice).second) continue;

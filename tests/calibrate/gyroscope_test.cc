@@ -13,6 +13,7 @@
 #include "math/random.h"
 #include "sim/scenario_samples.h"
 #include "solve/shared_blocks.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/data/pose_collection.h"
@@ -111,7 +112,7 @@ TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
   }
   const auto summary = Calibrate(Collect(quiet), options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   const Calibration truth = TruthOf(quiet, 0);
   const TriadCalibration& found = *summary->calibration.sensors[kGyro];
   const TriadCalibration& expected = *truth.sensors[kGyro];
@@ -146,7 +147,7 @@ TEST_P(GyroscopeOf, HasTheErrorsThatItStates) {
     options.robust.enabled = false;
     const auto summary = Calibrate(Collect(noisy), options);
     ASSERT_TRUE(summary) << summary.error().message;
-    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
     Calibration truth = TruthOf(noisy, 0);
     truth.gauge = Gauge::kAccelX;
     const auto comparison = Compare(truth, summary->calibration);
@@ -177,12 +178,12 @@ TEST(Gyroscope, DropsATurnThatSaturatesAndStillFindsTheRest) {
   scenario.sensors[kGyro]->range_raw = Eigen::Vector2d(32768.0 - 17000.0, 32768.0 + 17000.0);
   PoseSet poses = Collect(scenario);
   int faulty = 0;
-  for (const RecordedMove& move : poses.moves) faulty += move.fault.empty() ? 0 : 1;
+  for (const RecordedMove& move : poses.moves) faulty += move.fault ? 1 : 0;
   ASSERT_GT(faulty, 0);
   ASSERT_LT(faulty, 12);
   const auto summary = Calibrate(poses, OptionsFor(scenario));
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   const auto comparison = Compare(TruthOf(scenario, 0), summary->calibration);
   ASSERT_TRUE(comparison);
   EXPECT_GT(comparison->p_value, 1e-3);
@@ -207,7 +208,7 @@ TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable)
-      << summary->calibration.messages.back();
+      << summary->calibration.findings.back().Message();
   bool is_named = false;
   for (const WeakDirection& weak : summary->calibration.quality.weak_directions) {
     is_named = is_named || (weak.description.find("asymmetry") != std::string::npos &&
@@ -218,7 +219,7 @@ TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
   options.triads[kGyro].asymmetry = Wanted::kNo;
   const auto without = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(without);
-  EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.messages.back();
+  EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.findings.back().Message();
 }
 
 // What is held of another unit would bend the poses after its turns.
@@ -234,21 +235,21 @@ TEST(Gyroscope, RefusesAMatrixThatIsHeldAndNotItsOwn) {
   options.triads[kGyro].fixed_sensitivity = truth;
   const auto right = Calibrate(poses, options);
   ASSERT_TRUE(right) << right.error().message;
-  EXPECT_TRUE(right->calibration.IsUsable()) << right->calibration.messages.back();
+  EXPECT_TRUE(right->calibration.IsUsable()) << right->calibration.findings.back().Message();
   for (const double factor : {1.3, 2.0, -1.0, 100.0}) {
     options.triads[kGyro].fixed_sensitivity = factor * truth;
     const auto wrong = Calibrate(poses, options);
     ASSERT_TRUE(wrong) << wrong.error().message;
     EXPECT_EQ(wrong->calibration.outcome, Outcome::kNotConverged) << factor;
-    EXPECT_THAT(wrong->calibration.messages.back(),
-                HasSubstr("gyroscope: with what `fixed:` holds of it"));
+    EXPECT_THAT(wrong->calibration.findings.back(), HasCode(FindingCode::kHeldGyroscope));
   }
   // A few per cent are said.
   options.triads[kGyro].fixed_sensitivity = 1.03 * truth;
   const auto near = Calibrate(poses, options);
   ASSERT_TRUE(near);
-  EXPECT_THAT(near->calibration.messages,
-              ::testing::Contains(HasSubstr("about what `fixed:` holds of it")));
+  const Finding* held = Find(near->calibration.findings, FindingCode::kHeldGyroscope);
+  ASSERT_NE(held, nullptr);
+  EXPECT_EQ(held->severity, Severity::kWarning);
 }
 
 // Noise of a good unit: rests of 1 s at 100 Hz, and turns of 1.2 s.
@@ -269,18 +270,18 @@ TEST(Gyroscope, IsHeldOutTurnByTurnAsIfEachHadNotBeenRecorded) {
   const PoseSet poses = Collect(scenario);
   const auto whole = Calibrate(poses, options);
   ASSERT_TRUE(whole) << whole.error().message;
-  ASSERT_TRUE(whole->calibration.quality.held_out.has_value());
-  const auto& turns = whole->calibration.quality.held_out->turns;
+  ASSERT_TRUE(whole->calibration.quality.rests.held_out.has_value());
+  const auto& turns = whole->calibration.quality.rests.held_out->turns;
   ASSERT_TRUE(turns.has_value());
   ASSERT_EQ(turns->errors_rad.size(), poses.moves.size());
   for (std::size_t i = 0; i < poses.moves.size(); i += 5) {
     PoseSet without = poses;
-    without.moves[i].fault = "left out by the test";
+    without.moves[i].fault = Finding(FindingCode::kTurnGap, "left out by the test");
     const auto part = Calibrate(without, options);
     ASSERT_TRUE(part) << part.error().message;
     PoseSet only = poses;
     for (std::size_t k = 0; k < only.moves.size(); ++k) {
-      if (k != i) only.moves[k].fault = "not asked";
+      if (k != i) only.moves[k].fault = Finding(FindingCode::kTurnGap, "not asked");
     }
     const auto evaluation = Evaluate(part->calibration, only);
     ASSERT_TRUE(evaluation) << evaluation.error().message;
@@ -333,7 +334,7 @@ TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_FALSE(summary->calibration.IsUsable());
-  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("`rates:`"));
+  EXPECT_THAT(summary->calibration.findings.back(), HasCode(FindingCode::kNoKnownMotion));
 }
 
 TEST(Gyroscope, IsRefusedWhereNothingTurns) {
@@ -343,7 +344,7 @@ TEST(Gyroscope, IsRefusedWhereNothingTurns) {
   const auto summary = Calibrate(poses, OptionsFor(scenario));
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_FALSE(summary->calibration.IsUsable());
-  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("turns"));
+  EXPECT_THAT(summary->calibration.findings.back(), HasCode(FindingCode::kTurnAxesMissing));
 }
 
 class ChoiceOfTheGyroscope : public ::testing::TestWithParam<Parts> {};
@@ -362,7 +363,7 @@ TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
   options.triads[kGyro].g_sensitivity = Wanted::kAuto;
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   const CalibrateOptions& chosen = summary->options;
   const auto wanted = [](bool there) { return there ? Wanted::kYes : Wanted::kNo; };
   EXPECT_EQ(chosen.triads[kGyro].g_sensitivity, wanted(GetParam().g_sensitivity));
@@ -370,13 +371,13 @@ TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
   EXPECT_EQ(chosen.triads[kAccel].quadratic, wanted(GetParam().higher_terms));
   EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
   EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
-  ASSERT_FALSE(summary->calibration.quality.model_choice.empty());
+  ASSERT_FALSE(summary->calibration.quality.rests.model_choice.empty());
   // The same as if it had been asked for.
   const auto again = Calibrate(Collect(scenario), chosen);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->calibration.sensors[kGyro]->model.sensitivity,
             summary->calibration.sensors[kGyro]->model.sensitivity);
-  EXPECT_TRUE(again->calibration.quality.model_choice.empty());
+  EXPECT_TRUE(again->calibration.quality.rests.model_choice.empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(EachSet,
@@ -422,7 +423,7 @@ TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
   options.robust.enabled = false;
   const auto summary = Calibrate(poses, options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   const TriadCalibration& found = *summary->calibration.sensors[kGyro];
   const Calibration truth = TruthOf(scenario, 0);
   const TriadCalibration& expected = *truth.sensors[kGyro];
@@ -458,7 +459,7 @@ TEST(ExcessNoise, OfAMagnetometerHasDegreesOfFreedomBesideThatOfTurns) {
   for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kEstimate;
   const auto summary = Calibrate(poses, options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   const double dof = summary->calibration.sensors[kMag]->noise.excess_dof;
   EXPECT_GT(dof, 1.0);
   EXPECT_LT(dof, 3.0 * static_cast<double>(poses.poses.size()));
@@ -475,7 +476,7 @@ TEST(EarthRate, IsTakenOutExactlyInTheSouthernHemisphere) {
   options.reference.northern_hemisphere = false;
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   EXPECT_LT(BiasError(*summary, scenario), 1e-6);
 }
 
@@ -497,7 +498,7 @@ TEST(EarthRate, TellsTheHeadingOfKnownAttitudes) {
   options.gauge = Gauge::kFixture;
   const auto summary = Calibrate(poses, options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   EXPECT_LT(BiasError(*summary, scenario), 1e-6);
   EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
 }
@@ -508,7 +509,9 @@ TEST(EarthRate, IsRefusedWhereNothingTellsTheHeading) {
   EXPECT_TRUE(options.Validate());
   PoseSet poses = Collect(scenario);
   for (RecordedMove& move : poses.moves) {
-    if (move.from == 3 || move.from == 4) move.fault = "not recorded";
+    if (move.from == 3 || move.from == 4) {
+      move.fault = Finding(FindingCode::kTurnGap, "not recorded");
+    }
   }
   poses.poses[4].triads[kMag].reset();
   const auto summary = Calibrate(poses, options);

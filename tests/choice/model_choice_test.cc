@@ -110,12 +110,12 @@ TEST(ModelChoice, ShowsWhatItWeighed) {
   const SyntheticUnit unit = RandomUnit({}, &random);
   const Quality quality = Choose(unit, OpenOptions(unit)).calibration.quality;
   // One step from full: less of either matrix, or a quadratic term.
-  ASSERT_EQ(quality.model_choice.size(), 4U);
-  const ModelAlternative& chosen = quality.model_choice.front();
+  ASSERT_EQ(quality.rests.model_choice.size(), 4U);
+  const ModelAlternative& chosen = quality.rests.model_choice.front();
   EXPECT_TRUE(chosen.chosen);
   EXPECT_EQ(chosen.description, "accelerometer full; magnetometer full");
   EXPECT_FALSE(chosen.p_value);
-  for (const ModelAlternative& model : quality.model_choice) {
+  for (const ModelAlternative& model : quality.rests.model_choice) {
     if (model.chosen) continue;
     const bool smaller = model.parameters < chosen.parameters;
     EXPECT_EQ(model.minus_2_log_l > chosen.minus_2_log_l, smaller) << model.description;
@@ -130,7 +130,7 @@ TEST(ModelChoice, ShowsTheStepsThatLedThere) {
   const SyntheticUnit unit =
       RandomUnit({.gain_low = 1.0, .gain_high = 1.0, .cross_axis = 0.0}, &random);
   const Quality quality = Choose(unit, OpenOptions(unit)).calibration.quality;
-  const std::vector<ModelAlternative>& steps = quality.model_steps;
+  const std::vector<ModelAlternative>& steps = quality.rests.model_steps;
   // A quadratic term, two steps of the accelerometer's matrix and three of the magnetometer's.
   ASSERT_EQ(steps.size(), 7U);
   EXPECT_EQ(steps.front().description, "accelerometer full, quadratic term; magnetometer full");
@@ -139,7 +139,7 @@ TEST(ModelChoice, ShowsTheStepsThatLedThere) {
     EXPECT_LT(steps[i].parameters, steps[i - 1].parameters);
     EXPECT_GT(*steps[i].p_value, 0.0);
   }
-  EXPECT_EQ(steps.back().bic, quality.model_choice.front().bic);
+  EXPECT_EQ(steps.back().bic, quality.rests.model_choice.front().bic);
 }
 
 // Poses of an accelerometer alone, one degree of freedom each, less nine parameters.
@@ -152,12 +152,12 @@ TEST(ModelChoice, WeighsNothingWhereFewPosesLeaveNothingToWeighWith) {
     const CalibrationSummary summary = Choose(unit, options, poses);
     EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
     EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kNo);
-    EXPECT_TRUE(summary.calibration.quality.model_choice.empty());
+    EXPECT_TRUE(summary.calibration.quality.rests.model_choice.empty());
     EXPECT_THAT(summary.calibration.messages, Contains(HasSubstr("too few to weigh models")));
   }
   // Two more than the least without the quadratic term's three.
   const CalibrationSummary summary = Choose(unit, options, 20);
-  EXPECT_EQ(summary.calibration.quality.model_choice.size(), 2U);
+  EXPECT_EQ(summary.calibration.quality.rests.model_choice.size(), 2U);
 }
 
 TEST(ModelChoice, SaysWhatIsMissingWhenNothingIsDetermined) {
@@ -167,8 +167,8 @@ TEST(ModelChoice, SaysWhatIsMissingWhenNothingIsDetermined) {
       Calibrate(SimulatePoses(unit, SpreadAttitudes(3), ModelNoise(), &random), OpenOptions(unit));
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->calibration.outcome, Outcome::kNotEnough);
-  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("3 poses"));
-  EXPECT_TRUE(summary->calibration.quality.model_choice.empty());
+  EXPECT_THAT(summary->calibration.findings.back().Message(), HasSubstr("3 poses"));
+  EXPECT_TRUE(summary->calibration.quality.rests.model_choice.empty());
 }
 
 }  // namespace

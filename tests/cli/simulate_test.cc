@@ -234,12 +234,12 @@ TEST_F(SimulateVerb, GivesASoakOfAGyroscopeWhoseTermsAreChosen) {
   const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
   // The unit's own: a parabola and gains, a straight line and gains.
-  EXPECT_THAT(found->quality.model_choice.front().description,
+  EXPECT_THAT(found->quality.rests.model_choice.front().description,
               StartsWith("accelerometer full, bias of order 2 in tau, matrix of order 1 "
                          "in tau, matrix diagonal in tau; gyroscope full, bias of order "
                          "1 in tau, matrix of order 1 in tau"));
   EXPECT_THAT(found->config_yaml, HasSubstr("bias_order: 2  # chosen by auto"));
-  EXPECT_EQ(found->quality.temperature_settings.size(), 10U);
+  EXPECT_EQ(found->quality.rests.temperature_settings.size(), 10U);
   const Finished compare = RunTruetriad({"compare",
                                          "--a=" + folder_.Path("soak/truth.yaml"),
                                          "--b=" + folder_.Path("found/calibration.yaml")});
@@ -268,8 +268,8 @@ TEST_F(SimulateVerb, GivesARateTableThatCalibratesToItsTruth) {
   const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_EQ(found->gauge, Gauge::kFixture);
-  ASSERT_EQ(found->quality.turns.size(), 1U);
-  const TurnCheck& turn = found->quality.turns.front();
+  ASSERT_EQ(found->quality.rests.turns.size(), 1U);
+  const TurnCheck& turn = found->quality.rests.turns.front();
   EXPECT_NEAR(turn.found_rad, turn.stated_rad, 4.0 * turn.found_sigma_rad);
 }
 

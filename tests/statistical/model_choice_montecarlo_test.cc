@@ -104,7 +104,7 @@ Trial MakeTrial(const Case& tested, Random* random) {
 }
 
 std::optional<double> PValueOf(const Quality& quality, const Case& tested) {
-  for (const ModelAlternative& model : quality.model_choice) {
+  for (const ModelAlternative& model : quality.rests.model_choice) {
     if (tested.term == nullptr || model.chosen) continue;
     if (model.description == tested.term || model.description == tested.other_term) {
       return model.p_value;
@@ -129,8 +129,8 @@ TEST_P(ModelChoice, IsWhatTheUnitIsLike) {
     ASSERT_TRUE(summary) << summary.error().message;
     const Quality& quality = summary->calibration.quality;
     ASSERT_TRUE(summary->calibration.IsUsable()) << "run " << run;
-    ASSERT_FALSE(quality.model_choice.empty());
-    if (quality.model_choice.front().description == tested.chosen) ++right;
+    ASSERT_FALSE(quality.rests.model_choice.empty());
+    if (quality.rests.model_choice.front().description == tested.chosen) ++right;
     if (const std::optional<double> p = PValueOf(quality, tested)) {
       p_values.push_back(*p);
       if (*p < 0.05) ++below_level;

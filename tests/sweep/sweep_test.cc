@@ -13,6 +13,7 @@
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
 #include "support/sweep_trials.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/verdict/summary.h"
 
@@ -115,7 +116,7 @@ TEST(CalibrateSweep, FindsAllSevenTermsOfARampUpAndDownAtTwoRates) {
   const Sweep sweep = SweepWithRates();
   const Calibration calibration =
       Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
-  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.findings.back().Message();
   const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
   for (int axis = 0; axis < 3; ++axis) {
     const std::vector<Eigen::Index> places = PlacesOnAxis(calibration, axis);
@@ -157,8 +158,8 @@ TEST(CalibrateSweep, NamesWhatOneRateUpAndDownDoesNotTell) {
   const Calibration calibration =
       Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
   ASSERT_TRUE(calibration.IsUsable());
-  EXPECT_THAT(calibration.messages,
-              Contains(AllOf(HasSubstr("T'^2"), HasSubstr("repeat the sweep at another rate"))));
+  EXPECT_THAT(calibration.findings,
+              Contains(AllOf(HasCode(FindingCode::kTermsLeftOut), Says(HasSubstr("T'^2")))));
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate_quadratic);
   const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
@@ -179,12 +180,12 @@ TEST(CalibrateSweep, NamesWhatOnlyUpDoesNotTell) {
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(wanted));
   ASSERT_TRUE(calibration.IsUsable());
   EXPECT_THAT(
-      calibration.quality.sweep[0].left_out,
+      calibration.quality.sweep.axes[0].left_out,
       testing::UnorderedElementsAre(testing::StartsWith("T':"),
                                     testing::StartsWith("T'^2:"),
                                     testing::StartsWith("tau T':"),
                                     AllOf(testing::StartsWith("lag:"), HasSubstr("up and down"))));
-  EXPECT_EQ(calibration.quality.sweep[0].chosen, "tau, tau^2, tau^3");
+  EXPECT_EQ(calibration.quality.sweep.axes[0].chosen, "tau, tau^2, tau^3");
 }
 
 // The sweep with a thermometer that is fine and one of whole degrees, of the same noise. Each axis
@@ -200,8 +201,8 @@ void ExpectWholeDegreesAreEnough(const Sweep& sweep, int lags) {
     const Calibration fine = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
     const Calibration coarse = Calibrated(WindowsOf(whole, &same), SweepOptionsFor(terms));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const SweepAxis &with_fine = fine.quality.sweep[axis],
-                      &with_whole = coarse.quality.sweep[axis];
+      const SweepAxis &with_fine = fine.quality.sweep.axes[axis],
+                      &with_whole = coarse.quality.sweep.axes[axis];
       EXPECT_LE(with_whole.rms_after, 1.2 * with_fine.rms_after) << axis << " of seed " << seed;
       EXPECT_LE(with_whole.held_out, 1.2 * with_fine.held_out) << axis << " of seed " << seed;
     }
@@ -262,7 +263,7 @@ TEST(CalibrateSweep, LagsOfANoisyThermometerAreOffByWhatTheirSigmaSays) {
   double square = 0.0, count = 0.0;
   for (int run = 0; run < 20; ++run) {
     const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-    for (const SweepAxis& axis : calibration.quality.sweep) {
+    for (const SweepAxis& axis : calibration.quality.sweep.axes) {
       square += std::pow((axis.element_lag_s - 60.0) / axis.element_lag_sigma_s, 2);
       count += 1.0;
     }
@@ -281,7 +282,7 @@ TEST(CalibrateSweep, FindsALagOfAMinute) {
   terms.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   ASSERT_TRUE(calibration.IsUsable());
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
     const double lag = axis.element_lag_s, sigma = axis.element_lag_sigma_s;
     EXPECT_NEAR(lag, 60.0, 4.0 * sigma) << axis.axis;
@@ -315,7 +316,7 @@ TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   ThermalOptions terms = Polynomial(3);
   terms.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-  EXPECT_THAT(calibration.messages, Contains(HasSubstr("that is drift, not lag")));
+  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("that is drift, not lag"))));
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
 }
 
@@ -333,8 +334,8 @@ TEST(CalibrateSweep, FindsASharpKnee) {
   terms.find_knots = 1;
   const Calibration calibration =
       Calibrated(WindowsOf(SweepWithKnee(), &random), SweepOptionsFor(terms));
-  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.findings.back().Message();
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_GE(axis.held_out_cubic, 3.0 * axis.held_out) << axis.axis;
     EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
   }
@@ -376,7 +377,7 @@ TEST(CalibrateSweep, FindsNoKnotWhereThereIsNone) {
   terms.find_knots = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   EXPECT_TRUE(calibration.sensors[Triad::kGyroscope]->thermal->knots.empty());
-  EXPECT_THAT(calibration.messages, Contains(HasSubstr("does not lower the held-out error")));
+  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("does not lower the held-out error"))));
 }
 
 // Three attitudes of an accelerometer share their temperature terms; each has a constant of its
@@ -433,7 +434,7 @@ TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
   int more = 0, count = 0;
   while (count < 201) {
     const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-    for (const SweepAxis& axis : calibration.quality.sweep) {
+    for (const SweepAxis& axis : calibration.quality.sweep.axes) {
       more += axis.chosen == "tau" ? 0 : 1;
       ++count;
     }
@@ -450,7 +451,7 @@ TEST(CalibrateSweep, ChoosesTheTermsThatAreThere) {
   terms.bias_order_auto = terms.rate_auto = true;
   terms.bias_order = ThermalOptions::kMaxBiasOrder;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_EQ(axis.chosen, "tau, tau^2, tau^3, T'") << axis.axis;
     ASSERT_FALSE(axis.steps.empty());
     EXPECT_GT(axis.steps.back().r2, 0.99);
@@ -469,7 +470,7 @@ TEST(CalibrateSweep, DoesNotLetADwellDecide) {
   // RMS error of the fit over a tenth of the range at an end.
   const auto error_at = [&](const Calibration& calibration, double low, double high) {
     double sum = 0.0, count = 0.0;
-    for (const SweepWindow& window : calibration.quality.sweep_windows) {
+    for (const SweepWindow& window : calibration.quality.sweep.windows) {
       if (window.degc < low || window.degc > high) continue;
       sum += std::pow(window.fit_raw.x() - sweep.curve(window.degc), 2), count += 1.0;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,14 +16,24 @@ enum class ErrorCode {
   kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
 };
 
+struct Finding;  // model/finding.h
+
 /// A failure: what was seen, where (file:line), what was expected, what to try.
 struct Error {
   ErrorCode code = ErrorCode::kBadInput;
   std::string message;
+  /// Of a usage error: the key of the experiment that it is about, "sensors.gyroscope"; or empty.
+  std::string key = {};
+  /// Of data that are not enough: the same for programs, where there is such.
+  std::shared_ptr<const Finding> finding = {};
 };
 
-inline Error UsageError(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
-inline Error BadInputError(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
+inline Error UsageError(std::string message, std::string key = {}) {
+  return {ErrorCode::kUsage, std::move(message), std::move(key)};
+}
+inline Error BadInputError(std::string message) {
+  return {ErrorCode::kBadInput, std::move(message)};
+}
 inline Error NotEnoughError(std::string message) {
   return {ErrorCode::kNotEnough, std::move(message)};
 }
@@ -31,8 +42,8 @@ inline Error NotEnoughError(std::string message) {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : content_(std::move(value)) {}        // NOLINT(google-explicit-constructor)
-  Result(Error error) : content_(std::move(error)) {}    // NOLINT(google-explicit-constructor)
+  Result(T value) : content_(std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool has_value() const { return content_.index() == 0; }
   explicit operator bool() const { return has_value(); }
@@ -68,7 +79,8 @@ class [[nodiscard]] Status {
 
 }  // namespace truetriad
 
-/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has one.
+/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has
+/// one.
 #define TRUETRIAD_RETURN_IF_ERROR(expression)            \
   do {                                                   \
     if (auto&& status_or_ = (expression); !status_or_) { \

@@ -18,11 +18,8 @@ namespace {
 
 /// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
 /// off these as well.
-Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
-  if (calibration.config_yaml.find("time_offset_s") == std::string::npos) return {};
-  const Result<Experiment> experiment = ReadExperiment(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(experiment);
-  config->time_offset_s = experiment->poses.time_offset_s;
+void TakeClocks(const Calibration& calibration, PosesConfig* config) {
+  config->time_offset_s = TimeOffsetsOf(calibration);
   for (const Triad triad : kTriads) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;
@@ -31,7 +28,6 @@ Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
                  std::string(TriadName(triad)).c_str(),
                  offset_s);
   }
-  return {};
 }
 
 Result<int> Run(const std::vector<std::string>&) {
@@ -39,7 +35,7 @@ Result<int> Run(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(config);
   const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
   TRUETRIAD_RETURN_IF_ERROR(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(TakeClocks(*calibration, &*config));
+  TakeClocks(*calibration, &*config);
   config->moves = calibration->sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
