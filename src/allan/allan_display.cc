@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-Interval Scaled(const Interval& interval, double factor) {
+Interval Displayed(const Interval& interval, double factor) {
   return {factor * interval.value, factor * interval.low, factor * interval.high};
 }
 
