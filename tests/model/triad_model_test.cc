@@ -24,8 +24,8 @@ TriadModel<double> BentModel() {
   TriadModel<double> model;
   model.sensitivity << 414.0, 3.0, -7.0, 1.0, -412.0, 2.0, 9.0, -4.0, 415.0;
   model.bias << 33124.0, -33275.0, 1e-3;
-  model.quadratic << 5e-6, -8e-6, 0.0;
-  model.asymmetry << 0.02, -0.03, 0.05;
+  model.axis_terms[AxisTerm::kQuadratic] << 5e-6, -8e-6, 0.0;
+  model.axis_terms[AxisTerm::kAsymmetry] << 0.02, -0.03, 0.05;
   return model;
 }
 
@@ -70,7 +70,7 @@ TEST(TriadModel, HigherTermsStayAsTheyAreInAnotherBodyFrame) {
 
 TEST(TriadModel, AReadingThatNothingGivesHasNoTruth) {
   TriadModel<double> model;
-  model.quadratic[0] = -0.01;  // turns round at u = 50, where it reads 25
+  model.axis_terms[AxisTerm::kQuadratic][0] = -0.01;  // turns round at u = 50, where it reads 25
   EXPECT_NEAR(model.TruthFromRaw({25.0, 0.0, 0.0})[0], 50.0, 1e-6);
   EXPECT_TRUE(std::isnan(model.TruthFromRaw({25.1, 0.0, 0.0})[0]));
 }

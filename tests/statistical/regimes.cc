@@ -166,8 +166,8 @@ const std::vector<Regime>& Regimes() {
        "quadratic terms of 100 µg/g² estimated",
        {},
        [](Trial* trial, Random* random) {
-         trial->options.triads[kAccel].quadratic = Wanted::kYes;
-         trial->unit.models[kAccel]->quadratic = 1e-5 * random->Normal3();
+         trial->options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kYes;
+         trial->unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic] = 1e-5 * random->Normal3();
        }},
       {"SixFace",
        "accelerometer on six faces, tilt 0.1°, seat 0.05°",
