@@ -56,6 +56,8 @@ Scenario GyroscopeScenario(const Parts& parts) {
     gyroscope.nominal.axis_terms[AxisTerm::kAsymmetry] << 2e-3, -1e-3, 3e-3;
     // 1000 to 3000 ug/g^2.
     scenario.sensors[kAccel]->nominal.axis_terms[AxisTerm::kQuadratic] << 1e-4, -3e-4, 2e-4;
+    // As many ug/g^3.
+    scenario.sensors[kAccel]->nominal.axis_terms[AxisTerm::kCubic] << -1e-5, 2e-5, 3e-5;
   }
   if (parts.g_sensitivity) {
     gyroscope.g_sensitivity.emplace();

@@ -72,6 +72,21 @@ TEST(ModelChoice, FindsAQuadraticTermThatIsThere) {
       summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kQuadratic].has_value());
 }
 
+TEST(ModelChoice, FindsACubicTermWhereThereIsOne) {
+  for (const bool is_there : {true, false}) {
+    Random random(3);
+    SyntheticUnit unit = RandomUnit({}, &random);
+    if (is_there) unit.models[kAccel]->axis_terms[AxisTerm::kCubic] << 2e-4, -3e-4, 2e-4;
+    CalibrateOptions options = OpenOptions(unit);
+    options.triads[kAccel].axis_terms[AxisTerm::kCubic] = Wanted::kAuto;
+    const CalibrationSummary summary = Choose(unit, options);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kCubic],
+              is_there ? Wanted::kYes : Wanted::kNo);
+    EXPECT_EQ(summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kCubic].has_value(),
+              is_there);
+  }
+}
+
 TEST(ModelChoice, KnowsAMagnetometerThatIsOnlySoftIron) {
   Random random(3);
   SyntheticUnit unit = RandomUnit({}, &random);

@@ -351,7 +351,7 @@ TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
 
 TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
   const Result<Experiment> experiment = Load(
-      "experiment: 1\nsensors: { accelerometer: { quadratic: true }, gyroscope: { "
+      "experiment: 1\nsensors: { accelerometer: { quadratic: true, cubic: auto }, gyroscope: { "
       "g_sensitivity: true, asymmetry: true } }\n");
   ASSERT_TRUE(experiment) << experiment.error().message;
   EXPECT_EQ(experiment->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
@@ -363,6 +363,10 @@ TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
             Wanted::kYes);
   EXPECT_EQ(again->options.triads[Triad::kAccelerometer].axis_terms[AxisTerm::kQuadratic],
             Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].axis_terms[AxisTerm::kCubic],
+            Wanted::kAuto);
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { gyroscope: { cubic: true } }\n"),
+              HasSubstr("cubic"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
 }
@@ -410,6 +414,8 @@ TEST_F(ExperimentConfig, AModelThatIsChosenLeavesItsTermsOpenUnlessTheyAreStated
   const TriadOptions& gyroscope = experiment.options.triads[Triad::kGyroscope];
   EXPECT_EQ(accelerometer.model, MatrixModel::kAuto);
   EXPECT_EQ(accelerometer.axis_terms[AxisTerm::kQuadratic], Wanted::kAuto);
+  // Few chips have one: it is asked for by name.
+  EXPECT_EQ(accelerometer.axis_terms[AxisTerm::kCubic], Wanted::kNo);
   EXPECT_EQ(gyroscope.g_sensitivity, Wanted::kNo);
   EXPECT_EQ(gyroscope.axis_terms[AxisTerm::kAsymmetry], Wanted::kAuto);
   const Experiment again = LoadWell(experiment.resolved_yaml);

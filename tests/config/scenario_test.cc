@@ -84,12 +84,15 @@ TEST_F(ScenarioConfig, TakesTheUnitsOfDataSheets) {
   const SimulatedTriad accelerometer = Sensor(
       Triad::kAccelerometer,
       "unit: g, bias_mg: 60, scale_error_percent: [1, 0, -2], range_g: 4, quadratic_ug_g2: 200, "
+      "cubic_ug_g3: -50, spread: { cubic_per_m2ps4: 1e-6 }, "
       "resolution_ug: 122, noise: { noise_density_ug_rthz: [100, 200, 300], "
       "bias_instability_ug: 40, bias_random_walk_mps2_rth: 6e-3 }");
   EXPECT_NEAR(accelerometer.nominal.bias[1], 0.06, 1e-15);
   EXPECT_DOUBLE_EQ(accelerometer.nominal.sensitivity(2, 2), 0.98 / kStandardGravityMps2);
   // 200 ug more than 1 g at 1 g.
   EXPECT_NEAR(accelerometer.nominal.axis_terms[AxisTerm::kQuadratic][2], 200e-6, 1e-18);
+  EXPECT_NEAR(accelerometer.nominal.axis_terms[AxisTerm::kCubic][2], -50e-6, 1e-18);
+  EXPECT_EQ(accelerometer.spread.axis_terms[AxisTerm::kCubic], 1e-6);
   EXPECT_DOUBLE_EQ(accelerometer.noise.density[2], 0.3 * kMilliG);
   EXPECT_DOUBLE_EQ(accelerometer.noise.instability_sigma[0], 0.04 * kMilliG);
   EXPECT_DOUBLE_EQ(accelerometer.noise.random_walk[0], 1e-4);

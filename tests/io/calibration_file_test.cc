@@ -61,6 +61,8 @@ Calibration Awkward() {
   full.axis_term_sigma[AxisTerm::kQuadratic] = {1e-6, 0.0, kInfinity};
   full.model.axis_terms[AxisTerm::kAsymmetry].setConstant(1e-3 / 7.0);
   full.axis_term_sigma[AxisTerm::kAsymmetry] = Eigen::Vector3d::Constant(0.1);
+  full.model.axis_terms[AxisTerm::kCubic] = {1e-9 / 3.0, -0.0, 1e300};
+  full.axis_term_sigma[AxisTerm::kCubic] = {1e-12, kInfinity, kSubnormal};
   full.g_sensitivity = Eigen::Matrix3d::Constant(-1.0 / 7.0);
   full.thermal = ThermalTerms{
       25.0,
@@ -196,6 +198,8 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(a.model.sensitivity, b.model.sensitivity);
   EXPECT_EQ(a.model.bias, b.model.bias);
   EXPECT_EQ(a.bias_sigma, b.bias_sigma);
+  EXPECT_EQ(a.model.axis_terms, b.model.axis_terms);
+  EXPECT_EQ(a.axis_term_sigma, b.axis_term_sigma);
   EXPECT_EQ(a.thermal->bias, b.thermal->bias);
   EXPECT_EQ(a.thermal->sensitivity, b.thermal->sensitivity);
   EXPECT_EQ(a.thermal->rate[RateTerm::kCross], b.thermal->rate[RateTerm::kCross]);

@@ -75,6 +75,40 @@ TEST(TriadModel, AReadingThatNothingGivesHasNoTruth) {
   EXPECT_TRUE(std::isnan(model.TruthFromRaw({25.1, 0.0, 0.0})[0]));
 }
 
+// Without a closed form: from the root of the other terms by Newton's method.
+TEST(TriadModel, CubicTermsAreUndoneBesideOthers) {
+  TriadModel<double> model = BentModel();
+  model.axis_terms[AxisTerm::kCubic] << 2e-9, -2e-9, 1e-9;  // 3 % of 4000
+  for (const double size : {1e-9, 0.1, 3.0, 9.8}) {
+    const Eigen::Vector3d truth(size, -0.7 * size, 0.4 * size);
+    for (const Eigen::Vector3d& felt : {Eigen::Vector3d(truth), Eigen::Vector3d(-truth)}) {
+      EXPECT_LT((model.TruthFromRaw(model.RawFromTruth(felt)) - felt).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(TriadModel, TheSlopeOfACubicTermIsItsDerivative) {
+  TriadModel<double> model;
+  model.axis_terms[AxisTerm::kCubic] << 1e-3, -2e-3, 3e-3;
+  const double step = 1e-3;
+  const Eigen::Vector3d felt(5.0, -7.0, 3.0);
+  const Eigen::Vector3d change = Eigen::Vector3d::Constant(step);
+  const Eigen::Vector3d derivative =
+      (model.RawFromTruth(felt + change) - model.RawFromTruth(felt - change)) / (2.0 * step);
+  // The third derivative of 6 a times step^2 / 6.
+  EXPECT_LT((model.Slope(felt) - derivative).norm(), 1e-8);
+}
+
+TEST(TriadModel, ACubicTermThatTurnsRoundHasNoTruthBeyond) {
+  TriadModel<double> model;
+  model.axis_terms[AxisTerm::kCubic][0] =
+      -1.0 / 300.0;  // turns round at u = 10, where it reads 6.67
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_NEAR(model.TruthFromRaw({sign * 5.28, 0.0, 0.0})[0], sign * 6.0, 1e-12);
+    EXPECT_TRUE(std::isnan(model.TruthFromRaw({sign * 6.7, 0.0, 0.0})[0]));
+  }
+}
+
 TEST(TriadModel, TakesAnyScalar) {
   TriadModel<float> model;
   model.bias << 1.0F, 2.0F, 3.0F;

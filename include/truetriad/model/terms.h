@@ -22,8 +22,8 @@ namespace truetriad {
 ///   raw_i = u_i + sum of a_i f(u_i) over the terms + bias_i
 ///
 /// New ones go to the end: simulated units keep their numbers.
-enum class AxisTerm { kQuadratic, kAsymmetry };
-inline constexpr std::size_t kAxisTermCount = 2;
+enum class AxisTerm { kQuadratic, kAsymmetry, kCubic };
+inline constexpr std::size_t kAxisTermCount = 3;
 
 /// What the rate of temperature T' adds to the bias; tau is the temperature less the reference.
 enum class RateTerm { kLinear, kQuadratic, kCross };
@@ -38,6 +38,7 @@ enum class ParameterKind {
   kRateCross,
   kQuadratic,
   kAsymmetry,
+  kCubic,
 };
 
 /// f(u) of an axis term.
@@ -48,6 +49,8 @@ Scalar ValueOf(AxisTerm term, const Scalar& felt) {
       return felt * felt;
     case AxisTerm::kAsymmetry:
       return felt < Scalar(0) ? Scalar(-felt) : felt;
+    case AxisTerm::kCubic:
+      return felt * felt * felt;
   }
   return Scalar(0);
 }
@@ -60,6 +63,8 @@ Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
       return Scalar(2) * felt;
     case AxisTerm::kAsymmetry:
       return Scalar((felt > Scalar(0)) - (felt < Scalar(0)));
+    case AxisTerm::kCubic:
+      return Scalar(3) * felt * felt;
   }
   return Scalar(0);
 }
@@ -102,6 +107,15 @@ inline constexpr std::array<AxisTermInfo, kAxisTermCount> kAxisTerms = {{
      .power = 0,
      .is_closed_form = true,
      .is_in_auto_model = true},
+    {.term = AxisTerm::kCubic,
+     .kind = ParameterKind::kCubic,
+     .triad = Triad::kAccelerometer,
+     .name = "cubic",
+     .words = "cubic term",
+     .label = "cubic term",
+     .power = 2,
+     .is_closed_form = false,
+     .is_in_auto_model = false},
 }};
 
 struct RateTermInfo {
