@@ -134,9 +134,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
   const auto has = [&options](auto condition) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
   };
-  return has([](const TriadOptions& triad) {
-           return triad.quadratic == Wanted::kYes || triad.asymmetry == Wanted::kYes;
-         }) &&
+  return has([](const TriadOptions& triad) { return triad.HasAxisTerm(Wanted::kYes); }) &&
          has([](const TriadOptions& triad) {  // that is to be solved first
            return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
          });
@@ -144,8 +142,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
 
 CalibrateOptions WithStraightAxes(CalibrateOptions options) {
   for (TriadOptions& triad : options.triads) {
-    if (triad.quadratic == Wanted::kYes) triad.quadratic = Wanted::kNo;
-    if (triad.asymmetry == Wanted::kYes) triad.asymmetry = Wanted::kNo;
+    std::replace(triad.axis_terms.begin(), triad.axis_terms.end(), Wanted::kYes, Wanted::kNo);
   }
   return options;
 }

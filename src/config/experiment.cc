@@ -204,13 +204,13 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
   }
   if (YamlReader rate = reader.Child("rate"); IsWord(rate, "auto")) {
     thermal->rate_auto = true;
-    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = true;
+    thermal->rate = PerRateTerm<bool>::All(true);
   } else if (rate) {
     thermal->rate_auto = false;
-    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = false;
+    thermal->rate = {};
     for (const YamlReader& item : rate.Items()) {
-      bool ThermalOptions::*term = nullptr;
-      if (ReadChoice(item, kRateTerms, &term)) thermal->*term = true;
+      RateTerm term = RateTerm::kLinear;
+      if (ReadChoice(item, RateTerms(), &term)) thermal->rate[term] = true;
     }
   }
   if (YamlReader lag = reader.Child("lag"); IsWord(lag, "auto")) {
@@ -250,12 +250,12 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
-  if (triad == Triad::kAccelerometer) {
-    ReadChoice(reader.Child("quadratic"), WantedTerms(), &options.quadratic);
-  }
   if (triad == Triad::kGyroscope) {
     ReadChoice(reader.Child("g_sensitivity"), WantedTerms(), &options.g_sensitivity);
-    ReadChoice(reader.Child("asymmetry"), WantedTerms(), &options.asymmetry);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != triad) continue;
+    ReadChoice(reader.Child(info.name), WantedTerms(), &options.axis_terms[info.term]);
   }
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
@@ -672,17 +672,19 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = options.triads[triad];
     if (sensor.model != MatrixModel::kAuto) continue;
-    const auto leave_open = [&](const char* key, Wanted* term) {
-      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + key;
+    const auto leave_open = [&](std::string_view key, Wanted* term) {
+      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + std::string(key);
       if (!draft->given.contains(name)) *term = Wanted::kAuto;
     };
-    if (triad == Triad::kAccelerometer) leave_open("quadratic", &sensor.quadratic);
-    if (triad != Triad::kGyroscope) continue;
     // It shows only where gravity is seen.
-    if (options.triads[Triad::kAccelerometer].enabled) {
+    if (triad == Triad::kGyroscope && options.triads[Triad::kAccelerometer].enabled) {
       leave_open("g_sensitivity", &sensor.g_sensitivity);
     }
-    leave_open("asymmetry", &sensor.asymmetry);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (info.triad == triad && info.is_in_auto_model) {
+        leave_open(info.name, &sensor.axis_terms[info.term]);
+      }
+    }
   }
   if (!any_enabled) {
     fail("sensors", "is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");

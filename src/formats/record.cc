@@ -117,20 +117,19 @@ std::string StatusText(const Calibration& calibration) {
 
 std::string ExpandedMembers(const TriadCalibration& sensor) {
   constexpr std::string_view kIndent = "      ";
-  const auto expanded = [&](const std::string& name, const std::optional<Eigen::Vector3d>& sigma) {
-    if (!sigma) return std::string();
+  const auto expanded = [&](std::string_view name, const Eigen::Vector3d& sigma) {
     return Member(kIndent,
-                  name + "_expanded_uncertainty",
-                  ListText(Eigen::Vector3d(kCoverageFactor * *sigma)));
+                  std::string(name) + "_expanded_uncertainty",
+                  ListText(Eigen::Vector3d(kCoverageFactor * sigma)));
   };
-  return Member(kIndent,
-                "bias_expanded_uncertainty",
-                ListText(Eigen::Vector3d(kCoverageFactor * sensor.bias_sigma))) +
-         Member(kIndent,
-                "sensitivity_expanded_uncertainty",
-                RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma))) +
-         expanded("quadratic", sensor.quadratic_sigma) +
-         expanded("asymmetry", sensor.asymmetry_sigma);
+  std::string text = expanded("bias", sensor.bias_sigma) +
+                     Member(kIndent,
+                            "sensitivity_expanded_uncertainty",
+                            RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma)));
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (const auto& sigma = sensor.axis_term_sigma[info.term]) text += expanded(info.name, *sigma);
+  }
+  return text;
 }
 
 std::string RecordJson(const WriteRequest& request) {
@@ -231,16 +230,15 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
       sensor.model.sensitivity,
       [&](int row, int col) { return sensor.sensitivity_sigma(row, col); },
       raw == truth ? "" : raw + " per " + truth);
-  const auto add_vector = [&](const std::string& label,
-                              const Eigen::Vector3d& values,
-                              const std::optional<Eigen::Vector3d>& sigma,
-                              const std::string& unit) {
-    if (!sigma) return;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const auto& sigma = sensor.axis_term_sigma[info.term];
+    if (!sigma) continue;
+    const std::string power = info.power > 1 ? "^" + std::to_string(info.power) : "";
     add(
-        label, [&](int i) { return with_u(values[i], (*sigma)[i]); }, unit);
-  };
-  add_vector("quadratic", sensor.model.quadratic, sensor.quadratic_sigma, "1/(" + raw + ")");
-  add_vector("asymmetry", sensor.model.asymmetry, sensor.asymmetry_sigma, "");
+        std::string(info.name),
+        [&](int i) { return with_u(sensor.model.axis_terms[info.term][i], (*sigma)[i]); },
+        info.power > 0 ? DisplayUnit("1/(" + raw + ")" + power) : "");
+  }
   const auto listed = [&](ParameterKind kind, int power) {
     return [&, kind, power](int row, int col) {
       return SigmaOf(covariance, ParameterName{triad, kind, power, row, col}.str());
@@ -283,9 +281,12 @@ Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovari
         unit);
   };
   const ThermalTerms& thermal = *sensor.thermal;
-  add_thermal(thermal.rate_linear, "b, dT/dt", "rate.linear", raw + " s/°C");
-  add_thermal(thermal.rate_quadratic, "b, (dT/dt)²", "rate.quadratic", raw + " s²/°C²");
-  add_thermal(thermal.rate_cross, "b, τ dT/dt", "rate.cross", raw + " s/°C²");
+  for (const RateTermInfo& info : kRateTerms) {
+    add_thermal(thermal.rate[info.term],
+                "b, " + DisplayUnit(info.words),
+                std::string(info.path),
+                raw + " " + DisplayUnit(info.unit));
+  }
   add_thermal(thermal.element_lag_s, "lag of T", "element_lag", "s");
   add_thermal(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
   return table;
@@ -364,7 +365,7 @@ Format RecordFormat() {
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
-                              .higher_terms = true};
+                              .axis_terms = true};
   }
   format.write = WriteRecord;
   format.read = ReadRecord;

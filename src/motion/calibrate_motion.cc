@@ -291,8 +291,7 @@ Findings WhyUnusable(const MotionTrack& track,
                      const PresentedSolution& solution,
                      const Quality& quality,
                      bool determined) {
-  const Findings non_finite =
-      CheckFinite(/*has_asymmetry=*/false, run.graph.shared, solution.covariance);
+  const Findings non_finite = CheckFinite(TriadOptions(), run.graph.shared, solution.covariance);
   if (Find(non_finite, FindingCode::kNonFinite) != nullptr) return non_finite;
   if (!determined) {
     return {{FindingCode::kNotDetermined,

@@ -325,7 +325,7 @@ std::vector<ProgramPose> PlanProblem::OrderedForGyroscope(
                            *nominal_.models[Triad::kGyroscope],
                            AttitudeSigma(),
                            has_heading_,
-                           calibrate_.triads[Triad::kGyroscope].asymmetry == Wanted::kYes);
+                           calibrate_.triads[Triad::kGyroscope].HasAxisTerm(Wanted::kYes));
 }
 
 PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const {
@@ -623,11 +623,9 @@ void PlanProblem::FindQuantities() {
             "rad/s/(m/s^2)",
             1.0 / nominal_.reference[kGravity],
             row_of(name) / gain[term->row]);
-      } else if (term->kind == ParameterKind::kAsymmetry) {
-        add(group, axes, "", 1.0, row_of(name));
-      } else if (term->kind == ParameterKind::kQuadratic && !turns) {
+      } else if (const auto bend = InfoOf(term->kind).axis_term) {
         // As a share of the signal.
-        add(group, axes, "", 1.0, row_of(name) * gain[term->row] * signal);
+        add(group, axes, "", 1.0, row_of(name) * InfoOf(*bend).PowerOf(gain[term->row] * signal));
       }
       if (!term->is_thermal()) continue;
       const ThermalScale& scale = graph_.layout.thermal_scale;
@@ -635,23 +633,13 @@ void PlanProblem::FindQuantities() {
       const std::string truth(TruthUnitName(triad));
       std::string unit = is_bias ? truth : "1";
       double typical = is_bias ? signal : 1.0;
-      switch (term->kind) {
-        case ParameterKind::kRateLinear:
-          unit += " s/degC";
-          typical /= scale.rate_degcps;
-          break;
-        case ParameterKind::kRateQuadratic:
-          unit += " s^2/degC^2";
-          typical /= scale.rate_degcps * scale.rate_degcps;
-          break;
-        case ParameterKind::kRateCross:
-          unit += " s/degC^2";
-          typical /= scale.rate_degcps * scale.half_range_degc;
-          break;
-        default:
-          unit += "/degC";
-          if (term->power > 1) unit.append("^").append(std::to_string(term->power));
-          typical /= std::pow(scale.half_range_degc, term->power);
+      if (const auto rate = InfoOf(term->kind).rate) {
+        unit.append(" ").append(InfoOf(*rate).unit);
+        typical /= FactorOf(*rate, scale.half_range_degc, scale.rate_degcps);
+      } else {
+        unit += "/degC";
+        if (term->power > 1) unit.append("^").append(std::to_string(term->power));
+        typical /= std::pow(scale.half_range_degc, term->power);
       }
       add(group, axes, unit, typical, row_of(name) / gain[term->row]);
     }

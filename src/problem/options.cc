@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <string>
-#include <tuple>
 
 #include "base/named_values.h"
 
@@ -49,8 +48,7 @@ std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrice
 std::string_view RegressionFactorName(RegressionFactor factor) { return kFactors.Name(factor); }
 
 bool ThermalOptions::any() const {
-  return bias_order > 0 || matrix_order > 0 || rate_linear || rate_quadratic || rate_cross ||
-         needs_sweep();
+  return bias_order > 0 || matrix_order > 0 || rate.any() || needs_sweep();
 }
 bool ThermalOptions::needs_sweep() const {
   return lags_auto || lags > 0 || !knots_degc.empty() || find_knots > 0 || has_regression();
@@ -95,8 +93,7 @@ bool CalibrateOptions::HasChoice() const {
   return std::any_of(triads.begin(), triads.end(), [this](const TriadOptions& triad) {
     return triad.enabled &&
            ((triad.thermal.is_open() && !sweep) || triad.model == MatrixModel::kAuto ||
-            triad.g_sensitivity == Wanted::kAuto || triad.quadratic == Wanted::kAuto ||
-            triad.asymmetry == Wanted::kAuto);
+            triad.g_sensitivity == Wanted::kAuto || triad.HasAxisTerm(Wanted::kAuto));
   });
 }
 
@@ -125,14 +122,16 @@ Status CalibrateOptions::Validate() const {
     require(
         sensor.g_sensitivity == Wanted::kNo || triads[Triad::kAccelerometer].enabled,
         name + ": g-sensitivity needs the accelerometer; enable it too, or remove `g_sensitivity`");
-    for (const auto& [wanted, term, term_key, owner] :
-         {std::tuple(sensor.g_sensitivity, "g-sensitivity", "g_sensitivity", Triad::kGyroscope),
-          std::tuple(sensor.asymmetry, "asymmetry", "asymmetry", Triad::kGyroscope),
-          std::tuple(sensor.quadratic, "quadratic term", "quadratic", Triad::kAccelerometer)}) {
-      key = "sensors." + name + "." + term_key;
-      require(wanted == Wanted::kNo || triad == owner,
-              name + ": a " + term + " exists only for the " + std::string(TriadName(owner)) +
-                  "; remove it");
+    const auto require_owner =
+        [&](Wanted wanted, const std::string& term, std::string_view term_key, Triad owner) {
+          key = "sensors." + name + "." + std::string(term_key);
+          require(wanted == Wanted::kNo || triad == owner,
+                  name + ": " + term + " exists only for the " + std::string(TriadName(owner)) +
+                      "; remove it");
+        };
+    require_owner(sensor.g_sensitivity, "a g-sensitivity", "g_sensitivity", Triad::kGyroscope);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      require_owner(sensor.axis_terms[info.term], WithArticle(info.words), info.name, info.triad);
     }
     key = "sensors." + name + ".noise";
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
@@ -211,8 +210,9 @@ Status CalibrateOptions::Validate() const {
                   ": a sweep in few attitudes cannot separate sensitivity from bias; remove "
                   "`matrix_order`, or record poses at several temperatures (a soak)");
       require(
-          !sensor.enabled || (sensor.quadratic == Wanted::kNo && sensor.asymmetry == Wanted::kNo &&
-                              sensor.g_sensitivity == Wanted::kNo),
+          !sensor.enabled ||
+              (!sensor.HasAxisTerm(Wanted::kYes) && !sensor.HasAxisTerm(Wanted::kAuto) &&
+               sensor.g_sensitivity == Wanted::kNo),
           std::string(TriadName(triad)) +
               ": a sweep determines only terms that change with temperature; remove the others");
     }
@@ -231,9 +231,10 @@ Status CalibrateOptions::Validate() const {
     require(!HasThermal(), "motion: temperature terms need rests; remove `thermal:`");
     require(!HasChoice(),
             "motion: choosing a model needs rests; name the models and terms instead of `auto`");
-    require(triads[Triad::kAccelerometer].quadratic == Wanted::kNo &&
-                triads[Triad::kGyroscope].asymmetry == Wanted::kNo,
-            "motion: a quadratic term and an asymmetry need rests; remove them");
+    for (const AxisTermInfo& info : kAxisTerms) {
+      require(triads[info.triad].axis_terms[info.term] == Wanted::kNo,
+              "motion: " + WithArticle(info.words) + " needs rests; remove it");
+    }
     key = "initialise";
     require(!initialise.only && initialise.method == InitialiseMethod::kAuto,
             "motion: only `initialise: { method: auto }` starts without rests");

@@ -101,7 +101,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return "";
   const ThermalTerms& thermal = *sensor->thermal;
-  if (!thermal.rate_linear && !thermal.rate_quadratic && !thermal.rate_cross) return "";
+  if (!thermal.rate.any()) return "";
   if (FollowsThePast(calibration, triad, axis)) return "";
   Range rates;
   for (const SweepWindow& window : windows) rates.Add(window.rate_degcps);

@@ -128,10 +128,11 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
     needed = 6;
   }
   std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
-  if (options.quadratic == Wanted::kYes) {
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad == Triad::kGyroscope || options.axis_terms[info.term] != Wanted::kYes) continue;
     // A pose says three things with its attitude, one without.
     needed += attitudes ? 1 : 3;
-    model += " with a quadratic term";
+    model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
   return NotEnoughError(Finding(FindingCode::kTooFewPoses,

@@ -355,7 +355,7 @@ Status CalibrateSweep(const PoseSet& poses,
   SayLeftOut(quality, &calibration.findings);
   SayUnexplained(quality, &calibration.findings);
   const Findings non_finite =
-      CheckFinite(/*has_asymmetry=*/false, Eigen::VectorXd(), calibration.covariance);
+      CheckFinite(TriadOptions(), Eigen::VectorXd(), calibration.covariance);
   if (non_finite.empty()) {
     StateAbout(options.reference.temperature_degc, &calibration);
   } else {

@@ -70,9 +70,9 @@ std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& 
   for (int power = 1; power <= terms.bias_order; ++power) {
     names.push_back({triad, ParameterKind::kBias, power, axis, 0});
   }
-  if (terms.rate_linear) names.push_back({triad, ParameterKind::kRateLinear, 0, axis, 0});
-  if (terms.rate_quadratic) names.push_back({triad, ParameterKind::kRateQuadratic, 0, axis, 0});
-  if (terms.rate_cross) names.push_back({triad, ParameterKind::kRateCross, 0, axis, 0});
+  for (const RateTermInfo& info : kRateTerms) {
+    if (terms.rate[info.term]) names.push_back({triad, info.kind, 0, axis, 0});
+  }
   return names;
 }
 
@@ -98,25 +98,14 @@ void SetTerm(const ParameterName& name, double value, TriadCalibration* sensor) 
     if (!*term) *term = Eigen::Vector3d::Zero();
     (**term)[name.row] = value;
   };
-  switch (name.kind) {
-    case ParameterKind::kBias: {
-      if (name.power == 0) {
-        sensor->model.bias[name.row] = value;
-        return;
-      }
-      const auto power = static_cast<std::size_t>(name.power);
-      if (thermal.bias.size() < power) thermal.bias.resize(power, Eigen::Vector3d::Zero());
-      thermal.bias[power - 1][name.row] = value;
-      return;
-    }
-    case ParameterKind::kRateLinear:
-      return on_axis(&thermal.rate_linear);
-    case ParameterKind::kRateQuadratic:
-      return on_axis(&thermal.rate_quadratic);
-    case ParameterKind::kRateCross:
-      return on_axis(&thermal.rate_cross);
-    default:
-      return;
+  if (const auto rate = InfoOf(name.kind).rate) {
+    on_axis(&thermal.rate[*rate]);
+  } else if (name.power == 0) {
+    sensor->model.bias[name.row] = value;
+  } else {
+    const auto power = static_cast<std::size_t>(name.power);
+    if (thermal.bias.size() < power) thermal.bias.resize(power, Eigen::Vector3d::Zero());
+    thermal.bias[power - 1][name.row] = value;
   }
 }
 
@@ -371,9 +360,9 @@ void TriadSweep::List(TriadCalibration* sensor, NamedCovariance* covariance) con
   for (std::size_t power = 1; power <= thermal.bias.size(); ++power) {
     list(ParameterKind::kBias, static_cast<int>(power));
   }
-  if (thermal.rate_linear) list(ParameterKind::kRateLinear, 0);
-  if (thermal.rate_quadratic) list(ParameterKind::kRateQuadratic, 0);
-  if (thermal.rate_cross) list(ParameterKind::kRateCross, 0);
+  for (const RateTermInfo& info : kRateTerms) {
+    if (thermal.rate[info.term]) list(info.kind, 0);
+  }
   for (int axis = 0; axis < 3; ++axis) {
     for (const std::string& name :
          OtherNames(triad_, axis, choices_[static_cast<std::size_t>(axis)].fit)) {

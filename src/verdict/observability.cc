@@ -38,17 +38,17 @@ std::string SpokenName(const std::string& text) {
     const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
     std::string spoken(TriadName(name->triad));
     if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
-    if (name->kind == ParameterKind::kQuadratic) return spoken + " quadratic term " + row;
-    if (name->kind == ParameterKind::kAsymmetry) return spoken + " asymmetry " + row;
+    const ParameterInfo& info = InfoOf(name->kind);
+    if (info.axis_term) {
+      return spoken.append(" ").append(InfoOf(*info.axis_term).words).append(" ").append(row);
+    }
     if (name->kind != ParameterKind::kSensitivity) {
       spoken += " bias " + row;
     } else {
       spoken += name->row == name->col ? " scale " + row : " misalignment " + row + col;
     }
     if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
-    if (name->kind == ParameterKind::kRateLinear) spoken += ", dT/dt";
-    if (name->kind == ParameterKind::kRateQuadratic) spoken += ", (dT/dt)^2";
-    if (name->kind == ParameterKind::kRateCross) spoken += ", tau dT/dt";
+    if (info.rate) spoken.append(", ").append(InfoOf(*info.rate).words);
     return spoken;
   }
   if (text == "reference.dip_rad") return "dip of the field";

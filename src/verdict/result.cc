@@ -32,8 +32,9 @@ TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolu
     if (place < 0) return std::nullopt;
     return solution.covariance.matrix.diagonal().segment<3>(place).cwiseMax(0.0).cwiseSqrt();
   };
-  sensor.quadratic_sigma = term_sigma(ParameterKind::kQuadratic);
-  sensor.asymmetry_sigma = term_sigma(ParameterKind::kAsymmetry);
+  for (const AxisTermInfo& info : kAxisTerms) {
+    sensor.axis_term_sigma[info.term] = term_sigma(info.kind);
+  }
   return sensor;
 }
 

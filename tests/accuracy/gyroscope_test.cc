@@ -84,8 +84,10 @@ TEST_F(GyroscopeRecordings, XsensIsFoundToFollowGravity) {
                            "sensors.gyroscope.g_sensitivity=auto");
   ASSERT_EQ(run.exit_code, 0) << run.text;
   EXPECT_TRUE(run.calibration.sensors[kGyro]->g_sensitivity.has_value());
-  EXPECT_FALSE(run.calibration.sensors[kGyro]->asymmetry_sigma.has_value());
-  EXPECT_FALSE(run.calibration.sensors[Triad::kAccelerometer]->quadratic_sigma.has_value());
+  EXPECT_FALSE(run.calibration.sensors[kGyro]->axis_term_sigma[AxisTerm::kAsymmetry].has_value());
+  EXPECT_FALSE(run.calibration.sensors[Triad::kAccelerometer]
+                   ->axis_term_sigma[AxisTerm::kQuadratic]
+                   .has_value());
   ASSERT_FALSE(run.calibration.quality.rests.model_choice.empty());
   for (const ModelAlternative& model : run.calibration.quality.rests.model_choice) {
     if (model.description != "gyroscope without g-sensitivity") continue;

@@ -53,9 +53,11 @@ Scenario GyroscopeScenario(const Parts& parts) {
   if (parts.higher_terms) {
     // In their own order the poses lie along a spiral, and every axis would turn one way only.
     std::get<PosesStep>(scenario.motion.front()).shuffle = true;
-    gyroscope.nominal.asymmetry << 2e-3, -1e-3, 3e-3;
+    gyroscope.nominal.axis_terms[AxisTerm::kAsymmetry] << 2e-3, -1e-3, 3e-3;
     // 1000 to 3000 ug/g^2.
-    scenario.sensors[kAccel]->nominal.quadratic << 1e-4, -3e-4, 2e-4;
+    scenario.sensors[kAccel]->nominal.axis_terms[AxisTerm::kQuadratic] << 1e-4, -3e-4, 2e-4;
+    // As many ug/g^3.
+    scenario.sensors[kAccel]->nominal.axis_terms[AxisTerm::kCubic] << -1e-5, 2e-5, 3e-5;
   }
   if (parts.g_sensitivity) {
     gyroscope.g_sensitivity.emplace();
@@ -74,9 +76,10 @@ CalibrateOptions OptionsFor(const Scenario& scenario) {
     options.triads[triad].excess = ExcessNoise::kNone;
   }
   if (scenario.sensors[kGyro]->g_sensitivity) options.triads[kGyro].g_sensitivity = Wanted::kYes;
-  if (!scenario.sensors[kGyro]->nominal.asymmetry.isZero(0.0)) {
-    options.triads[kGyro].asymmetry = Wanted::kYes;
-    options.triads[kAccel].quadratic = Wanted::kYes;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const auto& sensor = scenario.sensors[info.triad];
+    if (!sensor || sensor->nominal.axis_terms[info.term].isZero(0.0)) continue;
+    options.triads[info.triad].axis_terms[info.term] = Wanted::kYes;
   }
   return options;
 }
@@ -124,12 +127,18 @@ TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
   if (found.g_sensitivity) {
     EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
   }
-  EXPECT_LT((found.model.asymmetry - expected.model.asymmetry).norm(), 1e-7);
-  EXPECT_EQ(found.asymmetry_sigma.has_value(), GetParam().higher_terms);
-  const TriadCalibration& accelerometer = *summary->calibration.sensors[kAccel];
-  // Norms of 9.8 m/s^2, solved to 1e-9, over the squares of what the axes feel.
-  EXPECT_LT((accelerometer.model.quadratic - truth.sensors[kAccel]->model.quadratic).norm(), 1e-10);
-  EXPECT_EQ(accelerometer.quadratic_sigma.has_value(), GetParam().higher_terms);
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const TriadCalibration& sensor = *summary->calibration.sensors[info.triad];
+    const TriadModel<double>& true_model = truth.sensors[info.triad]->model;
+    const Eigen::Vector3d& value = true_model.axis_terms[info.term];
+    // As a share of the signal; gravity is solved to 1e-9.
+    const bool is_gyroscope = info.triad == kGyro;
+    const double signal =
+        true_model.sensitivity.row(0).norm() * (is_gyroscope ? 1.0 : kStandardGravityMps2);
+    EXPECT_LT((sensor.model.axis_terms[info.term] - value).norm() * info.PowerOf(signal),
+              is_gyroscope ? 1e-7 : 1e-9);
+    EXPECT_EQ(sensor.axis_term_sigma[info.term].has_value(), !value.isZero(0.0));
+  }
   EXPECT_LT(*summary->calibration.quality.residual_rms[kGyro], 1e-8);
 }
 
@@ -204,7 +213,7 @@ TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
     attitude = attitude * Eigen::AngleAxisd(1.1, Eigen::Vector3d::Unit(k % 3));
   }
   CalibrateOptions options = OptionsFor(scenario);
-  options.triads[kGyro].asymmetry = Wanted::kYes;
+  options.triads[kGyro].axis_terms[AxisTerm::kAsymmetry] = Wanted::kYes;
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_EQ(summary->calibration.outcome, Outcome::kNotObservable)
@@ -216,7 +225,7 @@ TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
   }
   EXPECT_TRUE(is_named);
   // Without it they do.
-  options.triads[kGyro].asymmetry = Wanted::kNo;
+  options.triads[kGyro].axis_terms[AxisTerm::kAsymmetry] = Wanted::kNo;
   const auto without = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(without);
   EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.findings.back().Message();
@@ -358,8 +367,8 @@ TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
   CalibrateOptions options = OptionsFor(scenario);
   options.cross_validation_folds = 5;
   for (TriadOptions& triad : options.triads) triad.model = MatrixModel::kAuto;
-  options.triads[kAccel].quadratic = Wanted::kAuto;
-  options.triads[kGyro].asymmetry = Wanted::kAuto;
+  options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kAuto;
+  options.triads[kGyro].axis_terms[AxisTerm::kAsymmetry] = Wanted::kAuto;
   options.triads[kGyro].g_sensitivity = Wanted::kAuto;
   const auto summary = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(summary) << summary.error().message;
@@ -367,8 +376,9 @@ TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
   const CalibrateOptions& chosen = summary->options;
   const auto wanted = [](bool there) { return there ? Wanted::kYes : Wanted::kNo; };
   EXPECT_EQ(chosen.triads[kGyro].g_sensitivity, wanted(GetParam().g_sensitivity));
-  EXPECT_EQ(chosen.triads[kGyro].asymmetry, wanted(GetParam().higher_terms));
-  EXPECT_EQ(chosen.triads[kAccel].quadratic, wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kGyro].axis_terms[AxisTerm::kAsymmetry], wanted(GetParam().higher_terms));
+  EXPECT_EQ(chosen.triads[kAccel].axis_terms[AxisTerm::kQuadratic],
+            wanted(GetParam().higher_terms));
   EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
   EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
   ASSERT_FALSE(summary->calibration.quality.rests.model_choice.empty());

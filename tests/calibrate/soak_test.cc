@@ -106,15 +106,17 @@ TEST(SoakChoice, TakesTheLeastShapeOfTheMatrixThatExplainsIt) {
 
 TEST(SoakChoice, TakesTheRateTermsThatAreThere) {
   ThermalOptions terms = Terms(1, 0);
-  terms.rate_linear = true;
+  terms.rate[RateTerm::kLinear] = true;
   Random random(14);
   const Soak soak = MakeSoak(terms, 12, true, &random);
   ThermalOptions open = Terms(1, 0);
-  open.rate_auto = open.rate_linear = open.rate_quadratic = open.rate_cross = true;
+  open.rate_auto = true;
+  open.rate = PerRateTerm<bool>::All(true);
   const CalibrationSummary summary = Choose(soak, open, &random);
   for (const Triad triad : trials::kStaticTriads) {
-    EXPECT_TRUE(Chosen(summary, triad).rate_linear);
-    EXPECT_FALSE(Chosen(summary, triad).rate_quadratic || Chosen(summary, triad).rate_cross);
+    EXPECT_TRUE(Chosen(summary, triad).rate[RateTerm::kLinear]);
+    EXPECT_FALSE(Chosen(summary, triad).rate[RateTerm::kQuadratic] ||
+                 Chosen(summary, triad).rate[RateTerm::kCross]);
   }
 }
 

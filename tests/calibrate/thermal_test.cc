@@ -99,7 +99,7 @@ TEST(CalibrateSoak, RecoversFullMatrixTermsOnAFixture) {
 TEST(CalibrateSoak, RecoversRateTerms) {
   Random random(4);
   ThermalOptions terms = CubicAndLinear();
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   const Soak soak = MakeSoak(terms, 12, true, &random);
   ExpectExact(soak, ExactSoakPoses(soak));
 }
@@ -263,7 +263,7 @@ TEST(ThermalBlock, TermsInTauAreTheScaledOnes) {
   ThermalOptions terms;
   terms.bias_order = 7;
   terms.matrix_order = 3;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   const ThermalBlock block{0, terms};
   const ThermalScale scale{25.0, 10.0, 40.0, 0.02};
   Eigen::VectorXd shared(block.size());

@@ -31,7 +31,7 @@ CalibrateOptions OpenOptions(const SyntheticUnit& unit) {
     options.triads[triad].model = MatrixModel::kAuto;
     options.triads[triad].nominal_sensitivity = Eigen::Matrix3d::Identity();
   }
-  options.triads[kAccel].quadratic = Wanted::kAuto;
+  options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kAuto;
   return options;
 }
 
@@ -58,17 +58,33 @@ TEST(ModelChoice, TakesTheSmallestModelThatExplainsTheUnit) {
     const CalibrationSummary summary = Choose(unit, OpenOptions(unit));
     EXPECT_EQ(summary.options.triads[kAccel].model, model);
     EXPECT_EQ(summary.options.triads[kMag].model, model);
-    EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kNo);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kNo);
   }
 }
 
 TEST(ModelChoice, FindsAQuadraticTermThatIsThere) {
   Random random(3);
   SyntheticUnit unit = RandomUnit({}, &random);
-  unit.models[kAccel]->quadratic << 1e-4, -2e-4, 1e-4;
+  unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic] << 1e-4, -2e-4, 1e-4;
   const CalibrationSummary summary = Choose(unit, OpenOptions(unit));
-  EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kYes);
-  EXPECT_TRUE(summary.calibration.sensors[kAccel]->quadratic_sigma.has_value());
+  EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kYes);
+  EXPECT_TRUE(
+      summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kQuadratic].has_value());
+}
+
+TEST(ModelChoice, FindsACubicTermWhereThereIsOne) {
+  for (const bool is_there : {true, false}) {
+    Random random(3);
+    SyntheticUnit unit = RandomUnit({}, &random);
+    if (is_there) unit.models[kAccel]->axis_terms[AxisTerm::kCubic] << 2e-4, -3e-4, 2e-4;
+    CalibrateOptions options = OpenOptions(unit);
+    options.triads[kAccel].axis_terms[AxisTerm::kCubic] = Wanted::kAuto;
+    const CalibrationSummary summary = Choose(unit, options);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kCubic],
+              is_there ? Wanted::kYes : Wanted::kNo);
+    EXPECT_EQ(summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kCubic].has_value(),
+              is_there);
+  }
 }
 
 TEST(ModelChoice, KnowsAMagnetometerThatIsOnlySoftIron) {
@@ -96,11 +112,11 @@ TEST(ModelChoice, LeavesAloneWhatIsStated) {
       RandomUnit({.gain_low = 1.0, .gain_high = 1.0, .cross_axis = 0.0}, &random);
   CalibrateOptions options = OpenOptions(unit);
   options.triads[kAccel].model = MatrixModel::kFull;
-  options.triads[kAccel].quadratic = Wanted::kYes;
+  options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kYes;
   options.triads[kMag].fixed_sensitivity = Eigen::Matrix3d::Identity();
   const CalibrationSummary summary = Choose(unit, options);
   EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
-  EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kYes);
+  EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kYes);
   // But for rounding of the gauge's rotation.
   EXPECT_TRUE(summary.calibration.sensors[kMag]->model.sensitivity.isIdentity(1e-12));
 }
@@ -151,7 +167,7 @@ TEST(ModelChoice, WeighsNothingWhereFewPosesLeaveNothingToWeighWith) {
   for (const int poses : {10, 14}) {
     const CalibrationSummary summary = Choose(unit, options, poses);
     EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
-    EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kNo);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kNo);
     EXPECT_TRUE(summary.calibration.quality.rests.model_choice.empty());
     EXPECT_THAT(summary.calibration.messages, Contains(HasSubstr("too few to weigh models")));
   }

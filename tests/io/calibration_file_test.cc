@@ -57,22 +57,23 @@ Calibration Awkward() {
   full.model.bias = {32768.1, -1e-310, 1e300};
   full.bias_sigma = {kInfinity, 0.0, kSubnormal};
   full.sensitivity_sigma.setConstant(0.1);
-  full.model.quadratic = {1e-5 / 3.0, 0.0, -kSubnormal};
-  full.quadratic_sigma = {1e-6, 0.0, kInfinity};
-  full.model.asymmetry.setConstant(1e-3 / 7.0);
-  full.asymmetry_sigma = Eigen::Vector3d::Constant(0.1);
+  full.model.axis_terms[AxisTerm::kQuadratic] = {1e-5 / 3.0, 0.0, -kSubnormal};
+  full.axis_term_sigma[AxisTerm::kQuadratic] = {1e-6, 0.0, kInfinity};
+  full.model.axis_terms[AxisTerm::kAsymmetry].setConstant(1e-3 / 7.0);
+  full.axis_term_sigma[AxisTerm::kAsymmetry] = Eigen::Vector3d::Constant(0.1);
+  full.model.axis_terms[AxisTerm::kCubic] = {1e-9 / 3.0, -0.0, 1e300};
+  full.axis_term_sigma[AxisTerm::kCubic] = {1e-12, kInfinity, kSubnormal};
   full.g_sensitivity = Eigen::Matrix3d::Constant(-1.0 / 7.0);
-  full.thermal = ThermalTerms{25.0,
-                              {-40.0, 85.1},
-                              {{0.1, 0.2, 0.3}, {1e-7, -1e-8, 0.0}},
-                              {Eigen::Matrix3d::Identity() / 3.0},
-                              Eigen::Vector3d(1.0, 2.0, 1.0 / 3.0),
-                              std::nullopt,
-                              Eigen::Vector3d(0.7, 0.0, 0.0),
-                              Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
-                              Eigen::Vector3d(0.0, 1e-3, 1e4),
-                              100.0 / 7.0,
-                              {{2, 31.0 + 1.0 / 3.0, -1e-17, 2e-5}, {0, -7.0, 0.0, 1.0 / 7.0}}};
+  full.thermal = ThermalTerms{
+      25.0,
+      {-40.0, 85.1},
+      {{0.1, 0.2, 0.3}, {1e-7, -1e-8, 0.0}},
+      {Eigen::Matrix3d::Identity() / 3.0},
+      {{Eigen::Vector3d(1.0, 2.0, 1.0 / 3.0), std::nullopt, Eigen::Vector3d(0.7, 0.0, 0.0)}},
+      Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
+      Eigen::Vector3d(0.0, 1e-3, 1e4),
+      100.0 / 7.0,
+      {{2, 31.0 + 1.0 / 3.0, -1e-17, 2e-5}, {0, -7.0, 0.0, 1.0 / 7.0}}};
   full.si_per_count = 0.0005985504150390625;
   full.noise = {{0.1, 0.2, 0.3}, NoiseSource::kDatasheet, 1e-3, kInfinity};
   calibration.sensors[Triad::kAccelerometer] = full;
@@ -197,10 +198,12 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(a.model.sensitivity, b.model.sensitivity);
   EXPECT_EQ(a.model.bias, b.model.bias);
   EXPECT_EQ(a.bias_sigma, b.bias_sigma);
+  EXPECT_EQ(a.model.axis_terms, b.model.axis_terms);
+  EXPECT_EQ(a.axis_term_sigma, b.axis_term_sigma);
   EXPECT_EQ(a.thermal->bias, b.thermal->bias);
   EXPECT_EQ(a.thermal->sensitivity, b.thermal->sensitivity);
-  EXPECT_EQ(a.thermal->rate_cross, b.thermal->rate_cross);
-  EXPECT_FALSE(b.thermal->rate_quadratic);
+  EXPECT_EQ(a.thermal->rate[RateTerm::kCross], b.thermal->rate[RateTerm::kCross]);
+  EXPECT_FALSE(b.thermal->rate[RateTerm::kQuadratic]);
   EXPECT_EQ(a.thermal->element_lag_s, b.thermal->element_lag_s);
   EXPECT_EQ(a.thermal->rate_lag_s, b.thermal->rate_lag_s);
   EXPECT_EQ(a.thermal->smoothing_s, b.thermal->smoothing_s);

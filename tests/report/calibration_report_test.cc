@@ -107,7 +107,7 @@ TEST(CalibrationText, ShowsTemperatureTermsWithTheirUnitsAndRange) {
   ThermalTerms thermal;
   thermal.range_degc = {-10.0, 60.0};
   thermal.bias = {{0.0021, 0.0022, 0.0023}};
-  thermal.rate_linear = Eigen::Vector3d(0.11, 0.12, 0.13);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(0.11, 0.12, 0.13);
   c.sensors[Triad::kAccelerometer]->thermal = thermal;
   const std::string text = CalibrationText(c);
   EXPECT_THAT(text, HasSubstr("m/s² / °C^1"));

@@ -83,8 +83,9 @@ struct Trial {
 Trial MakeTrial(const Case& tested, Random* random) {
   SyntheticUnit unit = RandomUnit(tested.spread, random);
   for (int axis = 0; axis < 3; ++axis) {
-    unit.models[kAccel]->quadratic[axis] =
-        random->Uniform() < 0.5 ? -tested.quadratic : tested.quadratic;
+    unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic][axis] =
+        random->Uniform() < 0.5 ? -tested.axis_terms[AxisTerm::kQuadratic]
+                                : tested.axis_terms[AxisTerm::kQuadratic];
   }
   SyntheticNoise noise = ModelNoise();
   noise.excess_sigma[kAccel] = tested.excess_mps2;
@@ -99,7 +100,7 @@ Trial MakeTrial(const Case& tested, Random* random) {
     sensor.nominal_sensitivity = Eigen::Matrix3d::Identity();
     sensor.excess = tested.excess_mps2 > 0.0 ? ExcessNoise::kEstimate : ExcessNoise::kNone;
   }
-  trial.options.triads[kAccel].quadratic = Wanted::kAuto;
+  trial.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kAuto;
   return trial;
 }
 

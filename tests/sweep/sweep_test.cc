@@ -33,7 +33,7 @@ using trials::WindowsOf;
 ThermalOptions SevenTerms() {
   ThermalOptions terms;
   terms.bias_order = 3;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   return terms;
 }
 
@@ -60,23 +60,12 @@ Eigen::VectorXd ErrorsOf(const Calibration& calibration, const Sweep& sweep) {
     const auto name = ParameterName::Parse(names[i]);
     if (!name) continue;
     const auto power = static_cast<std::size_t>(name->power);
-    switch (name->kind) {
-      case ParameterKind::kBias:
-        error = power == 0 ? sensor.model.bias[name->row] - sweep.bias[name->row]
-                           : sensor.thermal->bias[power - 1][name->row] -
-                                 sweep.terms.bias[power - 1][name->row];
-        break;
-      case ParameterKind::kRateLinear:
-        error = (*sensor.thermal->rate_linear - *sweep.terms.rate_linear)[name->row];
-        break;
-      case ParameterKind::kRateQuadratic:
-        error = (*sensor.thermal->rate_quadratic - *sweep.terms.rate_quadratic)[name->row];
-        break;
-      case ParameterKind::kRateCross:
-        error = (*sensor.thermal->rate_cross - *sweep.terms.rate_cross)[name->row];
-        break;
-      default:
-        break;
+    if (const auto rate = InfoOf(name->kind).rate) {
+      error = (*sensor.thermal->rate[*rate] - *sweep.terms.rate[*rate])[name->row];
+    } else if (name->kind == ParameterKind::kBias) {
+      error = power == 0 ? sensor.model.bias[name->row] - sweep.bias[name->row]
+                         : sensor.thermal->bias[power - 1][name->row] -
+                               sweep.terms.bias[power - 1][name->row];
     }
   }
   return errors;
@@ -154,13 +143,13 @@ TEST(CalibrateSweep, NamesWhatOneRateUpAndDownDoesNotTell) {
   Sweep sweep = SweepWithRates();
   sweep.legs = {{60.0, 0.05}, {-10.0, 0.05}};
   // What cannot be told from a constant goes into it.
-  sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate[RateTerm::kQuadratic].reset();
   const Calibration calibration =
       Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
   ASSERT_TRUE(calibration.IsUsable());
   EXPECT_THAT(calibration.findings,
               Contains(AllOf(HasCode(FindingCode::kTermsLeftOut), Says(HasSubstr("T'^2")))));
-  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate_quadratic);
+  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate[RateTerm::kQuadratic]);
   const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (std::isnan(errors[i])) continue;
@@ -173,8 +162,7 @@ TEST(CalibrateSweep, NamesWhatOnlyUpDoesNotTell) {
   Random random(4);
   Sweep sweep = SweepWithRates();
   sweep.legs = {{60.0, 0.05}};
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   ThermalOptions wanted = SevenTerms();
   wanted.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(wanted));
@@ -254,8 +242,7 @@ TEST(CalibrateSweep, FitsWholeDegreesWithDwells) {
 TEST(CalibrateSweep, LagsOfANoisyThermometerAreOffByWhatTheirSigmaSays) {
   Random random(16);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   sweep.element_lag_s = 60.0;
   sweep.thermometer_sigma_degc = 0.5;
   ThermalOptions terms = Polynomial(3);
@@ -296,8 +283,7 @@ TEST(CalibrateSweep, ChoosesALagWhereThereIsOneAndNoneWhereThereIsNone) {
   Sweep sweep = SweepWithRates();
   ThermalOptions terms = Polynomial(3);
   terms.lags_auto = true;
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   const Calibration without = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   EXPECT_FALSE(without.sensors[Triad::kGyroscope]->thermal->element_lag_s);
   sweep.element_lag_s = 90.0;
@@ -310,8 +296,7 @@ TEST(CalibrateSweep, ChoosesALagWhereThereIsOneAndNoneWhereThereIsNone) {
 TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   Random random(9);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   sweep.element_lag_s = 4000.0;  // of 7000 s
   ThermalOptions terms = Polynomial(3);
   terms.lags = 1;
@@ -446,7 +431,7 @@ TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
 TEST(CalibrateSweep, ChoosesTheTermsThatAreThere) {
   Random random(11);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_quadratic.reset(), sweep.terms.rate_cross.reset();
+  sweep.terms.rate[RateTerm::kQuadratic].reset(), sweep.terms.rate[RateTerm::kCross].reset();
   ThermalOptions terms = SevenTerms();
   terms.bias_order_auto = terms.rate_auto = true;
   terms.bias_order = ThermalOptions::kMaxBiasOrder;

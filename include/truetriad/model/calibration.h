@@ -46,9 +46,9 @@ struct ThermalKnot {
 struct ThermalTerms {
   double reference_degc = 25.0;
   Eigen::Vector2d range_degc = Eigen::Vector2d::Zero();
-  std::vector<Eigen::Vector3d> bias;         ///< For tau^1, tau^2, …; raw / degC^i.
-  std::vector<Eigen::Matrix3d> sensitivity;  ///< For tau^1, ….
-  std::optional<Eigen::Vector3d> rate_linear, rate_quadratic, rate_cross;
+  std::vector<Eigen::Vector3d> bias;                 ///< For tau^1, tau^2, …; raw / degC^i.
+  std::vector<Eigen::Matrix3d> sensitivity;          ///< For tau^1, ….
+  PerRateTerm<std::optional<Eigen::Vector3d>> rate;  ///< raw / (degC/s), …: terms.h.
   /// First-order lags of each axis, s: of its temperature behind the thermometer, and of the rate
   /// that it follows behind the rate of that temperature. model/thermal.h. Unset: none.
   std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
@@ -63,11 +63,11 @@ struct ThermalTerms {
 struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
-  TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), higher terms.
+  TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), axis terms.
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
   /// Set where the model has the term.
-  std::optional<Eigen::Vector3d> quadratic_sigma, asymmetry_sigma;
+  PerAxisTerm<std::optional<Eigen::Vector3d>> axis_term_sigma;
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<ThermalTerms> thermal;
   std::optional<double> si_per_count;  ///< True units per count, when the recording stated it.

@@ -60,7 +60,7 @@ Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 // Parts that hold however the solution was found.
 //
 // A solution, a covariance or a variance that is no number.
-Findings CheckFinite(bool has_asymmetry,
+Findings CheckFinite(const TriadOptions& gyroscope,
                      const Eigen::VectorXd& shared,
                      const NamedCovariance& covariance);
 // Readings of a vector sensor that scatter by more than this share of its field.

@@ -51,7 +51,7 @@ Finding NotDetermined() {
 
 }  // namespace
 
-Findings CheckFinite(bool has_asymmetry,
+Findings CheckFinite(const TriadOptions& gyroscope,
                      const Eigen::VectorXd& shared,
                      const NamedCovariance& covariance) {
   const bool is_finite = shared.allFinite() && covariance.matrix.allFinite();
@@ -61,17 +61,19 @@ Findings CheckFinite(bool has_asymmetry,
              "the data hardly determine " + lost + ": no σ can be computed for it",
              "leave the term out, or add poses and turns that show it"}};
   }
-  return {{FindingCode::kNonFinite,
-           "the solution became non-finite",
-           has_asymmetry ? "an asymmetry that the turns hardly show does so: leave it out, or set "
-                           "`asymmetry: auto`"
-                         : "look for absurd readings, σ or held values"}};
+  std::string remedy = "look for absurd readings, σ or held values";
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (gyroscope.axis_terms[info.term] != Wanted::kYes) continue;
+    remedy = WithArticle(info.words) +
+             " that the turns hardly show does so: leave it out, or set `" +
+             std::string(info.name) + ": auto`";
+  }
+  return {{FindingCode::kNonFinite, "the solution became non-finite", remedy}};
 }
 
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
-  Findings findings = CheckFinite(run.options.triads[Triad::kGyroscope].asymmetry == Wanted::kYes,
-                                  run.graph.shared,
-                                  solved.solution.covariance);
+  Findings findings = CheckFinite(
+      run.options.triads[Triad::kGyroscope], run.graph.shared, solved.solution.covariance);
   // More often than not too little data is what makes them leave it.
   if (!findings.empty() && run.graph.shared.allFinite() &&
       !solved.stated.quality.weak_directions.empty()) {
