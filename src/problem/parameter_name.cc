@@ -37,11 +37,12 @@ std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
       what = what.substr(0, dot);
     }
   }
-  const auto* info = std::find_if(kParameters.begin(),
-                                  kParameters.end(),
+  const auto* info = std::find_if(kParameterKinds.begin(),
+                                  kParameterKinds.end(),
                                   [&](const ParameterInfo& listed) { return listed.name == what; });
   const std::string_view axes = std::string_view(text).substr(last + 1);
-  if (info == kParameters.end() || axes.size() != (info->is_matrix ? 2U : 1U)) return std::nullopt;
+  if (info == kParameterKinds.end() || axes.size() != (info->is_matrix ? 2U : 1U))
+    return std::nullopt;
   name.kind = info->kind;
   if (axes.find_first_not_of(kAxisLetters) != std::string_view::npos) return std::nullopt;
   name.row = static_cast<int>(kAxisLetters.find(axes.front()));

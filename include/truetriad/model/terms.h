@@ -174,7 +174,7 @@ struct ParameterInfo {
 };
 
 /// By kind.
-inline constexpr auto kParameters = [] {
+inline constexpr auto kParameterKinds = [] {
   std::array<ParameterInfo, 3 + kRateTermCount + kAxisTermCount> all = {{
       {.kind = ParameterKind::kBias, .name = "bias"},
       {.kind = ParameterKind::kSensitivity, .name = "sensitivity", .is_matrix = true},
@@ -197,7 +197,7 @@ constexpr const RateTermInfo& InfoOf(RateTerm term) {
   return kRateTerms[static_cast<std::size_t>(term)];
 }
 constexpr const ParameterInfo& InfoOf(ParameterKind kind) {
-  return kParameters[static_cast<std::size_t>(kind)];
+  return kParameterKinds[static_cast<std::size_t>(kind)];
 }
 
 static_assert(std::all_of(kAxisTerms.begin(), kAxisTerms.end(), [](const AxisTermInfo& info) {
@@ -206,9 +206,9 @@ static_assert(std::all_of(kAxisTerms.begin(), kAxisTerms.end(), [](const AxisTer
 static_assert(std::all_of(kRateTerms.begin(), kRateTerms.end(), [](const RateTermInfo& info) {
   return &InfoOf(info.term) == &info;
 }));
-static_assert(std::all_of(kParameters.begin(), kParameters.end(), [](const ParameterInfo& info) {
-  return &InfoOf(info.kind) == &info;
-}));
+static_assert(std::all_of(kParameterKinds.begin(),
+                          kParameterKinds.end(),
+                          [](const ParameterInfo& info) { return &InfoOf(info.kind) == &info; }));
 
 /// How many axis terms a kind of sensor may have.
 constexpr std::size_t CountAxisTerms(Triad triad) {
