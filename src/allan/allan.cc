@@ -210,8 +210,7 @@ Status StreamAnalysis::CheckCurves() const {
 
 Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   stream_.Finish();
-  const Result<StreamSummary> summary = monitor_.Summary(counts);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
+  TRUETRIAD_ASSIGN_OR_RETURN(const StreamSummary summary, monitor_.Summary(counts));
   TRUETRIAD_RETURN_IF_ERROR(CheckCurves());
 
   AllanTriad result;
@@ -225,7 +224,7 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
                           : static_cast<double>(result.samples) * SpacingSeconds();
   result.filled_samples = stream_.filled();
   result.breaks = stream_.breaks();
-  result.warnings = monitor_.Warnings(*summary);
+  result.warnings = monitor_.Warnings(summary);
   if (const std::optional<double> held = hold_.SamplesHeld()) {
     result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
                               " samples on average: the sensor gives " +
@@ -259,10 +258,9 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   std::vector<std::string> doubts;  // About coefficients.
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    Result<AllanAxis> analysed =
-        Analyse(curves_[i].variances(), factors, covariance, axis, &doubts);
-    TRUETRIAD_RETURN_IF_ERROR(analysed);
-    result.axes[i] = *std::move(analysed);
+    TRUETRIAD_ASSIGN_OR_RETURN(AllanAxis analysed,
+                               Analyse(curves_[i].variances(), factors, covariance, axis, &doubts));
+    result.axes[i] = std::move(analysed);
     WarnOfAxis(axis, result.axes[i], &result.warnings);
   }
   result.disturbance = Disturbance(result, &result.warnings);
@@ -520,9 +518,8 @@ Result<AllanResult> AnalyseAllan(SampleSource& source,
   }
   std::vector<SampleBlock> blocks;
   for (;;) {
-    const Result<bool> more = source.Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    if (!*more) break;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
+    if (!more) break;
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(analyses[block.triad]->Add(block));
     }
@@ -535,9 +532,9 @@ Result<AllanResult> AnalyseAllan(SampleSource& source,
   result.inputs = source.inputs();
   for (const auto& analysis : analyses) {
     if (analysis == nullptr) continue;
-    Result<AllanTriad> triad = analysis->Finish(source.counts(analysis->triad()));
-    TRUETRIAD_RETURN_IF_ERROR(triad);
-    result.triads.push_back(*std::move(triad));
+    TRUETRIAD_ASSIGN_OR_RETURN(AllanTriad triad,
+                               analysis->Finish(source.counts(analysis->triad())));
+    result.triads.push_back(std::move(triad));
   }
   return result;
 }

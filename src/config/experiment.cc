@@ -732,9 +732,8 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
 Result<YamlReader> OpenExperiment(const std::string& path) {
   Result<YamlReader> root = YamlReader::FromFile(path);
   if (!root || !root->Child("format")) return root;
-  const Result<Calibration> calibration = ReadCalibration(path);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  return YamlReader::FromText(calibration->config_yaml, path + " (config)");
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(path));
+  return YamlReader::FromText(calibration.config_yaml, path + " (config)");
 }
 
 /// Reads the presets that the documents name, the last word of each sensor.
@@ -769,22 +768,20 @@ void ReadPresets(std::vector<YamlReader>& documents,
 
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides) {
-  Result<YamlReader> main = OpenExperiment(path);
-  TRUETRIAD_RETURN_IF_ERROR(main);
-  main->RequireChild("experiment");
-  Result<Documents> documents = Documents::Of(*main, overrides);
-  TRUETRIAD_RETURN_IF_ERROR(documents);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, OpenExperiment(path));
+  main.RequireChild("experiment");
+  TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
   std::vector<std::string> errors;
-  documents->CollectErrors(&errors);
+  documents.CollectErrors(&errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
 
   Draft draft;
   draft.experiment.path = path;
-  draft.given = documents->Names();
-  draft.places = documents->Places();
-  ReadPresets(documents->all(), &draft, &errors);
-  for (const YamlReader& document : documents->all()) ReadDocument(document, &draft);
-  documents->CollectErrors(&errors);
+  draft.given = documents.Names();
+  draft.places = documents.Places();
+  ReadPresets(documents.all(), &draft, &errors);
+  for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
+  documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
   if (!errors.empty()) return BadInputError(Joined(errors));
   draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);

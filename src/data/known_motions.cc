@@ -139,11 +139,10 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   PoseSet turning;
   turning.streams = set->streams;
   if (means_) {
-    auto collected = means_->Finish(&set->warnings);
-    TRUETRIAD_RETURN_IF_ERROR(collected);
+    TRUETRIAD_ASSIGN_OR_RETURN(auto collected, means_->Finish(&set->warnings));
     // Their noise by itself: a table that turns shakes the unit more than one that rests.
     std::vector<PerTriad<TriadPoseMoments>> turning_moments;
-    for (CollectedPose& mean : *collected) {
+    for (CollectedPose& mean : collected) {
       turning.poses.push_back(std::move(mean.pose));
       turning_moments.push_back(std::move(mean.moments));
     }

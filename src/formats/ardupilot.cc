@@ -141,8 +141,7 @@ Status WriteImu(const WriteRequest& request,
                 ArduPilotText* out,
                 std::vector<std::string>* warnings) {
   const ImuNames names(instance);
-  const Result<Eigen::Vector2d> range = CommonRange(request.calibration);
-  TRUETRIAD_RETURN_IF_ERROR(range);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector2d range, CommonRange(request.calibration));
   bool any_thermal = false;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -182,8 +181,8 @@ Status WriteImu(const WriteRequest& request,
     }
   }
   if (any_thermal) {
-    out->Float(names.thermal + "TMIN", (*range)[0]);
-    out->Float(names.thermal + "TMAX", (*range)[1]);
+    out->Float(names.thermal + "TMIN", range[0]);
+    out->Float(names.thermal + "TMAX", range[1]);
     out->Integer(names.thermal + "ENABLE", 1);
   }
   return {};
@@ -214,12 +213,11 @@ Status WriteCompass(const WriteRequest& request,
 
 Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
                                         std::vector<std::string>* warnings) {
-  const Result<int> instance = Instance(request.options.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.options.instance));
   ArduPilotText out;
   out.text = CommentText("# ", request.comment);
-  TRUETRIAD_RETURN_IF_ERROR(WriteImu(request, *instance, &out, warnings));
-  TRUETRIAD_RETURN_IF_ERROR(WriteCompass(request, *instance, &out, warnings));
+  TRUETRIAD_RETURN_IF_ERROR(WriteImu(request, instance, &out, warnings));
+  TRUETRIAD_RETURN_IF_ERROR(WriteCompass(request, instance, &out, warnings));
   return std::vector<ExportedFile>{{"", std::move(out.text)}};
 }
 
@@ -323,13 +321,11 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
 }
 
 Result<Carried> Read(const ReadRequest& request) {
-  const Result<int> instance = Instance(request.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
-  const Result<ParameterList> list = ParameterList::Parse(request.files[0], 0);
-  TRUETRIAD_RETURN_IF_ERROR(list);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.instance));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list, ParameterList::Parse(request.files[0], 0));
   Carried carried;
-  ReadImu(*list, *instance, &carried);
-  if (*instance <= kCompasses) ReadCompass(*list, *instance, &carried);
+  ReadImu(list, instance, &carried);
+  if (instance <= kCompasses) ReadCompass(list, instance, &carried);
   return carried;
 }
 

@@ -90,15 +90,14 @@ Result<Carried> Read(const ReadRequest& request) {
                            ": the name does not say which sensor this is; names that " +
                            "end in _acc.calib and _gyro.calib are expected, as imu_tk writes them");
     }
-    const Result<std::vector<double>> numbers = Numbers(file);
-    TRUETRIAD_RETURN_IF_ERROR(numbers);
-    if (numbers->size() != kNumbers) {
-      return BadInputError(file.suffix + ": holds " + std::to_string(numbers->size()) +
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, Numbers(file));
+    if (numbers.size() != kNumbers) {
+      return BadInputError(file.suffix + ": holds " + std::to_string(numbers.size()) +
                            " numbers; T (9), K (9) and B (3) are expected");
     }
-    const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers->data());
-    const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers->data() + 9);
-    const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers->data() + 18);
+    const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers.data());
+    const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers.data() + 9);
+    const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers.data() + 18);
     const Eigen::Matrix3d TK = T * K;
     if (TK.determinant() == 0.0) return BadInputError(file.suffix + ": T K is singular");
     carried.equations[kind->triad] = [=](const Eigen::Vector3d& reading,

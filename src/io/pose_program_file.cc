@@ -71,25 +71,24 @@ std::string PoseProgramToYaml(const PoseProgram& program) {
 }
 
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
-  Result<YamlReader> root = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  if (!root->Child("program")) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path));
+  if (!root.Child("program")) {
     // Each entry of a file of another kind would be wrong in several ways.
-    return BadInputError(path + ":" + std::to_string(root->line()) +
+    return BadInputError(path + ":" + std::to_string(root.line()) +
                          ": program: is missing, so that this is no pose program, as `plan` writes "
                          "it: `program: 1` and poses with attitudes; the poses.yaml of `simulate` "
                          "has the rows of poses");
   }
   PoseProgram program;
   int version = 0;
-  if (YamlReader child = root->Child("program"); child.Read(&version) && version != 1) {
+  if (YamlReader child = root.Child("program"); child.Read(&version) && version != 1) {
     child.Fail("version " + std::to_string(version) + " cannot be read; 1 is expected");
   }
-  YamlReader poses = root->RequireChild("poses");
+  YamlReader poses = root.RequireChild("poses");
   for (const YamlReader& item : poses.Items()) program.poses.push_back(ReadPose(item));
   if (poses.IsSequence() && program.poses.empty()) poses.Fail("has no poses; list at least one");
-  root->RejectUnknown();
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  root.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   return program;
 }
 

@@ -282,9 +282,8 @@ Result<std::string> WriteRecording(SampleSource& source,
   for (const auto& file : files) file->WriteHeader();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
-    const Result<bool> more = source.Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    at_end = !*more;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
+    at_end = !more;
     for (const auto& file : files) {
       for (const SampleBlock& block : blocks) file->Add(block);
       TRUETRIAD_RETURN_IF_ERROR(file->WriteRows(at_end));

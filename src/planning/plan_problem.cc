@@ -129,9 +129,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     solved.limits = {};
     solved.cross_validation_folds = 0;
     solved.initialise.only = false;
-    auto summary = Calibrate(measured, solved);
-    TRUETRIAD_RETURN_IF_ERROR(summary);
-    if (summary->calibration.IsUsable()) calibrated = std::move(summary->calibration);
+    TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured, solved));
+    if (summary.calibration.IsUsable()) calibrated = std::move(summary.calibration);
     messages_.push_back(calibrated ? "linearised at the calibration of what is measured"
                                    : "what is measured is not enough for a calibration; linearised "
                                      "at the nominal values");
@@ -396,9 +395,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   AppendReadings(MeasuredAttitudes(), &readings);
   AppendReadings(poses, &readings);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
-  const auto summary = Calibrate(readings, options);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
-  if (summary->calibration.IsUsable()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
+  if (summary.calibration.IsUsable()) return {};
   return NotEnoughError(
       "the calibration does not find its start from exact readings of these poses (do the sensors "
       "see too few directions?); allow more poses or other rotations");

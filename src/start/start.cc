@@ -374,19 +374,19 @@ Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double
 Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          StartValues* start) {
-  auto fit = FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]);
-  TRUETRIAD_RETURN_IF_ERROR(fit);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      auto fit, FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]));
   const Knowledge& dip = options.reference.dip_rad;
   const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
   // Near the equator the positive determinant decides, which the fit has.
-  if (std::abs(fit->direction.z()) > kEquatorSine && (fit->direction.z() < 0.0) != north) {
-    fit->direction *= -1.0;
-    fit->model.sensitivity *= -1.0;
+  if (std::abs(fit.direction.z()) > kEquatorSine && (fit.direction.z() < 0.0) != north) {
+    fit.direction *= -1.0;
+    fit.model.sensitivity *= -1.0;
   }
-  start->models[Triad::kMagnetometer] = fit->model;
+  start->models[Triad::kMagnetometer] = fit.model;
   start->reference[kDip] =
-      dip.known() ? *dip.value : -std::asin(std::clamp(fit->direction.z(), -1.0, 1.0));
-  start->reference[kHeading] = std::atan2(fit->direction.y(), fit->direction.x());
+      dip.known() ? *dip.value : -std::asin(std::clamp(fit.direction.z(), -1.0, 1.0));
+  start->reference[kHeading] = std::atan2(fit.direction.y(), fit.direction.x());
   return {};
 }
 
@@ -525,13 +525,13 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
     Result<TriadModel<double>> model = TriadModel<double>();
     if (options.attitudes.unknown_fixture_rotation) {
-      auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
-      TRUETRIAD_RETURN_IF_ERROR(fit);
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          auto fit, FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]));
       const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
       start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
-          Eigen::Vector3d(sign * fit->direction), Eigen::Vector3d::UnitZ());
-      fit->model.sensitivity *= sign;
-      *model = fit->model;
+          Eigen::Vector3d(sign * fit.direction), Eigen::Vector3d::UnitZ());
+      fit.model.sensitivity *= sign;
+      *model = fit.model;
     }
     if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
       model = AccelerometerStart(poses, options);

@@ -22,7 +22,9 @@ struct Error {
 };
 
 inline Error UsageError(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
-inline Error BadInputError(std::string message) { return {ErrorCode::kBadInput, std::move(message)}; }
+inline Error BadInputError(std::string message) {
+  return {ErrorCode::kBadInput, std::move(message)};
+}
 inline Error NotEnoughError(std::string message) {
   return {ErrorCode::kNotEnough, std::move(message)};
 }
@@ -31,8 +33,8 @@ inline Error NotEnoughError(std::string message) {
 template <typename T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : content_(std::move(value)) {}        // NOLINT(google-explicit-constructor)
-  Result(Error error) : content_(std::move(error)) {}    // NOLINT(google-explicit-constructor)
+  Result(T value) : content_(std::move(value)) {}      // NOLINT(google-explicit-constructor)
+  Result(Error error) : content_(std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool has_value() const { return content_.index() == 0; }
   explicit operator bool() const { return has_value(); }
@@ -68,10 +70,23 @@ class [[nodiscard]] Status {
 
 }  // namespace truetriad
 
-/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has one.
+/// Leaves the enclosing function with the error of `expression` (a Status or Result), if it has
+/// one.
 #define TRUETRIAD_RETURN_IF_ERROR(expression)            \
   do {                                                   \
     if (auto&& status_or_ = (expression); !status_or_) { \
       return status_or_.error();                         \
     }                                                    \
   } while (false)
+
+#define TRUETRIAD_JOIN_NAMES_OF(a, b) a##b
+#define TRUETRIAD_JOIN_NAMES(a, b) TRUETRIAD_JOIN_NAMES_OF(a, b)
+
+/// `declaration` = the value of the Result that follows, or leaves the enclosing function with its
+/// error: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, name));
+#define TRUETRIAD_ASSIGN_OR_RETURN(declaration, ...)            \
+  auto TRUETRIAD_JOIN_NAMES(result_, __LINE__) = (__VA_ARGS__); \
+  if (!TRUETRIAD_JOIN_NAMES(result_, __LINE__)) {               \
+    return TRUETRIAD_JOIN_NAMES(result_, __LINE__).error();     \
+  }                                                             \
+  declaration = *std::move(TRUETRIAD_JOIN_NAMES(result_, __LINE__))

@@ -20,9 +20,8 @@ namespace {
 /// off these as well.
 Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
   if (calibration.config_yaml.find("time_offset_s") == std::string::npos) return {};
-  const Result<Experiment> experiment = ReadExperiment(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(experiment);
-  config->time_offset_s = experiment->poses.time_offset_s;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ReadExperiment(FLAGS_calibration));
+  config->time_offset_s = experiment.poses.time_offset_s;
   for (const Triad triad : kTriads) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;
@@ -35,21 +34,19 @@ Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  Result<PosesConfig> config = ParsePoses(FLAGS_poses);
-  TRUETRIAD_RETURN_IF_ERROR(config);
-  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  TRUETRIAD_RETURN_IF_ERROR(TakeClocks(*calibration, &*config));
-  config->moves = calibration->sensors[Triad::kGyroscope].has_value();
+  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  TRUETRIAD_RETURN_IF_ERROR(TakeClocks(calibration, &config));
+  config.moves = calibration.sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
-    return LoadPoses(FLAGS_input, *config, progress.callback());
+    return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (loaded->not_enough) return *loaded->not_enough;
-  const Result<EvaluationSummary> evaluation = Evaluate(*calibration, loaded->poses);
-  TRUETRIAD_RETURN_IF_ERROR(evaluation);
-  std::fputs(EvaluationText(*evaluation, *calibration).c_str(), stdout);
+  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation,
+                             Evaluate(calibration, loaded->poses));
+  std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
   return kExitGood;
 }
 
