@@ -2,7 +2,9 @@
 #include "data/detected_poses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace truetriad {
@@ -30,6 +32,21 @@ double ExpectedRange(const StreamInfo& info) {
   return info.si_per_count ? kStandardGravityMps2 / std::abs(*info.si_per_count) : 0.0;
 }
 
+// How the unit was moved, as its sensors saw it: " (the gyroscope read up to 3.2 rad/s)".
+std::string MotionSeen(const PoseSet& set) {
+  std::string seen;
+  for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const StreamSummary* stream = set.Find(triad);
+    if (stream == nullptr || stream->samples == 0) continue;
+    const double range = (stream->maximum_raw - stream->minimum_raw).maxCoeff();
+    std::array<char, 64> number{};
+    std::snprintf(number.data(), number.size(), "%.3g ", range);
+    seen += (seen.empty() ? " (over it the " : ", the ") + std::string(TriadName(triad)) +
+            "'s readings spread over " + number.data() + stream->unit.name;
+  }
+  return seen.empty() ? seen : seen + ")";
+}
+
 }  // namespace
 
 DetectedPoses::HeldBlock::HeldBlock(const SampleBlock& block)
@@ -50,6 +67,40 @@ DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
                              const PerTriad<StreamMonitor*>& monitors,
                              Triad leading)
     : options_(options), info_(info), monitors_(monitors), leading_(leading) {}
+
+Status DetectedPoses::Validate() const {
+  if (!info_.has_time) {
+    return BadInputError(
+        info_.path +
+        ": there is no time, so rests cannot be told from motion by their duration; expected a "
+        "time column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or poses "
+        "that are given (`poses: every_row`, `poses: { every: 100 }`, …)");
+  }
+  if (!(options_.min_duration_s > 0.0) || !(options_.max_knock_s >= 0.0)) {
+    return BadInputError("static detection: min_duration_s is " +
+                         std::to_string(options_.min_duration_s) + " and max_knock_s is " +
+                         std::to_string(options_.max_knock_s) +
+                         "; expected a positive and a non-negative number");
+  }
+  return {};
+}
+
+Error DetectedPoses::NoPose(const PoseSet& set) const {
+  const bool has_both =
+      set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr;
+  std::array<char, 64> duration{};
+  std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
+  std::array<char, 64> least{};
+  std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
+  return NotEnoughError(
+      set.source + ": no rest was found in " + duration.data() + MotionSeen(set) +
+      "; expected poses in which the unit is still for at least " + least.data() +
+      ", and more so than in between: hold each pose longer, or say where the poses are "
+      "(`poses:`); a unit that is tumbled on purpose " +
+      (has_both ? "is followed by `poses: { motion: { spacing_s: 0.1 } }`"
+                : "can be followed by `poses: { motion: { spacing_s: 0.1 } }` where the log has "
+                  "gyroscope and accelerometer"));
+}
 
 Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
   if (buffer_) {
