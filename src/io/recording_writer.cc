@@ -47,8 +47,8 @@ constexpr std::array<char, 200> kDigitPairs = [] {
 /// Room that one number can need.
 constexpr std::size_t kLongestNumber = 32;
 
-/// `number` / 10^decimals in full, at `text`; returns the end. std::to_chars takes several times as
-/// long, and would leave out zeros at the end.
+/// `number` / 10^decimals in full, at `text`; returns the end. In place of
+/// std::to_chars with fixed decimals, with which `simulate` takes 70 % more processor time.
 char* WriteFixed(std::int64_t number, int decimals, char* text) {
   const auto bits = static_cast<std::uint64_t>(number);
   std::uint64_t rest = number < 0 ? 0 - bits : bits;
