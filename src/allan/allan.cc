@@ -24,12 +24,14 @@ constexpr char kAxisName[] = "xyz";
 /// In the longest stretch.
 constexpr std::int64_t kFewestSamples = 100;
 /// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
-constexpr double kFewestFreedoms = 8.0;
+constexpr double kFewestFreedomsOfMinimum = 8.0;
 /// Of the deviation above that of single samples.
 constexpr double kMostRise = 3.0;
+// Chosen: a heated room stays within it.
 constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
-constexpr double kMostFilled = 0.01;
+constexpr double kMostFilledShare = 0.01;
+// Share of the readings: normal noise cut at 2.6 sigma puts as many on the limit.
 constexpr double kMostAtLimit = 0.005;
 /// Noise that is rounded reads its furthest value a few times in any log.
 constexpr std::int64_t kFewestAtLimit = 5;
@@ -238,7 +240,7 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
                               "spaced and missing ones are not filled");
   }
   if (static_cast<double>(result.filled_samples) >
-      kMostFilled * static_cast<double>(result.samples)) {
+      kMostFilledShare * static_cast<double>(result.samples)) {
     result.warnings.push_back(
         Name() + ": " + std::to_string(result.filled_samples) +
         " missing samples are filled by straight lines, which takes noise from the shortest tau");
@@ -291,7 +293,7 @@ std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points
   const AllanPoint* lowest = nullptr;
   const AllanPoint* last = nullptr;
   for (const AllanPoint& point : points) {
-    if (point.degrees_of_freedom < kFewestFreedoms) continue;
+    if (point.degrees_of_freedom < kFewestFreedomsOfMinimum) continue;
     last = &point;
     if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
   }
@@ -308,7 +310,7 @@ std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points
 /// As motion makes it, and noise at rest rarely does.
 bool RisesFar(const AllanAxis& axis) {
   return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
-    return point.degrees_of_freedom >= kFewestFreedoms &&
+    return point.degrees_of_freedom >= kFewestFreedomsOfMinimum &&
            point.deviation.value >= kMostRise * axis.points.front().deviation.value;
   });
 }

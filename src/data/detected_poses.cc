@@ -10,6 +10,7 @@
 namespace truetriad {
 namespace {
 
+// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
 constexpr double kWindowNs = 1e8;
 // Samples of the slowest triad in use that a window needs for a variance.
 constexpr double kFewestWindowSamples = 4.0;
@@ -23,6 +24,7 @@ constexpr std::size_t kTailWindows = 64;
 
 // Samples of a stream that tell its rate, and samples held at most while waiting for them.
 constexpr std::int64_t kRateSamples = 64;
+// Ten seconds of three triads at some kHz.
 constexpr std::int64_t kMaxHeldSamples = 262144;
 
 // Turning a unit over moves an accelerometer by 2 g; half of that is expected.

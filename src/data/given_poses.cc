@@ -196,13 +196,14 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
 // A gyroscope is calibrated from rests and what lies between them: a log of readings has neither in
 // its single rows, however many there are.
 Status GivenPoses::CheckRowsAreRests() const {
-  constexpr std::size_t kMostRests = 1000;
+  // Nobody rests a unit more often, and a log at 10 Hz has more rows after two minutes.
+  constexpr std::size_t kMostRowsAsRests = 1000;
   if (selection_.kind != PoseSelectionKind::kEveryRow || !selection_.moves || !info_.has_time ||
-      poses_.size() <= kMostRests) {
+      poses_.size() <= kMostRowsAsRests) {
     return {};
   }
   return BadInputError(
-      info_.path + ": `poses: every_row` makes more than " + std::to_string(kMostRests) +
+      info_.path + ": `poses: every_row` makes more than " + std::to_string(kMostRowsAsRests) +
       " rests of its rows, between which a gyroscope sees no turns; say `poses: { detect: auto }` "
       "where the unit rests now and then, `poses: { motion: { spacing_s: 0.1 } }` where it is "
       "tumbled, or leave the gyroscope out");

@@ -20,9 +20,11 @@ constexpr double kLongerBatchLevel = 1e-3;
 // A pose is noisier than the others: strict, as there are many poses, and by a margin, as more
 // than that is harmless.
 constexpr double kNoisierLevel = 1e-6;
+// Of the variance, that is 1.22 of sigma.
 constexpr double kNoisierFactor = 1.5;
 // A long pose is kept in so many segments; the parts that are compared.
 constexpr std::size_t kMostSegments = 128;
+// Eight, so that the outer quarters and the middle half are two and four of them.
 constexpr std::size_t kEighths = 8;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {

@@ -12,6 +12,7 @@ namespace {
 
 // Names the turns that tell nothing, those of one reason together.
 void AddMoveWarnings(PoseSet* set) {
+  // As many as people read.
   constexpr std::size_t kNamed = 10;
   std::vector<std::pair<std::string, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {

@@ -19,8 +19,11 @@ namespace {
 // Neighbours on each side that say where a cell should be, and how many σ it may be off.
 constexpr std::size_t kNeighbours = 5;
 constexpr double kFarOffSigmas = 10.0;
+// Median of the size of normal noise to its sigma.
 constexpr double kMadToSigma = 1.4826;
+// Variance of readings inside a cell over what chi-square allows at the level below: sigma doubled.
 constexpr double kDisturbedFactor = 4.0;
+// By chance once in thirty thousand axes of 32768 cells.
 constexpr double kDisturbedLevel = 1e-9;
 // More rows than this are counted, not named.
 constexpr std::size_t kNamed = 10;
@@ -193,7 +196,9 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
 
 // σ of one sample, from inside the cells, or where cells are single samples from their differences.
 Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
-  constexpr double kEnoughDof = 20.0;
+  // From here on sigma from inside the cells is good to a sixth; below, differences of cells tell
+  // it better.
+  constexpr double kEnoughDofInCells = 20.0;
   Eigen::Vector3d scatter = Eigen::Vector3d::Zero();
   double dof = 0.0;
   std::array<std::vector<double>, 3> differences;
@@ -214,7 +219,7 @@ Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
     }
     before = &cell;
   }
-  if (dof >= kEnoughDof) return (scatter / dof).cwiseSqrt();
+  if (dof >= kEnoughDofInCells) return (scatter / dof).cwiseSqrt();
   return {SigmaOf(differences[0]), SigmaOf(differences[1]), SigmaOf(differences[2])};
 }
 

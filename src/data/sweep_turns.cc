@@ -39,6 +39,8 @@ Status CheckHeld(const PoseSet& set) {
 
 void NameTurns(PoseSet* set) {
   constexpr Triad kTriad = Triad::kAccelerometer;
+  // Chosen: a step is one between the medians of five windows, an eighth of the fewest that there
+  // are.
   constexpr std::size_t kReach = 5;
   // Of the usual change over as many windows, of the noise of their means, of gravity; and how much
   // of it may go along gravity.

@@ -15,9 +15,11 @@
 namespace truetriad {
 namespace {
 
+// Two hours of the shortest cells; their sums take some megabytes.
 constexpr std::size_t kMaxCells = 32768;
 // Cells where the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
+// Chosen: some ten terms an axis, and four windows for each.
 constexpr std::size_t kFewestCells = 40;
 // Of a thermometer that is read now and then.
 constexpr int kFewestReadings = 40;
@@ -210,6 +212,7 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
     time_s.push_back(track.time_s[i]);
     degc.push_back(cells_[i].ambient_degc());
   }
+  // A parabola and one more.
   constexpr std::size_t kFewest = 4;
   TemperatureTrack known;
   if (time_s.size() >= kFewest) {
@@ -320,8 +323,8 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
     if (cell.degc_count == 0) ++without;
   }
   // Less is not worth a word: a percent of a sweep moves no term of it.
-  constexpr double kNotable = 0.01;
-  if (static_cast<double>(without) > kNotable * static_cast<double>(seen)) {
+  constexpr double kNotableWithoutDegc = 0.01;
+  if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
     set->warnings.push_back("left out: " +
                             std::to_string(std::lround(100.0 * static_cast<double>(without) /
                                                        static_cast<double>(seen))) +

@@ -21,11 +21,12 @@
 namespace truetriad {
 namespace {
 
+// Of the firmware named above: order, centre and unit of the temperature terms, numbers of sensors.
 constexpr int kCubic = 3;
 constexpr double kCentreDegc = 35.0;
 constexpr double kTermScale = 1e-6;
 constexpr int kCompasses = 3;
-constexpr int kInstances = 5;
+constexpr int kImus = 5;
 constexpr std::string_view kAxes = "XYZ";
 
 /// Names of the parameters of one IMU, numbered from 1.
@@ -75,10 +76,9 @@ struct CompassNames {
 
 Result<int> Instance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(1);
-  if (instance < 1 || instance > kInstances) {
+  if (instance < 1 || instance > kImus) {
     return UsageError("--instance=" + std::to_string(instance) + ": ardupilot has IMUs 1 to " +
-                      std::to_string(kInstances) + " and compasses 1 to " +
-                      std::to_string(kCompasses));
+                      std::to_string(kImus) + " and compasses 1 to " + std::to_string(kCompasses));
   }
   return instance;
 }
@@ -152,11 +152,12 @@ Status WriteImu(const WriteRequest& request,
     if (triad == Triad::kAccelerometer) {
       const Eigen::Vector3d scale = sensor->model.Correction().diagonal();
       out->Vector(names.scale, scale);
+      // Limits of the firmware's arming checks.
       constexpr double kMaxOffsetMps2 = 3.5;
-      constexpr double kMinScale = 0.8;
-      constexpr double kMaxScale = 1.2;
+      constexpr double kMinAccelScale = 0.8;
+      constexpr double kMaxAccelScale = 1.2;
       if (sensor->model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
-          scale.minCoeff() < kMinScale || scale.maxCoeff() > kMaxScale) {
+          scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
         warnings->emplace_back(
             "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales "
             "outside of 0.8 to 1.2");
@@ -230,6 +231,7 @@ struct ArduPilotThermal {
                                               const ImuNames& names,
                                               Triad triad) {
     if (list.Get(names.thermal + "ENABLE", 0.0F) != 1.0F) return std::nullopt;
+    // What CALTEMP holds before there is one.
     constexpr float kUnset = -300.0F;
     ArduPilotThermal thermal;
     thermal.lowest = list.Get(names.thermal + "TMIN", thermal.lowest);
@@ -308,9 +310,9 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
   if (diagonal.isZero(0.0F)) diagonal.setOnes();  // 0: off
   const Eigen::Matrix3f D = SymmetricMatrix(diagonal, list.GetVector(names.off_diagonal, "", 0.0F));
   // Outside of its range the scale is ignored.
-  constexpr float kMaxScale = 1.5F;
+  constexpr float kMaxCompassScale = 1.5F;
   float scale = list.Get(names.scale, 0.0F);
-  if (!(scale >= 1.0F / kMaxScale && scale <= kMaxScale)) scale = 1.0F;
+  if (!(scale >= 1.0F / kMaxCompassScale && scale <= kMaxCompassScale)) scale = 1.0F;
   carried->equations[Triad::kMagnetometer] = [=](const Eigen::Vector3d& reading,
                                                  const Eigen::Vector3d& /*force_mps2*/,
                                                  double /*temperature_degc*/) -> Eigen::Vector3d {

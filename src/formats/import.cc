@@ -69,10 +69,11 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
 
 /// The gauge in which a leading sensitivity stands.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
-  constexpr double kRounding = 1e-12;
-  if (sensitivity.isLowerTriangular(kRounding)) return Gauge::kAccelX;
-  if (sensitivity.isUpperTriangular(kRounding)) return Gauge::kAccelZ;
-  if (sensitivity.isApprox(sensitivity.transpose(), kRounding)) return Gauge::kSymmetric;
+  // Of an inverse that was triangular before it was written.
+  constexpr double kTriangularRounding = 1e-12;
+  if (sensitivity.isLowerTriangular(kTriangularRounding)) return Gauge::kAccelX;
+  if (sensitivity.isUpperTriangular(kTriangularRounding)) return Gauge::kAccelZ;
+  if (sensitivity.isApprox(sensitivity.transpose(), kTriangularRounding)) return Gauge::kSymmetric;
   return Gauge::kFixture;
 }
 

@@ -9,6 +9,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/export/1";
+// More than any model has.
 constexpr int kAnyOrder = 99;
 
 Result<std::vector<ExportedFile>> Write(const WriteRequest& request,

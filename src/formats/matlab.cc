@@ -138,8 +138,9 @@ Result<Carried> Read(const ReadRequest& request) {
     // The sensitivity as it stands keeps its zeros.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    constexpr double kRounding = 1e-9;
-    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kRounding) {
+    // Of a product of two inverses that were written with all digits.
+    constexpr double kInverseRounding = 1e-9;
+    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       sensor.model.sensitivity = **S;
     }
   }

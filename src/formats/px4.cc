@@ -20,8 +20,9 @@
 namespace truetriad {
 namespace {
 
+// Order of the temperature terms, numbers of sensor slots: PX4's parameters.
 constexpr int kCubic = 3;
-constexpr int kInstances = 4;
+constexpr int kSlots = 4;
 
 struct Px4Triad {
   Triad triad;
@@ -43,9 +44,9 @@ std::string ThermalPrefix(const Px4Triad& names, int instance) {
 
 Result<int> Instance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(0);
-  if (instance < 0 || instance >= kInstances) {
+  if (instance < 0 || instance >= kSlots) {
     return UsageError("--instance=" + std::to_string(instance) + ": px4 has sensors 0 to " +
-                      std::to_string(kInstances - 1));
+                      std::to_string(kSlots - 1));
   }
   return instance;
 }
@@ -102,6 +103,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
     for (int axis = 0; axis < 3; ++axis) {
       out.Float(prefix + "XYZ"[axis] + "OFF", sensor->model.bias[axis]);
     }
+    // Limits of the sources named above.
     constexpr double kIgnoredOffset = 0.01;
     if (sensor->model.bias.norm() < kIgnoredOffset) {
       warnings->emplace_back(name +
@@ -112,10 +114,11 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       for (int axis = 0; axis < 3; ++axis) {
         out.Float(prefix + "XYZ"[axis] + "SCALE", correction(axis, axis));
       }
-      constexpr double kMinScale = 0.1;
-      constexpr double kMaxScale = 3.0;
-      if (correction.diagonal().minCoeff() < kMinScale ||
-          correction.diagonal().maxCoeff() > kMaxScale) {
+      // Limits of the sources named above.
+      constexpr double kLeastScale = 0.1;
+      constexpr double kMostScale = 3.0;
+      if (correction.diagonal().minCoeff() < kLeastScale ||
+          correction.diagonal().maxCoeff() > kMostScale) {
         warnings->emplace_back(name + ": PX4 takes scales between 0.1 and 3 only");
       }
     }

@@ -21,6 +21,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/record/1";
+// More than any model has.
 constexpr int kAnyOrder = 99;
 constexpr double kCoverageFactor = 2.0;
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";

@@ -150,8 +150,9 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const double sign = lead.trace() < 0.0 ? -1.0 : 1.0;
   const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
   restated->whole.gauge = restated->held.gauge = gauge;
-  constexpr double kRounding = 1e-14;
-  if ((rotation - Eigen::Matrix3d::Identity()).norm() > kRounding) {
+  // Rounding of a rotation matrix: the frame is that of the format already.
+  constexpr double kSameFrame = 1e-14;
+  if ((rotation - Eigen::Matrix3d::Identity()).norm() > kSameFrame) {
     for (Calibration* const calibration : {&restated->whole, &restated->held}) {
       for (std::optional<TriadCalibration>& sensor : calibration->sensors) {
         if (sensor) Turn(rotation, &*sensor);

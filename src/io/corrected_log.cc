@@ -229,6 +229,7 @@ class RowWriter {
   /// No sample can come any more that belongs before the first one waiting. A triad that has ended,
   /// or is silent for long, must not make the others wait: the memory is bounded.
   bool NothingMissing() const {
+    // Samples: some seconds of the fastest loggers, 12 MB.
     constexpr std::size_t kMaxWaiting = 1U << 18U;
     bool any_empty = false;
     bool any_full = false;

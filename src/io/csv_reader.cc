@@ -89,10 +89,10 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
 std::string Quoted(std::string_view text) {
-  constexpr std::size_t kShown = 40;
+  constexpr std::size_t kShownOfField = 40;
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "`";
-  for (const char c : text.substr(0, kShown)) {
+  for (const char c : text.substr(0, kShownOfField)) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7F) {
       quoted += {'\\', 'x', kHex[byte >> 4U], kHex[byte & 15U]};
@@ -100,7 +100,7 @@ std::string Quoted(std::string_view text) {
       quoted += c;
     }
   }
-  return quoted + (text.size() > kShown ? "…`" : "`");
+  return quoted + (text.size() > kShownOfField ? "…`" : "`");
 }
 
 }  // namespace

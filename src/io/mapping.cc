@@ -110,8 +110,8 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view lines, file->Next());
   if (lines.starts_with(expected)) return {};
-  constexpr std::size_t kShown = 80;
-  const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShown));
+  constexpr std::size_t kShownOfLine = 80;
+  const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShownOfLine));
   return BadInputError(path + ":1: `" + std::string(seen) +
                        "` is not the first line of this format, `" + expected + "…`");
 }

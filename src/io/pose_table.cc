@@ -182,8 +182,8 @@ class Row {
     for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
     if (wxyz.array().isNaN().all()) return {};
     // Quaternions are written with four digits or more.
-    constexpr double kRounding = 1e-3;
-    if (!(std::abs(wxyz.norm() - 1.0) < kRounding)) {
+    constexpr double kUnitLengthTolerance = 1e-3;
+    if (!(std::abs(wxyz.norm() - 1.0) < kUnitLengthTolerance)) {
       return Fail((*columns_.attitude)[0],
                   "the attitude qw,qx,qy,qz is not a unit quaternion; all four numbers are needed, "
                   "with squares that sum to 1");
@@ -223,11 +223,11 @@ class DuplicateFinder {
     const auto [first, is_new] = line_of_.emplace(std::move(bits), line);
     if (is_new) return;
     ++count_;
-    constexpr std::int64_t kNamed = 5;
-    if (count_ <= kNamed) {
+    constexpr std::int64_t kNamedRepeats = 5;
+    if (count_ <= kNamedRepeats) {
       lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second) + " and " +
                 std::to_string(line);
-    } else if (count_ == kNamed + 1) {
+    } else if (count_ == kNamedRepeats + 1) {
       lines_ += ", …";
     }
   }
@@ -266,7 +266,11 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
 
 /// Readings that pile up at an axis' extreme are the limit of the sensor, not the field.
 Status RejectClipped(const PoseSet& poses) {
+  // Three that agree to the last digit can be a stuck sensor or pasted rows, which have words of
+  // their own.
   constexpr std::int64_t kLeastRows = 4;
+  // Extremes of evenly spread directions pile up in one row of six at most, on the faces of a
+  // block.
   constexpr double kLeastShare = 0.2;
   for (const StreamSummary& stream : poses.streams) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {

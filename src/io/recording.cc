@@ -147,6 +147,8 @@ class Stream {
                                        std::span<const std::int64_t> times_ns,
                                        std::size_t row_count,
                                        HeldTemperature* held) const {
+    // A minute: chips are logged far more often, chambers and units change by less than a degree in
+    // it.
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
     const double* const stated = csv.Numbers(column.column);
     held->values.resize(selected_count_);

@@ -144,15 +144,15 @@ class CsvFile {
   /// or is silent for long does not make the others wait: the memory is bounded.
   Status WriteRows(bool at_end) {
     const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 3);
-    constexpr std::size_t kChunk = 1U << 18U;
+    constexpr std::size_t kBytesAtOnce = 1U << 18U;
     std::size_t filled = text_.size();
     while (at_end || NothingMissing()) {
-      if (text_.size() < filled + longest_row) text_.resize(filled + kChunk);
+      if (text_.size() < filled + longest_row) text_.resize(filled + kBytesAtOnce);
       char* const begin = text_.data() + filled;
       char* const end = WriteRow(begin);
       if (end == begin) break;
       filled += static_cast<std::size_t>(end - begin);
-      if (filled > kChunk) {
+      if (filled > kBytesAtOnce) {
         file_.Write({text_.data(), filled});
         filled = 0;
       }
@@ -198,6 +198,7 @@ class CsvFile {
   }
 
   bool NothingMissing() const {
+    // Samples: some seconds of the fastest loggers, 12 MB.
     constexpr std::size_t kMostWaiting = 1U << 18U;
     bool any_empty = false;
     for (const Waiting& waiting : waiting_) {

@@ -20,6 +20,7 @@ namespace truetriad {
 namespace {
 
 constexpr const char* kModelName = "wmm2025";
+// Years for which the model is issued.
 constexpr double kFirstYear = 2025.0;
 constexpr double kLastYear = 2030.0;
 

@@ -178,6 +178,7 @@ double WorstOf(const PlanProblem& problem,
 Result<std::vector<ProgramPose>> FindPosesForGyroscope(const PoseSet& measured,
                                                        const PlanOptions& options,
                                                        const PlanProblem& problem) {
+  // An eighth more poses each round: ten rounds from the least program to three times as many.
   constexpr int kShareMore = 8;
   const std::map<std::string, double> wanted = WantedOf(options, true);
   PlanOptions without = options;

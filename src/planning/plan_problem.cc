@@ -35,7 +35,7 @@ constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
-constexpr double kRounding = 1e-14;
+constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps six digits and more.
 constexpr double kWellConditioned = 1e-10;
 // So many that a rest is as long as the time between its first and last sample.
@@ -473,7 +473,7 @@ Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
     return factor.matrixL().solve(quantity_rows_.transpose()).colwise().norm();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
-  const double least = kRounding * std::max(solver.eigenvalues().maxCoeff(), 1.0);
+  const double least = kRoundingShare * std::max(solver.eigenvalues().maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
   for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
     const Eigen::VectorXd along =

@@ -28,6 +28,7 @@ namespace {
 constexpr double kNominalFieldUt = 50.0;
 // A gain this far from 1 in a log that states a physical unit is a unit mistake.
 constexpr double kLargestSiGain = 4.0;
+// Signs and mirrors of an alignment.
 constexpr std::size_t kMaxCandidates = 4;
 // Readings thinner in one direction than this share of their largest extent are as good as plane;
 // evenly spread ones are near 1.

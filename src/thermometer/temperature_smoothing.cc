@@ -31,6 +31,7 @@ constexpr std::size_t kFewestPlaces = 8;
 constexpr double kDithered = 0.15;
 // Residuals beyond this many σ count for nothing.
 constexpr double kTukey = 6.0;
+// The second weighs by residuals of a fit without the outliers.
 constexpr int kRobustRounds = 2;
 
 // What the thermometer says of the temperature at some times.
@@ -57,6 +58,7 @@ double NoiseOf(const std::vector<double>& degc) {
 
 // Change a second, up and down together, over some dozens of stretches.
 double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
+  // Some dozens, so that each lasts much longer than the noise and is shorter than a ramp.
   constexpr std::size_t kStretches = 64;
   const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
   double change = 0.0;
@@ -85,6 +87,7 @@ void FitAbout(
   std::size_t begin = std::min(*first, at.size() - 1);
   std::size_t end = begin;
   while (end < at.size() && at[end] <= time + reach) ++end;
+  // A parabola and one more.
   constexpr std::size_t kFewest = 4;
   while (end - begin < std::min(kFewest, at.size())) {
     const bool later = begin == 0 || (end < at.size() && at[end] - time <= time - at[begin - 1]);
@@ -129,13 +132,15 @@ void FitAbout(
 // Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
 // generalised cross-validation.
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
+  // Chosen: two widths an octave; the minimum is flat.
   constexpr double kNarrower = 0.7;
-  constexpr double kFewestReadings = 20.0;  // that are smoothed over
+  constexpr double kFewestSmoothed = 20.0;  // that are smoothed over
+  // So many places say how well a width predicts; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
   double best = half_width, least = std::numeric_limits<double>::infinity();
   LocalFit local;
-  for (double width = half_width; width >= kFewestReadings * spacing_s; width *= kNarrower) {
+  for (double width = half_width; width >= kFewestSmoothed * spacing_s; width *= kNarrower) {
     double square = 0.0, freedom = 0.0;
     std::size_t first = 0;
     for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
@@ -160,6 +165,7 @@ class NoiseBlocks {
               double sigma_degc,
               TemperatureNoise* noise)
       : noise_(*noise) {
+    // Blocks of the noise that a calibration can carry along as unknowns.
     constexpr double kMostBlocks = 400.0;
     const double begin = readings.time_s.front();
     const double length =
