@@ -19,6 +19,7 @@
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
+#include "start/triad_fits.h"
 
 namespace truetriad {
 namespace {
@@ -33,87 +34,6 @@ constexpr std::size_t kMaxCandidates = 4;
 // Readings thinner in one direction than this share of their largest extent are as good as plane;
 // evenly spread ones are near 1.
 constexpr double kThinShare = 0.2;
-
-// Sphere through readings of a triad whose matrix is held: linear in the centre and in
-// r^2 - |c|^2, after undoing the matrix.
-TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
-                           const Eigen::Matrix3d& sensitivity) {
-  const Eigen::Matrix3d correction = sensitivity.inverse();
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& reading : readings) centre += correction * reading;
-  centre /= static_cast<double>(readings.size());
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
-  Eigen::VectorXd squares(design.rows());
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    const Eigen::Vector3d point = correction * readings[static_cast<std::size_t>(k)] - centre;
-    design.row(k) << 2.0 * point.transpose(), 1.0;
-    squares[k] = point.squaredNorm();
-  }
-  const Eigen::Vector4d solution = design.colPivHouseholderQr().solve(squares);
-  return {sensitivity, sensitivity * (centre + solution.head<3>())};
-}
-
-Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
-                                    MatrixModel model,
-                                    double radius) {
-  TriadModel<double> result;
-  const auto ellipsoid =
-      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
-  if (!ellipsoid) return ellipsoid.error();
-  result.bias = ellipsoid->centre;
-  if (model == MatrixModel::kDiagonal) {
-    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
-  } else {
-    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
-  }
-  return result;
-}
-
-// Ellipsoid start that a few disturbed poses cannot spoil: refitted without readings whose norm
-// error stands out from the others'.
-Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
-                                           MatrixModel model,
-                                           double radius) {
-  auto fitted = FitModel(readings, model, radius);
-  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
-  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
-    std::vector<double> errors;
-    errors.reserve(readings.size());
-    for (const auto& reading : readings)
-      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
-    const double limit = 6.0 * 1.4826 * Median(errors);
-    std::vector<Eigen::Vector3d> kept;
-    for (std::size_t k = 0; k < readings.size(); ++k) {
-      if (errors[k] <= limit) kept.push_back(readings[k]);
-    }
-    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
-    auto refitted = FitModel(kept, model, radius);
-    if (!refitted) break;
-    fitted = std::move(refitted);
-    readings = std::move(kept);
-  }
-  return fitted;
-}
-
-// Linear least squares for y = S x + b with known x.
-Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
-                                         const std::vector<Eigen::Vector3d>& fields) {
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
-  Eigen::MatrixXd values(design.rows(), 3);
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
-    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
-  }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
-  if (qr.rank() < 4) {
-    return NotEnoughError(
-        "the known attitudes lie in one plane: they do not determine gains and biases; add poses "
-        "with every axis up and down");
-  }
-  const Eigen::MatrixXd solution = qr.solve(values);
-  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
-}
 
 Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
   std::size_t needed = 9;
@@ -271,23 +191,10 @@ Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
   return FitModelTrimmed(readings, triad.model, field);
 }
 
-// Turns the own-frame magnetometer into the body frame by the constant angle between field and
-// gravity; one start for every rival solution.
-Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
-                                                   const CalibrateOptions& options,
-                                                   const StartValues& base,
-                                                   const TriadModel<double>& own) {
-  std::vector<Eigen::Vector3d> ups;
-  std::vector<Eigen::Vector3d> fields;
-  std::vector<const StaticPose*> pairs;
-  for (const StaticPose& pose : poses.poses) {
-    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
-    ups.push_back(base.models[Triad::kAccelerometer]
-                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
-                      .normalized());
-    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
-    pairs.push_back(&pose);
-  }
+// The rotations, best first, that bring fields to a constant angle with up.
+Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vector3d>& ups,
+                                                    const std::vector<Eigen::Vector3d>& fields,
+                                                    const CalibrateOptions& options) {
   const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
   const Knowledge& dip = options.reference.dip_rad;
 
@@ -324,6 +231,30 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
       }
     }
   }
+  return alignments;
+}
+
+// Turns the own-frame magnetometer into the body frame by the constant angle between field and
+// gravity; one start for every rival solution.
+Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
+                                                   const CalibrateOptions& options,
+                                                   const StartValues& base,
+                                                   const TriadModel<double>& own) {
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<Eigen::Vector3d> fields;
+  std::vector<const StaticPose*> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
+    ups.push_back(base.models[Triad::kAccelerometer]
+                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
+                      .normalized());
+    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
+    pairs.push_back(&pose);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FrameAlignment> alignments,
+                             RivalAlignments(ups, fields, options));
+  const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+  const Knowledge& dip = options.reference.dip_rad;
 
   std::vector<StartValues> starts;
   for (const FrameAlignment& alignment : alignments) {

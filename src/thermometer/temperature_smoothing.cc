@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -203,6 +204,55 @@ class NoiseBlocks {
   std::vector<std::size_t> block_;  // of each reading
 };
 
+// A coarse thermometer by the times at which it changes; nothing where these are too few, or where
+// noise spreads its readings over steps.
+std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
+                                              const std::vector<double>& degc,
+                                              double step_degc) {
+  StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+  if (places.time_s.size() < kFewestPlaces) return std::nullopt;
+  TemperatureTrack track;
+  track.time_s = time_s;
+  track.step_degc = step_degc;
+  const double spacing = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
+  steps.At(time_s, &track.degc, &track.rate_degcps);
+  // What rounding adds, and the noise.
+  double square = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
+  }
+  const double noise_steps = std::sqrt(square) / step_degc;
+  if (!(noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered)) return std::nullopt;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
+  }
+  return track;
+}
+
+// Takes weight from readings that are far off a local parabola through the others.
+void WeighRobustly(double half_width, double least_sigma, Readings* readings) {
+  LocalFit local;
+  std::vector<double> values;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    std::size_t first = 0;
+    values.clear();
+    for (const double time : readings->time_s) {
+      FitAbout(*readings, time, half_width, &first, &local);
+      values.push_back(local.value);
+    }
+    std::vector<double> residuals;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      residuals.push_back(std::abs(readings->degc[i] - values[i]));
+    }
+    const double sigma = std::max(kMadToSigma * Median(residuals), least_sigma);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double u = residuals[i] / (kTukey * sigma);
+      readings->weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
+    }
+  }
+}
+
 }  // namespace
 
 Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
@@ -219,29 +269,13 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
-  Readings readings;
   if (step_degc > kCoarseShare * span) {
-    StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
-    if (places.time_s.size() >= kFewestPlaces) {
-      const double spacing = duration / static_cast<double>(time_s.size() - 1);
-      const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
-      steps.At(time_s, &track.degc, &track.rate_degcps);
-      // What rounding adds, and the noise.
-      double square = 0.0;
-      for (std::size_t i = 0; i < time_s.size(); ++i) {
-        square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
-      }
-      const double noise_steps = std::sqrt(square) / step_degc;
-      if (noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered) {
-        track.step_degc = step_degc;
-        track.smoothing_s = std::min(widest, step_degc / rate);
-        for (std::size_t i = 0; i < time_s.size(); ++i) {
-          track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
-        }
-        return track;
-      }
+    if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc)) {
+      steps->smoothing_s = std::min(widest, step_degc / rate);
+      return *std::move(steps);
     }
   }
+  Readings readings;
   // A reading that is repeated until the next one is none but the first time.
   constexpr double kSlow = 4.0;
   double spacing = duration / static_cast<double>(time_s.size() - 1);
@@ -266,25 +300,8 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double noise_width = std::cbrt(2.3 * density / std::pow(kRateNoiseShare * rate, 2));
   track.smoothing_s = NotTooWide(
       readings, std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing)), spacing);
+  WeighRobustly(track.smoothing_s, 1e-6 * span, &readings);
   LocalFit local;
-  std::vector<double> values;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    std::size_t first = 0;
-    values.clear();
-    for (const double time : readings.time_s) {
-      FitAbout(readings, time, track.smoothing_s, &first, &local);
-      values.push_back(local.value);
-    }
-    std::vector<double> residuals;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      residuals.push_back(std::abs(readings.degc[i] - values[i]));
-    }
-    const double sigma = std::max(kMadToSigma * Median(residuals), 1e-6 * span);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double u = residuals[i] / (kTukey * sigma);
-      readings.weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
-    }
-  }
   NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
   std::size_t first = 0;
   for (const double time : time_s) {
