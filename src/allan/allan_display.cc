@@ -4,16 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "allan/allan_fit.h"
 #include "report/format.h"
 
 namespace truetriad {
 namespace {
 
 constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
-
-Interval Scaled(const Interval& interval, double factor) {
-  return {factor * interval.value, factor * interval.low, factor * interval.high};
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -13,6 +14,10 @@
 namespace truetriad {
 namespace {
 
+/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
+constexpr double kFewestFreedomsOfMinimum = 8.0;
+/// Of the deviation above that of single samples.
+constexpr double kMostRise = 3.0;
 // Of the 95 % intervals.
 constexpr double kTail = 0.025;
 /// A noise that is absent is shown this many sigmas above nothing hardly ever. The estimates at
@@ -300,6 +305,38 @@ struct Candidate {
 };
 
 }  // namespace
+
+Interval Root(const Interval& squared, double factor) {
+  return {factor * std::sqrt(squared.value),
+          factor * std::sqrt(squared.low),
+          factor * std::sqrt(squared.high)};
+}
+
+std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
+                                           bool can_only_fall) {
+  const AllanPoint* lowest = nullptr;
+  const AllanPoint* last = nullptr;
+  for (const AllanPoint& point : points) {
+    if (point.degrees_of_freedom < kFewestFreedomsOfMinimum) continue;
+    last = &point;
+    if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
+  }
+  if (lowest == nullptr) return std::nullopt;
+  BiasInstability instability;
+  instability.minimum = lowest->deviation;
+  instability.coefficient =
+      Scaled(lowest->deviation, 1.0 / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi));
+  instability.tau_s = lowest->tau_s;
+  instability.at_end = lowest == last || can_only_fall;
+  return instability;
+}
+
+bool RisesFar(const AllanAxis& axis) {
+  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
+    return point.degrees_of_freedom >= kFewestFreedomsOfMinimum &&
+           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
+  });
+}
 
 Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   const double nu = degrees_of_freedom;

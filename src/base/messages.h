@@ -17,10 +17,4 @@ inline std::string Format(const char* format, double value) {
   return text;
 }
 
-// One decimal, further ones cut off.
-inline std::string Fixed1(double value) {
-  const std::string text = std::to_string(value);
-  return text.substr(0, text.find('.') + 2);
-}
-
 }  // namespace truetriad

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/rounded_text.h"
 #include "math/distributions.h"
 
 namespace truetriad {
@@ -45,11 +46,7 @@ std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return text.str();
 }
 
-std::string Number(double value) {
-  std::ostringstream text;
-  text << std::setprecision(9) << value;
-  return text.str();
-}
+std::string Number(double value) { return RoundedText(value, 9); }
 
 std::string Name(Triad triad) { return std::string(TriadName(triad)); }
 

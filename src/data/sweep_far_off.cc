@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "base/messages.h"
+#include "base/rounded_text.h"
 #include "data/sweep_windows.h"
 #include "math/distributions.h"
 

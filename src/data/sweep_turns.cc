@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/messages.h"
+#include "base/rounded_text.h"
 #include "math/distributions.h"
 
 namespace truetriad {

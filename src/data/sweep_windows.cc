@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "base/messages.h"
+#include "base/rounded_text.h"
 #include "data/sweep_turns.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string_view>
 
+#include "base/rounded_text.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
 #include "truetriad/model/thermal.h"
@@ -15,11 +15,7 @@
 namespace truetriad {
 namespace {
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string Number(double value) { return RoundedText(value, 6); }
 
 std::string RangeText(const Eigen::Vector2d& range) {
   return Number(range[0]) + " to " + Number(range[1]);
