@@ -6,5 +6,5 @@ cd "$(dirname "$0")/.."
 
 tools/build.sh programs
 build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo
-echo "What the unit really is: build/truetriad compare --a=datasets/demo/truth.yaml --b=out/demo/calibration.yaml"
-echo "Open out/demo/report.html in a browser; \`build/truetriad help\` says what else there is."
+echo "Compare with the truth: build/truetriad compare --a=datasets/demo/truth.yaml --b=out/demo/calibration.yaml"
+echo "Open out/demo/report.html in a browser. More verbs: build/truetriad help"

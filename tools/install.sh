@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
-  echo "tools/install.sh: there is no apt-get here; install what tools/packages.txt names (Debian 12 names) by hand" >&2
+  echo "tools/install.sh: no apt-get on this system; install the packages in tools/packages.txt (Debian 12 names) by hand" >&2
   exit 1
 fi
 
@@ -22,8 +22,8 @@ fi
 as_root=()
 if [[ $(id -u) -ne 0 ]]; then
   if ! command -v sudo >/dev/null; then
-    echo "tools/install.sh: missing: ${missing[*]}" >&2
-    echo "tools/install.sh: cannot install them: neither root nor sudo; run it as root once" >&2
+    echo "tools/install.sh: missing packages: ${missing[*]}" >&2
+    echo "tools/install.sh: cannot install them without root or sudo; run tools/install.sh once as root" >&2
     exit 1
   fi
   as_root=(sudo)

@@ -15,11 +15,11 @@
 #include "allan/allan_theory.h"
 #include "base/rounded_text.h"
 #include "data/stream_checks.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-constexpr char kAxisName[] = "xyz";
 /// In the longest stretch.
 constexpr std::int64_t kFewestSamples = 100;
 // Chosen: a heated room stays within it.
@@ -44,7 +44,7 @@ Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
   }
   if (options.points_per_decade < 1 || options.points_per_decade > 100) {
     return UsageError(std::to_string(options.points_per_decade) +
-                      " points a decade; expected 1 to 100");
+                      " points per decade; expected 1 to 100");
   }
   if (options.white_range_s) {
     const auto [low, high] = *options.white_range_s;
@@ -54,12 +54,12 @@ Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
     }
   }
   if (info.has_time && options.rate_hz > 0.0) {
-    return UsageError(info.path + ": has times of its own; leave the rate of " +
-                      Number(options.rate_hz) + " Hz out");
+    return UsageError(info.path + ": has its own times; remove the rate of " +
+                      Number(options.rate_hz) + " Hz");
   }
   if (!info.has_time && options.rate_hz == 0.0) {
     return UsageError(info.path +
-                      ": has no time, so tau is not known; give its rate (--rate_hz=100), or state "
+                      ": has no time, so tau is unknown; give the rate (--rate_hz=100), or state "
                       "it in a manifest: `time: { unit: samples, rate_hz: 100 }`");
   }
   return {};
@@ -118,7 +118,9 @@ class StreamAnalysis {
   std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
-  std::string Name(int axis) const { return Name() + " " + kAxisName[axis] + " axis"; }
+  std::string Name(int axis) const {
+    return Name() + " " + kAxisLetters[static_cast<std::size_t>(axis)] + " axis";
+  }
 
   StreamInfo info_;
   AllanOptions options_;
@@ -158,16 +160,16 @@ Status StreamAnalysis::CheckCurves() const {
     return NotEnoughError(info_.file + ": the longest stretch of the " + Name() +
                           " without a gap has " + std::to_string(curves_[0].longest_stretch()) +
                           " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
-                          ", a useful one an hour at rest");
+                          ", and about an hour at rest to be useful");
   }
   if (!(SpacingSeconds() > 0.0)) {
     return BadInputError(info_.file + ": all samples of the " + Name() +
-                         " have the same time; expected times that go on");
+                         " have the same time; expected increasing times");
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!curves_[static_cast<std::size_t>(axis)].variances().allFinite()) {
       return BadInputError(info_.file + ": the " + Name(axis) +
-                           " reads numbers whose squares are beyond what can be computed with");
+                           " has readings too large to compute with; check its unit");
     }
   }
   return {};
@@ -192,29 +194,29 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   result.warnings = monitor_.Warnings(summary);
   if (const std::optional<double> held = hold_.SamplesHeld()) {
     result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
-                              " samples on average: the sensor gives " +
+                              " samples on average: the sensor updates at " +
                               Number(result.rate_hz / *held) +
-                              " Hz, not the rate of the log; N is taken from tau beyond that, and "
-                              "the noise of one sample is N times the root of the log's rate");
+                              " Hz, slower than the log; N is fitted at longer tau, and the noise "
+                              "of one sample is N times the square root of the log's rate");
   }
   if (stream_.irregular()) {
     result.warnings.push_back(Name() +
-                              ": the time stamps are irregular; the samples are taken as equally "
-                              "spaced and missing ones are not filled");
+                              ": the time stamps are irregular; samples are assumed to be equally "
+                              "spaced, and missing ones are not filled");
   }
   if (static_cast<double>(result.filled_samples) >
       kMostFilledShare * static_cast<double>(result.samples)) {
     result.warnings.push_back(
         Name() + ": " + std::to_string(result.filled_samples) +
-        " missing samples are filled by straight lines, which takes noise from the shortest tau");
+        " missing samples are interpolated, which lowers the noise at the shortest tau");
   }
   if (monitor_.has_temperature()) {
     const Eigen::Vector2d range = monitor_.temperature_range_degc();
     if (range[1] - range[0] > kWidestTemperatureDegc) {
-      result.warnings.push_back(Name() + ": the temperature went from " + Number(range[0]) +
-                                " to " + Number(range[1]) +
-                                " degC; the bias follows it, and long tau show that as random "
-                                "walk: keep the temperature, or wait until the unit is warm");
+      result.warnings.push_back(
+          Name() + ": the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
+          " degC; the bias follows it, which looks like random walk at long tau: hold the "
+          "temperature constant, or wait until the unit is warm");
     }
   }
 
@@ -276,31 +278,31 @@ Result<AllanAxis> StreamAnalysis::Analyse(const Eigen::VectorXd& variances,
   described_[static_cast<std::size_t>(axis)] = fit.follows;
   if (fit.follows && ramp) {
     const double drift = std::sqrt(ramp->value) / spacing_s;
-    warnings->push_back(Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " +
-                        info_.unit.name + " a second (a rate ramp, slope +1), " +
-                        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
-                        " " + info_.unit.name +
-                        " over the log; the coefficients are those without it, " +
-                        "but B is not below its effect");
+    warnings->push_back(
+        Name(axis) + ": drifts steadily by about " + Number(drift, 3) + " " + info_.unit.name +
+        " per second (a rate ramp, slope +1), " +
+        Number(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) + " " +
+        info_.unit.name +
+        " over the log; it is excluded from the coefficients, but limits how low B can be");
   }
   if (RisesFar(result)) {
     warnings->push_back(Name(axis) +
-                        ": the deviation rises far above that of single samples, as noise at rest "
-                        "rarely does");
+                        ": the deviation rises far above that of single samples, which is unusual "
+                        "for noise at rest; check that the unit was still");
   }
   if (!fit.follows) {
     warnings->push_back(Name(axis) +
-                        ": no sum of the four noises describes the curve; the coefficients are "
-                        "rough, look at the plot");
+                        ": N, B, K and Q together do not fit the curve; the coefficients are "
+                        "rough, check the plot");
   } else if (LateFit(factors, fit)) {
-    warnings->push_back(
-        Name(axis) + ": the curve follows the four noises only from tau = " +
-        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
-        " s on; before is a filter, a vibration or another cycle; look at the plot before using N");
+    warnings->push_back(Name(axis) + ": N, B, K and Q fit the curve only from tau = " +
+                        Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
+                        " s; at shorter tau there is a filter, a vibration or another cycle; check "
+                        "the plot before using N");
   } else if (fit.misfit > 1.0 && walk) {
     warnings->push_back(Name(axis) +
-                        ": the curve is further from the four noises than chance explains, as a "
-                        "slow cycle makes it; K is rough, look at the plot");
+                        ": the fit of N, B, K and Q is worse than chance, typical of a slow cycle; "
+                        "K is rough, check the plot");
   }
   return result;
 }
@@ -326,7 +328,7 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
     if (begin == end) {
       return UsageError("white noise over tau from " + Number(options_.white_range_s->front()) +
                         " s to " + Number(options_.white_range_s->back()) +
-                        " s: the curve of the " + Name() + " has no point there, it goes from " +
+                        " s: the curve of the " + Name() + " has no points there; it covers " +
                         Number(result->points.front().tau_s) + " s to " +
                         Number(result->points.back().tau_s) + " s");
     }
@@ -367,7 +369,8 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result,
   RestWatch::Verdict worst;
   bool shows = false;  // In the curve.
   const auto add = [](std::size_t axis, std::string* axes) {
-    *axes += (axes->empty() ? "" : ", ") + std::string(1, kAxisName[axis]);
+    *axes +=
+        (axes->empty() ? "" : ", ") + std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]);
   };
   for (std::size_t i = 0; i < 3; ++i) {
     if (result.axes[i].points.empty()) continue;
@@ -387,14 +390,14 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result,
     const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
                              jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
                              std::to_string(worst.windows) +
-                             " windows are unlike the others, the worst at " +
+                             " windows are outliers, the worst at " +
                              Number(static_cast<double>(worst.worst_ns) * 1e-9, 6) +
                              " s; cut these parts out, or record again";
     if (shows) return what;
     warnings->push_back(Name() + ": " + what);
   }
   if (swaying_axes.empty()) return "";
-  return "the deviation rises far above that of single samples, and not as noise does (axes " +
+  return "the deviation rises far above that of single samples, unlike noise (axes " +
          swaying_axes + "): the unit moved, or something drifts; record again at rest";
 }
 
@@ -407,8 +410,8 @@ void StreamAnalysis::WarnOfAxis(int axis,
   const double step = monitor_.resolution_raw()[axis];
   if (step > 0.0 && sigma < 0.5 * step) {
     warnings->push_back(Name(axis) + ": the noise of " + Number(sigma) + " " + info_.unit.name +
-                        " is below the step of " + Number(step) + " " + info_.unit.name +
-                        " of the readings; short tau show the rounding");
+                        " is below the resolution of " + Number(step) + " " + info_.unit.name +
+                        "; short tau shows rounding rather than noise");
   }
   const FreezeWatch::Verdict freeze = freezes_[i].Judge();
   // Rounding to coarse steps freezes readings as well.
@@ -419,17 +422,17 @@ void StreamAnalysis::WarnOfAxis(int axis,
             : ", first at " + Number(static_cast<double>(freeze.first_zero_ns) * 1e-9, 6) + " s";
     warnings->push_back(Name(axis) + ": " + std::to_string(freeze.frozen) + " of " +
                         std::to_string(freeze.windows) + " windows of " +
-                        std::to_string(FreezeWatch::kWindow) + " samples stand still or nearly so" +
-                        first +
-                        ": a sensor that froze, or lost samples that were repeated; N is too low "
-                        "and K made up: cut these parts out");
+                        std::to_string(FreezeWatch::kWindow) +
+                        " samples are constant or nearly so" + first +
+                        ": the sensor froze, or lost samples were repeated; N is too low and K is "
+                        "wrong: cut these parts out");
   }
   if (sigma > 2.0 * step && limits_[i].most() >= kFewestAtLimit &&
       static_cast<double>(limits_[i].most()) >
           kMostAtLimit * static_cast<double>(monitor_.samples())) {
     warnings->push_back(Name(axis) + ": " + std::to_string(limits_[i].most()) + " readings are " +
                         Number(limits_[i].limit(), 9) + " " + info_.unit.name +
-                        ", the furthest there is: is the axis clipped?");
+                        ", the extreme value; check for clipping");
   }
 }
 

@@ -6,17 +6,14 @@
 
 #include "allan/allan_fit.h"
 #include "report/format.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
-namespace {
-
-constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
-
-}  // namespace
+namespace {}  // namespace
 
 AllanScale ShownScale(const AllanTriad& triad) {
   if (!triad.si_per_count) return {1.0, DisplayUnit(triad.unit.name)};
-  if (triad.triad == Triad::kGyroscope) return {*triad.si_per_count * kDegreesPerRadian, "deg/s"};
+  if (triad.triad == Triad::kGyroscope) return {*triad.si_per_count * kDegPerRad, "deg/s"};
   return {*triad.si_per_count, DisplayUnit(TruthUnitName(triad.triad))};
 }
 
@@ -24,7 +21,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   const double factor = scale.shown_per_raw;
   std::vector<AllanCoefficient> coefficients;
   if (axis.white_density) {
-    const Interval value = Scaled(*axis.white_density, factor);
+    const Interval value = Displayed(*axis.white_density, factor);
     coefficients.push_back({.symbol = 'N',
                             .value = value,
                             .unit = scale.unit + "/√Hz",
@@ -34,7 +31,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   }
   if (axis.instability) {
     coefficients.push_back({.symbol = 'B',
-                            .value = Scaled(axis.instability->coefficient, factor),
+                            .value = Displayed(axis.instability->coefficient, factor),
                             .unit = scale.unit,
                             .upper_bound = axis.instability->at_end,
                             .slope = 0.0,
@@ -42,7 +39,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = factor * axis.instability->minimum.value});
   }
   if (axis.random_walk) {
-    const Interval value = Scaled(*axis.random_walk, factor);
+    const Interval value = Displayed(*axis.random_walk, factor);
     coefficients.push_back({.symbol = 'K',
                             .value = value,
                             .unit = scale.unit + "/s/√Hz",
@@ -51,7 +48,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = value.value});
   }
   if (axis.quantisation) {
-    const Interval value = Scaled(*axis.quantisation, factor);
+    const Interval value = Displayed(*axis.quantisation, factor);
     coefficients.push_back({.symbol = 'Q',
                             .value = value,
                             .unit = scale.unit + "·s",

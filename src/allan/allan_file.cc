@@ -9,12 +9,12 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/allan/1";
-constexpr std::string_view kAxes = "xyz";
 constexpr std::string_view kAtRest = "at_rest", kNotAtRest = "not_at_rest";
 
 // ---------------------------------------------------------------------------------------- writing
@@ -79,8 +79,8 @@ void WriteTriad(YamlText& out, const AllanTriad& triad) {
       << "\n    warnings:" << (triad.warnings.empty() ? " []\n" : "\n");
   for (const std::string& warning : triad.warnings) out << "      - " << Quoted{warning} << "\n";
   out << "    axes:\n";
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    out << "      " << kAxes.substr(axis, 1) << ":\n";
+  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+    out << "      " << kAxisLetters.substr(axis, 1) << ":\n";
     WriteAxis(out, triad.axes[axis], triad.unit.name, triad.rate_hz);
   }
 }
@@ -93,7 +93,7 @@ void ReadInterval(YamlReader& reader, Interval* interval) {
   reader.Require("high", &interval->high);
   if (!(interval->low >= 0.0) || interval->low > interval->value ||
       interval->value > interval->high) {
-    reader.Fail("is not an interval: 0 <= low <= value <= high is expected");
+    reader.Fail("is not an interval; expected 0 <= low <= value <= high");
   }
 }
 
@@ -104,8 +104,8 @@ bool ReadCoefficient(YamlReader reader, const std::string& unit, Interval* inter
   ReadInterval(reader, interval);
   std::string stated;
   if (reader.Require("unit", &stated) && stated != unit) {
-    reader.Child("unit").Fail("is `" + stated + "`; with this sensor's unit `" + unit +
-                              "` is expected");
+    reader.Child("unit").Fail("is `" + stated + "`; expected `" + unit +
+                              "`, as this sensor's unit is used");
   }
   reader.RejectUnknown();
   return true;
@@ -115,7 +115,7 @@ bool ReadRange(YamlReader reader, std::array<double, 2>* range) {
   std::vector<double> values;
   if (!reader.Read(&values)) return false;
   if (values.size() != 2 || !(values[0] <= values[1])) {
-    reader.Fail("two numbers are expected, the smaller first");
+    reader.Fail("expected two numbers, the smaller first");
     return false;
   }
   *range = {values[0], values[1]};
@@ -126,7 +126,7 @@ AllanPoint ReadPoint(YamlReader reader) {
   AllanPoint point;
   std::vector<YamlReader> items = reader.Items();
   if (items.size() != 6) {
-    reader.Fail("six numbers are expected: tau, deviation, low, high, degrees of freedom, terms");
+    reader.Fail("expected six numbers: tau, deviation, low, high, degrees of freedom, terms");
     return point;
   }
   items[0].Read(&point.tau_s);
@@ -193,10 +193,10 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
   reader.Optional("status", &status);
   if (status == kNotAtRest) {
     if (reader.Require("disturbance", &triad->disturbance) && triad->disturbance.empty()) {
-      reader.Child("disturbance").Fail("is empty; say what disturbed the unit");
+      reader.Child("disturbance").Fail("is empty; state what disturbed the unit");
     }
   } else if (status != kAtRest) {
-    reader.Child("status").Fail("is `" + status + "`; `at_rest` or `not_at_rest` is expected");
+    reader.Child("status").Fail("is `" + status + "`; expected `at_rest` or `not_at_rest`");
   }
   if (reader.Require("rate_hz", &triad->rate_hz) && !(triad->rate_hz > 0.0)) {
     reader.Child("rate_hz").Fail("must be above zero");
@@ -209,8 +209,8 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
     warning.Read(&triad->warnings.emplace_back());
   }
   if (YamlReader axes = reader.RequireChild("axes")) {
-    for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-      if (YamlReader item = axes.RequireChild(kAxes.substr(axis, 1))) {
+    for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+      if (YamlReader item = axes.RequireChild(kAxisLetters.substr(axis, 1))) {
         ReadAxis(item, unit, &triad->axes[axis]);
       }
     }
@@ -221,8 +221,7 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
                               axis.random_walk || axis.quantisation)) {
       continue;
     }
-    reader.Child("axes").Fail(
-        "has coefficients of a sensor that was not at rest; none are expected");
+    reader.Child("axes").Fail("has coefficients for a sensor that was not at rest; expected none");
   }
   reader.RejectUnknown();
 }
@@ -232,10 +231,9 @@ void ReadTriad(YamlReader reader, AllanTriad* triad) {
 std::string AllanToYaml(const AllanResult& result) {
   YamlText out;
   out << "# Allan deviation with 95 % intervals; coefficients as in IEEE Std 952-1997, annex C. A\n"
-         "# coefficient that the data do not show is left out, and all of a sensor that is\n"
-         "# not_at_rest. `..._sample`: the same noise in "
-         "one\n"
-         "# sample. Points: tau [s], deviation, low, high, degrees of freedom, terms averaged.\n"
+         "# coefficient that is not observable is omitted, as are all of a sensor that is\n# "
+         "not_at_rest. `..._sample`: the same noise in one\n# sample. Points: tau [s], deviation, "
+         "low, high, degrees of freedom, terms averaged.\n"
       << "format: " << kFormat << "\nsource: " << Quoted{result.source}
       << "\nserial: " << Quoted{result.serial}
       << "\ninputs:" << (result.inputs.empty() ? " []\n" : "\n");
@@ -256,8 +254,8 @@ Result<AllanResult> ReadAllanFile(const std::string& path) {
   reader.Require("format", &format);
   TRUETRIAD_RETURN_IF_ERROR(reader.status());
   if (format != kFormat) {
-    reader.Child("format").Fail("is `" + format + "`; `" + std::string(kFormat) +
-                                "` is expected, as `truetriad allan` writes it");
+    reader.Child("format").Fail("is `" + format + "`; expected `" + std::string(kFormat) +
+                                "`, as written by `truetriad allan`");
     return reader.status().error();
   }
   reader.Require("source", &result.source);

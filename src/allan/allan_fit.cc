@@ -45,7 +45,7 @@ constexpr double kMostFiltered = 0.3;
 constexpr double kLeastSpread = 0.1;
 /// A strength whose interval would span more than a decade is not worth stating: this is where
 /// chi-square intervals begin to.
-constexpr double kFewestFreedoms = 2.0;
+constexpr double kFewestTermFreedoms = 2.0;
 
 constexpr auto kQ = static_cast<int>(NoiseTerm::kQuantisation);
 constexpr auto kN = static_cast<int>(NoiseTerm::kWhite);
@@ -286,7 +286,7 @@ struct Candidate {
     for (int j = 0; j < kNoiseTerms; ++j) {
       if (!(fit.strengths[j] > 0.0) || (j == kN && in_filter)) continue;
       const double sigma = result.misfit * problem.Sigma(fit, j, fit.strengths);
-      if (FreedomsOf(fit.strengths[j], sigma) < kFewestFreedoms) continue;
+      if (FreedomsOf(fit.strengths[j], sigma) < kFewestTermFreedoms) continue;
       const bool is_seen =
           j != kQ || range.begin == 0 ||
           (range.begin <= kLatestQuantisation && fit.strengths[j] > kShownSigmas * sigma);

@@ -11,7 +11,7 @@ namespace {
 // 1024 spacings: their quantiles at 5 and 95 % rest on fifty each.
 constexpr std::size_t kFirstSamples = 1025;
 /// So few missing samples are filled: noise over ten samples of a line is lost to nobody's harm.
-constexpr std::int64_t kMostFilled = 10;
+constexpr std::int64_t kMostFilledSteps = 10;
 
 SpacedStream::Readings Part(const SpacedStream::Readings& readings,
                             std::size_t begin,
@@ -58,7 +58,7 @@ void SpacedStream::Settle() {
     typical_ns_ = sum / static_cast<double>(count);
     irregular_ = quantile(0.95) > 1.5 * typical_ns_ || quantile(0.05) < 0.5 * typical_ns_;
     break_ns_ =
-        std::max((kMostFilled + 1.5) * typical_ns_, irregular_ ? 3.0 * quantile(0.95) : 0.0);
+        std::max((kMostFilledSteps + 1.5) * typical_ns_, irregular_ ? 3.0 * quantile(0.95) : 0.0);
   }
   Process(pending_ns_, {pending_[0], pending_[1], pending_[2]});
   pending_ns_ = {};
@@ -115,7 +115,7 @@ void SpacedStream::HandOver(const Readings& readings, std::int64_t start_ns) {
 }
 
 void SpacedStream::Fill(std::int64_t missing, const std::array<double, 3>& next) {
-  std::array<std::array<double, kMostFilled>, 3> line{};
+  std::array<std::array<double, kMostFilledSteps>, 3> line{};
   Readings readings;
   const auto count = static_cast<std::size_t>(missing);
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -267,7 +267,7 @@ std::string AllanSvg(const AllanResult& result) {
       LogPanel panel(svg, left, top, tau, deviation);
       const std::string name = std::string(TriadName(triad.triad)) + " " + "xyz"[i];
       if (axis.points.empty()) {
-        panel.DrawFrame(name + ": never changes");
+        panel.DrawFrame(name + ": constant");
         continue;
       }
       panel.DrawGrid(i == 0);

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
-#include <numbers>
 #include <optional>
 #include <string_view>
 
@@ -11,6 +10,7 @@
 #include "allan/allan_report.h"
 #include "report/format.h"
 #include "report/table.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -32,7 +32,7 @@ class CoefficientTable {
     std::vector<std::string> values = {name + " " + symbol};
     std::vector<std::string> intervals = {"  95 % interval"};
     for (const AllanAxis& axis : triad_.axes) {
-      std::string value = "not seen";
+      std::string value = "not visible";
       std::string interval;
       for (const AllanCoefficient& coefficient : Coefficients(axis, scale_)) {
         if (coefficient.symbol != symbol) continue;
@@ -83,17 +83,14 @@ void AddDensityInCommonUnits(const AllanTriad& triad, CoefficientTable* table) {
   const double si = triad.si_per_count.value_or(triad.unit.truth_per_raw);
   switch (triad.triad) {
     case Triad::kGyroscope:
-      table->Add("angle random walk",
-                 si * 180.0 / std::numbers::pi * kSecondsRootPerHourRoot,
-                 "deg/√h",
-                 density);
+      table->Add("angle random walk", si * kDegPerRad * kSecondsRootPerHourRoot, "deg/√h", density);
       break;
     case Triad::kAccelerometer:
       table->Add("velocity random walk", si * kSecondsRootPerHourRoot, "m/s/√h", density);
-      table->Add("the same", si / kStandardGravityMps2 * 1e6, "µg/√Hz", density);
+      table->Add("noise density", si / kStandardGravityMps2 * 1e6, "µg/√Hz", density);
       break;
     case Triad::kMagnetometer:
-      table->Add("the same", si * 1e3, "nT/√Hz", density);
+      table->Add("noise density", si * 1e3, "nT/√Hz", density);
       break;
   }
 }
@@ -105,7 +102,7 @@ std::string TriadText(const AllanTriad& triad) {
                                       : Significant(triad.duration_s / 3600.0, 4) + " h, ") +
            std::to_string(triad.samples) + " samples";
   if (triad.filled_samples > 0) {
-    title += ", " + std::to_string(triad.filled_samples) + " missing ones filled in";
+    title += ", " + std::to_string(triad.filled_samples) + " missing ones interpolated";
   }
   if (triad.breaks > 0) title += ", " + std::to_string(triad.breaks) + " break(s)";
   CoefficientTable table(triad);
@@ -165,10 +162,10 @@ std::string Notes(const AllanResult& result) {
     }
   }
   constexpr std::array<std::pair<char, std::string_view>, 4> kReasons = {{
-      {'N', "N not seen: no part of the curve needs the slope -1/2."},
-      {'B', "B not seen: the log is too short for a minimum."},
-      {'K', "K not seen: the curve does not need the slope +1/2 yet; a longer log may show it."},
-      {'Q', "Q not seen: no slope -1 at short tau, as readings of a rate usually have none."},
+      {'N', "N not visible: no part of the curve has the slope -1/2."},
+      {'B', "B not visible: the log is too short to reach a minimum."},
+      {'K', "K not visible: the curve does not reach the slope +1/2; a longer log may show it."},
+      {'Q', "Q not visible: no slope -1 at short tau, which is usual for rate readings."},
   }};
   std::string text;
   for (const auto& [symbol, reason] : kReasons) {
@@ -176,8 +173,8 @@ std::string Notes(const AllanResult& result) {
   }
   if (bound) {
     text += Wrapped(
-        "B ≤: the curve is still falling, or has no floor beside white noise; the bias may be "
-        "stabler than that. A longer log may show it.",
+        "B ≤: the curve is still falling, or has no floor above white noise; the bias may be more "
+        "stable than this. A longer log may show it.",
         2,
         "- ");
   }
@@ -198,7 +195,7 @@ std::string AllanText(const AllanResult& result) {
   }
   if (!verdict.empty()) {
     text = verdict +
-           "No coefficients are stated of what was not at rest: they would be those of the "
+           "No coefficients are stated for sensors that were not at rest: they would describe the "
            "motion.\n\n" +
            text;
   }

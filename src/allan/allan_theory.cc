@@ -11,7 +11,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::array<double, 3> kSecondDifference = {1.0, -2.0, 1.0};
-constexpr auto kQ = static_cast<int>(NoiseTerm::kQuantisation);
+constexpr auto kQuantisationRow = static_cast<int>(NoiseTerm::kQuantisation);
 constexpr auto kR = static_cast<int>(NoiseTerm::kRamp);
 /// Factors further apart than this share so little of the spectrum that their estimates are
 /// independent: for white noise the correlation is below 0.03.
@@ -108,9 +108,9 @@ Eigen::Matrix<double, kNoiseTerms, kNoiseTerms> CovarianceForm(const AllanFactor
   }
   for (const auto& [lag, value] : Quantisation(fine.m, coarse.m)) {
     NoiseStrengths covariance = Smooth(fine.m, coarse.m, lag);
-    form.row(kQ) += pairs_at(lag) * value * covariance.transpose();
-    form.col(kQ) += pairs_at(lag) * value * covariance;
-    form(kQ, kQ) += pairs_at(lag) * value * value;
+    form.row(kQuantisationRow) += pairs_at(lag) * value * covariance.transpose();
+    form.col(kQuantisationRow) += pairs_at(lag) * value * covariance;
+    form(kQuantisationRow, kQuantisationRow) += pairs_at(lag) * value * value;
   }
   form *= 2.0 * stretches / (static_cast<double>(fine.terms) * static_cast<double>(coarse.terms));
 

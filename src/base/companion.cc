@@ -46,13 +46,12 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
     const fs::path candidate = place / file_name;
     std::error_code error;
     if (fs::is_regular_file(candidate, error)) return candidate.string();
-    tried += (tried.empty() ? "" : " nor in ") + place.string();
+    tried += (tried.empty() ? "" : " and ") + place.string();
   }
-  return BadInputError("the file " + std::string(file_name) +
-                       ", which comes with truetriad, is not in " +
+  return BadInputError("truetriad's data file " + std::string(file_name) + " is missing from " +
                        (tried.empty() ? "its folder" : tried) +
-                       "; install truetriad anew, or name the folder that holds it in the "
-                       "environment variable TRUETRIAD_SHARE");
+                       "; reinstall truetriad, or set the environment variable TRUETRIAD_SHARE to "
+                       "the folder that contains it");
 }
 
 }  // namespace truetriad

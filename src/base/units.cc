@@ -2,7 +2,6 @@
 #include "truetriad/base/units.h"
 
 #include <array>
-#include <numbers>
 #include <span>
 
 namespace truetriad {
@@ -20,7 +19,7 @@ constexpr std::array<NamedScale, 3> kAccelUnits = {{
 }};
 constexpr std::array<NamedScale, 2> kGyroUnits = {{
     {"rad/s", 1.0},
-    {"deg/s", std::numbers::pi / 180.0},
+    {"deg/s", kRadPerDeg},
 }};
 constexpr std::array<NamedScale, 6> kMagUnits = {{
     {"uT", 1.0},
@@ -69,7 +68,7 @@ std::optional<double> NanosecondsPer(std::string_view name) {
 
 std::optional<TemperatureUnit> ParseTemperatureUnit(std::string_view name) {
   if (name == "degC") return TemperatureUnit{1.0, 0.0};
-  if (name == "K") return TemperatureUnit{1.0, -273.15};
+  if (name == "K") return TemperatureUnit{1.0, kAbsoluteZeroDegc};
   return std::nullopt;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "calibrate/calibrate_settled.h"
 #include "choice/model_choice.h"
 #include "data/recorded_temperature.h"
 #include "motion/calibrate_motion.h"
@@ -200,10 +201,11 @@ CalibrationSummary Refuse(Outcome outcome, const std::string& message, Calibrati
   return summary;
 }
 
-// With options that leave nothing to be chosen; `settled` may be null.
-Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
-                                       const CalibrateOptions& options,
-                                       SettledModel* settled) {
+}  // namespace
+
+Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
+                                            const CalibrateOptions& options,
+                                            SettledModel* settled) {
   CalibrationSummary summary;
   summary.options = options;
   Calibration& calibration = summary.calibration;
@@ -278,8 +280,6 @@ Result<CalibrationSummary> CalibrateAs(const PoseSet& poses,
   return summary;
 }
 
-}  // namespace
-
 Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
   const int temperatures = static_cast<int>(PosesByTemperature(poses).size());
@@ -289,9 +289,9 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
                 options,
                 temperatures,
                 [&poses](const CalibrateOptions& settled_options, SettledModel* settled) {
-                  return CalibrateAs(poses, settled_options, settled);
+                  return CalibrateSettled(poses, settled_options, settled);
                 })
-          : CalibrateAs(poses, options, nullptr);
+          : CalibrateSettled(poses, options, nullptr);
   if (summary && !options.sweep) {
     const auto recorded = RecordedDegc(poses);
     summary->calibration.reference.recorded_degc = recorded;

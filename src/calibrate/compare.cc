@@ -10,6 +10,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 #include "math/distributions.h"
 #include "truetriad/calibrate/compare.h"
 #include "verdict/presentation.h"
@@ -317,13 +319,12 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     }
   }
   const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * sum *
-                                                              scale.asDiagonal());
+  const SymmetricEigen solver = EigenOfSymmetric(ScaledBothSides(scale, sum));
   const Eigen::VectorXd turned =
-      solver.eigenvectors().transpose() * (scale.asDiagonal() * difference);
+      TransposeTimesVector(solver.vectors, scale.cwiseProduct(difference));
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (solver.eigenvalues()[i] <= kTiedShare * solver.eigenvalues().maxCoeff()) continue;
-    comparison.chi2 += turned[i] * turned[i] / solver.eigenvalues()[i];
+    if (solver.values[i] <= kTiedShare * solver.values.maxCoeff()) continue;
+    comparison.chi2 += turned[i] * turned[i] / solver.values[i];
     ++comparison.dof;
   }
   if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);

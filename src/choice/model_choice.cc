@@ -16,6 +16,9 @@
 
 #include "base/messages.h"
 #include "choice/open_models.h"
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "solve/solve_graph.h"
@@ -69,10 +72,7 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
     moved.middleRows<9>(layout.sensitivity[Triad::kMagnetometer]) +=
         larger.sensitivity(Triad::kMagnetometer).reshaped() * strength;
   }
-  const Eigen::MatrixXd kept = layout.basis.transpose() * moved;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(kept);
-  const Eigen::MatrixXd all = qr.householderQ();
-  return all.rightCols(all.cols() - qr.rank());
+  return LeastSquares(TransposeTimes(layout.basis, moved)).Complement();
 }
 
 // Everything that candidates are compared by.
@@ -150,9 +150,9 @@ class Candidates {
     // A sensitivity shows between the poses of one temperature, and is moved by what they share as
     // far as they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
     const Eigen::MatrixXd drift =
-        tested.transpose() * DriftOf(larger->graph, system, triad, scatter.variance_raw) * tested;
-    const Eigen::MatrixXd own = tested.transpose() * system.covariance() * tested;
-    const double share = own.ldlt().solve(drift).trace() / count;
+        TransposedCongruence(tested, DriftOf(larger->graph, system, triad, scatter.variance_raw));
+    const PivotedCholesky own(TransposedCongruence(tested, system.covariance()));
+    const double share = own.Solve(drift).trace() / count;
     const double dof = std::pow(1.0 + share, 2) / (share * share / scatter.dof + 1.0 / test.dof);
     return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
   }

@@ -20,7 +20,7 @@ Result<YamlReader> ParseOverride(const std::string& text) {
   const std::string name = std::string(kOverride) + text;
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || text.find_first_of("\n\r") != std::string::npos) {
-    return UsageError(name + ": one line of the form key.sub=value is expected");
+    return UsageError(name + ": expected one line of the form key.sub=value");
   }
   std::string yaml;
   std::string indent;

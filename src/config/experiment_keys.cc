@@ -37,7 +37,7 @@ void ReadPosition(YamlReader reader, std::optional<SitePosition>* position) {
   const auto read = [&](std::string_view key, const Range& range, double* value) {
     ReadNumber(is_first ? reader.RequireChild(key) : reader.Child(key), range, value);
   };
-  read("latitude_deg", {-90.0, 90.0, "a latitude of -90 to 90 degrees"}, &site.latitude_deg);
+  read("latitude_deg", kLatitudeDeg, &site.latitude_deg);
   read("height_m", {-1000.0, 20000.0, "a height in metres"}, &site.height_m);
   if (double longitude = 0.0; ReadNumber(reader.Child("longitude_deg"),
                                          {-180.0, 360.0, "a longitude of -180 to 360 degrees"},
@@ -63,15 +63,11 @@ void ReadEarthRate(YamlReader reader, std::optional<StatedEarthRate>* earth_rate
   }
   StatedEarthRate stated = earth_rate->value_or(StatedEarthRate());
   double latitude = 0.0;
-  if (ReadNumber(reader.Child("latitude_deg"),
-                 {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                 &latitude)) {
+  if (ReadNumber(reader.Child("latitude_deg"), kLatitudeDeg, &latitude)) {
     stated.latitude = latitude;
   }
   double declination = 0.0;
-  if (ReadNumber(reader.Child("declination_deg"),
-                 {-180.0, 180.0, "a declination of -180 to 180 degrees, east positive,"},
-                 &declination)) {
+  if (ReadNumber(reader.Child("declination_deg"), kDeclinationDeg, &declination)) {
     stated.declination = declination;
   }
   reader.RejectUnknown();
@@ -82,24 +78,19 @@ void ReadReference(YamlReader reader, Draft* draft) {
   if (!reader) return;
   ReferenceOptions& reference = draft->experiment.options.reference;
   ReadStated(reader.Child("gravity_mps2"),
-             {9.7, 9.9, "gravity at the Earth's surface in m/s^2, 9.7 to 9.9,"},
+             {9.7, 9.9, "gravity at the Earth's surface in m/s^2, 9.7 to 9.9"},
              false,
              &draft->gravity_mps2);
   ReadPosition(reader.Child("position"), &draft->experiment.position);
   if (YamlReader field = reader.Child("field")) {
     // No upper end: people normalise the field to 1 or use coils.
     ReadStated(field.Child("strength_ut"), kPositive, true, &draft->strength_ut);
-    ReadStated(field.Child("dip_deg"),
-               {-90.0, 90.0, "a dip of -90 to 90 degrees, positive when the field points down,"},
-               true,
-               &draft->dip_deg);
+    ReadStated(field.Child("dip_deg"), kDipDeg, true, &draft->dip_deg);
     ReadChoice(field.Child("hemisphere"), kHemispheres, &reference.northern_hemisphere);
     ReadChoice(field.Child("site"), kFieldSites, &draft->field_site);
     field.RejectUnknown();
   }
-  ReadNumber(reader.Child("temperature_degc"),
-             {-273.15, 1000.0, "a temperature in degC"},
-             &reference.temperature_degc);
+  ReadNumber(reader.Child("temperature_degc"), kTemperatureDegc, &reference.temperature_degc);
   ReadEarthRate(reader.Child("earth_rate"), &draft->earth_rate);
   reader.RejectUnknown();
 }
@@ -162,7 +153,7 @@ void ReadOrder(YamlReader reader, int most, int* order, bool* is_auto) {
   if (value >= 0 && value <= most) {
     *order = value;
   } else {
-    reader.Fail("an order of 0 (none) to " + std::to_string(most) + ", or auto, is expected");
+    reader.Fail("expected an order of 0 (none) to " + std::to_string(most) + ", or auto");
   }
 }
 
@@ -173,7 +164,7 @@ void ReadRegression(YamlReader reader, ThermalOptions* thermal) {
   if (reader.IsScalar()) {
     if (!IsWord(reader, "full") && !IsWord(reader, "none")) {
       reader.Fail(
-          "`full`, `none` or a list of factors is expected: reading, temperature, rate, ambient, "
+          "expected `full`, `none` or a list of factors: reading, temperature, rate, ambient, "
           "ambient_rate");
     }
     return;
@@ -224,26 +215,26 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
   } else if (int lags = 0; lag.Read(&lags)) {
     thermal->lags_auto = false;
     thermal->lags = lags;
-    if (lags < 0 || lags > 2) lag.Fail("0, 1 or 2 lags are expected, or auto");
+    if (lags < 0 || lags > 2) lag.Fail("expected 0, 1 or 2 lags, or auto");
   }
   if (YamlReader knots = reader.Child("knots"); knots.IsSequence()) {
     thermal->knots_degc.clear();
     thermal->find_knots = 0;
     for (const YamlReader& item : knots.Items()) {
       double degc = 0.0;
-      if (ReadNumber(item, {-273.15, 1000.0, "a temperature in degC"}, &degc)) {
+      if (ReadNumber(item, kTemperatureDegc, &degc)) {
         thermal->knots_degc.push_back(degc);
       }
     }
     if (!std::is_sorted(
             thermal->knots_degc.begin(), thermal->knots_degc.end(), std::less_equal<>())) {
-      knots.Fail("temperatures from the lowest to the highest are expected, each once");
+      knots.Fail("expected temperatures in increasing order, each once");
     }
   } else if (int count = 0; knots.Read(&count)) {
     thermal->knots_degc.clear();
     thermal->find_knots = count;
     if (count < 0 || count > 3) {
-      knots.Fail("temperatures [31.5, …] or the number of knots to find, 0 to 3, are expected");
+      knots.Fail("expected temperatures [31.5, …], or the number of knots to find, 0 to 3");
     }
   }
   reader.Optional("smooth_knots", &thermal->smooth_knots);
@@ -282,7 +273,7 @@ void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
   ReadNumber(reader.Child("window_s"), kPositive, &windows->window_s);
   if (YamlReader samples = reader.Child("window_samples");
       samples.Read(&windows->window_samples) && windows->window_samples < 1) {
-    samples.Fail("at least 1 sample is expected");
+    samples.Fail("expected at least 1 sample");
   }
   if (windows->window_s > 0.0 && windows->window_samples > 0) {
     reader.Fail("window_s and window_samples exclude each other; keep one");
@@ -290,7 +281,7 @@ void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
   reader.Optional("attitudes", &draft->pose_file);
   reader.RejectUnknown();
   if (reader.IsScalar()) {
-    reader.Fail("`auto` is expected, or { window_s: … } or { window_samples: … }");
+    reader.Fail("expected `auto`, { window_s: … } or { window_samples: … }");
   }
 }
 
@@ -304,12 +295,12 @@ void ReadPoses(YamlReader reader, Draft* draft) {
     int said = 0;
     if (YamlReader detect = reader.Child("detect")) {
       ++said;
-      if (!IsWord(detect, "auto")) detect.Fail("`auto` is expected");
+      if (!IsWord(detect, "auto")) detect.Fail("expected `auto`");
     }
     if (YamlReader every = reader.Child("every")) {
       ++said;
       poses.kind = PoseSelectionKind::kEveryN;
-      if (every.Read(&poses.every) && poses.every < 1) every.Fail("at least 1 row is expected");
+      if (every.Read(&poses.every) && poses.every < 1) every.Fail("expected at least 1 row");
     }
     if (reader.Optional("column", &poses.column)) {
       ++said;
@@ -332,7 +323,7 @@ void ReadPoses(YamlReader reader, Draft* draft) {
     }
     reader.RejectUnknown();
     if (reader.IsMap() && said != 1) {
-      reader.Fail("one of detect, every, column, file, motion, sweep is expected, or every_row");
+      reader.Fail("expected one of detect, every, column, file, motion, sweep, or every_row");
     }
   }
   draft->experiment.poses = poses;
@@ -361,7 +352,7 @@ void ReadAttitudes(YamlReader reader, Draft* draft) {
   }
   reader.RejectUnknown();
   if (reader.IsMap() && attitudes.kind == AttitudeKind::kNone) {
-    reader.Fail("one of six_face, file is expected, or none");
+    reader.Fail("expected one of six_face, file, or none");
   }
   if (six_face && file) reader.Fail("six_face and file exclude each other; keep one");
 }
@@ -383,7 +374,7 @@ void ReadTurns(YamlReader reader, Draft* draft) {
     for (YamlReader& item : held_out.Items()) item.Read(&config.held_out_turns.emplace_back());
   }
   reader.RejectUnknown();
-  if (draft->turns_file.empty()) reader.Fail("`file:` with the turns is expected, or none");
+  if (draft->turns_file.empty()) reader.Fail("expected `file:` with the turns, or none");
 }
 
 void ReadRates(YamlReader reader, Draft* draft) {
@@ -397,7 +388,7 @@ void ReadRates(YamlReader reader, Draft* draft) {
   ReadNumber(reader.Child("sigma_degps"), kNotNegative, &config.rate_sigma_degps);
   ReadNumber(reader.Child("axis_sigma_deg"), kNotNegative, &config.rate_axis_sigma_deg);
   reader.RejectUnknown();
-  if (draft->rates_file.empty()) reader.Fail("`file:` with the rates is expected, or none");
+  if (draft->rates_file.empty()) reader.Fail("expected `file:` with the rates, or none");
 }
 
 void ReadRobust(YamlReader reader, RobustOptions* robust) {
@@ -446,7 +437,7 @@ void ReadLimits(YamlReader reader, LimitOptions* options) {
 void ReadCrossValidation(YamlReader reader, int* folds) {
   if (!reader) return;
   if (YamlReader child = reader.Child("folds"); child.Read(folds) && (*folds < 0 || *folds == 1)) {
-    child.Fail("0 (none) or at least 2 folds are expected");
+    child.Fail("expected 0 (none) or at least 2 folds");
   }
   reader.RejectUnknown();
 }

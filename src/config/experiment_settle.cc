@@ -82,7 +82,7 @@ void SettleField(Draft* draft, Fail fail) {
       take("strength_ut", earth->strength_ut, earth->strength_sigma_ut, &draft->strength_ut);
       take("dip_deg", earth->dip_deg, earth->dip_sigma_deg, &draft->dip_deg);
     } else if (!draft->strength_ut.value || !draft->dip_deg.value) {
-      fail("reference.field: `site: clean` takes the field from the position, but " +
+      fail("reference.field: `site: clean` needs the field at the position, but " +
            experiment.no_earth_field);
     }
   }
@@ -104,7 +104,7 @@ void SettleEarthRate(Draft* draft, Fail fail) {
   }
   if (!rate.latitude) {
     fail(
-        "reference.earth_rate: the latitude is not known; give `latitude_deg:`, or "
+        "reference.earth_rate: the latitude is missing; give `latitude_deg:` or "
         "`reference.position`");
   }
   const bool has_place = experiment.position && experiment.position->longitude_deg &&
@@ -113,8 +113,8 @@ void SettleEarthRate(Draft* draft, Fail fail) {
     draft->given.insert("reference.earth_rate.declination_deg");
     rate.declination = experiment.earth_field->declination_deg;
   } else if (!rate.declination && has_place && !experiment.no_earth_field.empty()) {
-    fail("reference.earth_rate: the declination is not known, " + experiment.no_earth_field +
-         "; or give `declination_deg:`");
+    fail("reference.earth_rate: the declination is missing, because " + experiment.no_earth_field +
+         "; fix that or give `declination_deg:`");
   }
   draft->experiment.options.reference.earth_rate = EarthRateOptions{
       rate.latitude.value_or(0.0) * kRadPerDeg, rate.declination.value_or(0.0) * kRadPerDeg};
@@ -129,7 +129,7 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
   experiment->reference_given = draft.given.contains("reference.temperature_degc");
   if (experiment->poses.kind != PoseSelectionKind::kSweep) {
     if (!draft.static_file.empty()) {
-      fail("static: belongs to `poses: { sweep: auto }`, whose terms it completes; remove it");
+      fail("static: applies only to `poses: { sweep: auto }`; remove it");
     }
     for (const Triad triad : kTriads) {
       const ThermalOptions& thermal = options.triads[triad].thermal;
@@ -141,14 +141,14 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
     return;
   }
   options.sweep.emplace();
-  if (experiment->plan) fail("plan: is about poses, not about a sweep; remove one of them");
+  if (experiment->plan) fail("plan: applies to poses, not to a sweep; remove one of them");
   // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
   // is a small part of the temperatures.
   constexpr int kSweepFolds = 14;
   if (!draft.given.contains("cross_validation.folds")) options.cross_validation_folds = kSweepFolds;
   if (!(draft.turns_file.empty() && draft.rates_file.empty()) ||
       options.attitudes.kind != AttitudeKind::kNone) {
-    fail("turns:, rates: and attitudes: belong to recordings of poses, not to `poses: { sweep }`");
+    fail("turns:, rates: and attitudes: apply to poses, not to `poses: { sweep }`; remove them");
   }
   if (options.initialise.only) fail("initialise.only: a sweep has no start values; remove it");
   for (const Triad triad : kTriads) {
@@ -209,7 +209,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
 
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {
-    fail("gauge: fixture needs attitudes from outside; give `attitudes:` or another gauge");
+    fail("gauge: fixture needs known attitudes; give `attitudes:` or choose another gauge");
   }
 
   bool any_enabled = false;
@@ -229,7 +229,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (!has_gyroscope && !(draft->turns_file.empty() && draft->rates_file.empty())) {
     fail(
-        "turns: and rates: calibrate the gyroscope, which is not among the sensors; list it, or "
+        "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:` or "
         "remove them");
   }
   experiment.poses.known_motions = draft->known_motions;
@@ -241,7 +241,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
       fail(
-          "turns: and rates: belong to recordings with rests, not to `poses: { motion }`; remove "
+          "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "
           "one of them");
     }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};

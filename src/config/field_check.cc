@@ -29,7 +29,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   if (!experiment.earth_field) {
     // A position without longitude and date is one for gravity: nobody asked.
     if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
-      calibration->messages.push_back("the field was not checked against the Earth's: " +
+      calibration->messages.push_back("the field was not compared with the Earth's: " +
                                       experiment.no_earth_field);
     }
     return;
@@ -42,20 +42,19 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
       reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
   if (says_strength &&
       std::abs(*reference.field_ut - earth.strength_ut) > kGrossStrengthShare * earth.strength_ut) {
-    found = Text("a strength of %.1f uT, not %.1f", *reference.field_ut, earth.strength_ut);
+    found = Text("a strength of %.1f uT, expected %.1f", *reference.field_ut, earth.strength_ut);
   }
   if (reference.dip_rad) {
     const double dip_deg = *reference.dip_rad / kRadPerDeg;
     if (std::abs(dip_deg - earth.dip_deg) > kGrossDipDeg) {
       found += (found.empty() ? "" : ", and ") +
-               Text("a dip of %.1f deg, not %.1f", dip_deg, earth.dip_deg);
+               Text("a dip of %.1f deg, expected %.1f", dip_deg, earth.dip_deg);
     }
   }
   if (found.empty()) return;
   calibration->messages.push_back(
-      "the field here has " + found +
-      " as the World Magnetic Model says for reference.position: iron or currents nearby, or a "
-      "wrong position, unit or sign of an axis");
+      "the field differs from the World Magnetic Model at reference.position: " + found +
+      "; check for iron or currents nearby, a wrong position, a wrong unit or a flipped axis");
 }
 
 }  // namespace truetriad

@@ -47,7 +47,7 @@ void ReadRotations(YamlReader reader, PlanGrid* grid) {
     }
     reader.RejectUnknown();
   } else {
-    reader.Fail("one of hand, cube-24, six-face, { spread: 600 } is expected");
+    reader.Fail("expected one of hand, cube-24, six-face, { spread: 600 }");
   }
 }
 
@@ -55,12 +55,11 @@ void ReadTemperatures(YamlReader reader, std::vector<double>* temperatures) {
   if (!reader) return;
   temperatures->clear();
   for (const YamlReader& item : reader.Items()) {
-    ReadNumber(
-        item, {-273.15, 1000.0, "a chamber temperature in degC"}, &temperatures->emplace_back());
+    ReadNumber(item, kTemperatureDegc, &temperatures->emplace_back());
   }
   std::sort(temperatures->begin(), temperatures->end());
   if (std::adjacent_find(temperatures->begin(), temperatures->end()) != temperatures->end()) {
-    reader.Fail("a temperature stands here twice");
+    reader.Fail("a temperature is listed twice");
   }
 }
 
@@ -82,7 +81,7 @@ void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
   } else if (Eigen::Matrix3d matrix; ReadNumbers(sensitivity, &matrix)) {
     nominal->sensitivity = matrix;
     if (!(std::abs(matrix.determinant()) > 0.0)) {
-      sensitivity.Fail("the matrix has no inverse; raw readings per true unit are expected");
+      sensitivity.Fail("the matrix is singular; expected raw readings per true unit");
     }
   }
   ReadNumbers(reader.Child("bias"), &nominal->bias);
@@ -98,7 +97,7 @@ void ReadNominal(YamlReader reader, PlanConfig* plan) {
   if (ReadNumber(reader.Child("strength_ut"), kPositive, &number)) {
     plan->nominal_strength_ut = number;
   }
-  if (ReadNumber(reader.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &number)) {
+  if (ReadNumber(reader.Child("dip_deg"), kDipDeg, &number)) {
     plan->nominal_dip_deg = number;
   }
   reader.RejectUnknown();
@@ -123,7 +122,7 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   ReadChoice(reader.Child("start"), kPlanStarts, &plan->from_recording);
   ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
   ReadNumber(reader.Child("turn_s"),
-             {kPositive.lowest, 300.0, "up to 300 s, the longest turn that is calibrated with"},
+             {kPositive.lowest, 300.0, "up to 300 s, the longest turn that calibration uses"},
              &plan->turn_s);
   ReadNumber(reader.Child("turn_sigma_deg"), kNotNegative, &plan->turn_sigma_deg);
   if (int seed = 0; ReadCount(reader.Child("seed"),

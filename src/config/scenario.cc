@@ -19,7 +19,7 @@ namespace truetriad {
 namespace {
 
 /// What the documents have said so far, each read on top of those before it.
-struct Draft {
+struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
   /// Where the sensors and the items of lists stand, "file:line: ", by the words with which
@@ -33,7 +33,7 @@ std::string PlaceOf(const YamlReader& reader) {
   return reader.file() + (is_override ? "" : ":" + std::to_string(reader.line())) + ": ";
 }
 
-void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
+void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
   if (!list.IsSequence()) return;
   int number = 0;
   for (const YamlReader& item : list.Items()) {
@@ -41,7 +41,7 @@ void NotePlaces(YamlReader list, const std::string& word, Draft* draft) {
   }
 }
 
-void ReadWorld(YamlReader reader, Draft* draft) {
+void ReadWorld(YamlReader reader, ScenarioDraft* draft) {
   if (!reader) return;
   SimulatedWorld* const world = &draft->scenario.world;
   if (YamlReader gravity = reader.Child("gravity_mps2")) {
@@ -54,7 +54,7 @@ void ReadWorld(YamlReader reader, Draft* draft) {
       ReadNumber(strength, kPositive, &world->field_ut);
     }
     double dip_deg = 0.0;
-    if (ReadNumber(field.Child("dip_deg"), {-90.0, 90.0, "a dip of -90 to 90 degrees"}, &dip_deg)) {
+    if (ReadNumber(field.Child("dip_deg"), kDipDeg, &dip_deg)) {
       world->dip_rad = dip_deg * kRadPerDeg;
     }
     field.RejectUnknown();
@@ -64,14 +64,10 @@ void ReadWorld(YamlReader reader, Draft* draft) {
   } else if (rate) {
     SimulatedWorld::EarthRate earth;
     double degrees = 0.0;
-    if (ReadNumber(rate.RequireChild("latitude_deg"),
-                   {-90.0, 90.0, "a latitude of -90 to 90 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.RequireChild("latitude_deg"), kLatitudeDeg, &degrees)) {
       earth.latitude_rad = degrees * kRadPerDeg;
     }
-    if (ReadNumber(rate.Child("declination_deg"),
-                   {-180.0, 180.0, "a declination of -180 to 180 degrees"},
-                   &degrees)) {
+    if (ReadNumber(rate.Child("declination_deg"), kDeclinationDeg, &degrees)) {
       earth.declination_rad = degrees * kRadPerDeg;
     }
     rate.RejectUnknown();
@@ -88,7 +84,7 @@ void ReadDevice(YamlReader reader, Scenario* scenario) {
 }
 
 /// Reads one document on top of what the draft holds; files are relative to `file`.
-void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
+void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
   ReadVersion(root.Child("scenario"));
   root.Optional("description", &scenario.description);
@@ -100,12 +96,12 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
     const auto [parsed_to, failure] = std::from_chars(text.data(), end, scenario.seed);
     if (failure != std::errc() || parsed_to != end) {
       seed.Fail("`" + text +
-                "` is no seed; a whole number from 0 to 18446744073709551615 is expected");
+                "` is not a seed; expected a whole number from 0 to 18446744073709551615");
     }
   }
   if (YamlReader count = root.Child("count")) {
     if (count.Read(&scenario.count) && (scenario.count < 1 || scenario.count > 9999)) {
-      count.Fail("1 to 9999 units are expected");
+      count.Fail("expected 1 to 9999 units");
     }
   }
   ReadWorld(root.Child("world"), draft);
@@ -128,7 +124,7 @@ void ReadDocument(YamlReader root, const std::string& file, Draft* draft) {
 }
 
 /// Reads the scenario that the documents name as their base, if any does.
-void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* errors) {
+void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<std::string>* errors) {
   Result<YamlReader> base = YamlReader::FromFile(file);
   if (!base) {
     errors->push_back(base.error().message);
@@ -136,7 +132,7 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
   }
   base->RequireChild("scenario");
   if (YamlReader further = base->Child("base")) {
-    further.Fail("this scenario is the base of another and must not have one itself");
+    further.Fail("this scenario is the base of another, so it cannot have a base itself");
   }
   ReadDocument(*base, file, draft);
   if (const Status status = base->status(); !status) errors->push_back(status.error().message);
@@ -145,7 +141,7 @@ void ReadBase(const std::string& file, Draft* draft, std::vector<std::string>* e
 /// Each line of `message` after the place of what it is about, or else `path`.
 void AddLines(const std::string& message,
               const std::string& path,
-              const Draft& draft,
+              const ScenarioDraft& draft,
               std::vector<std::string>* errors) {
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
@@ -164,7 +160,7 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
   main.RequireChild("scenario");
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
 
-  Draft draft;
+  ScenarioDraft draft;
   std::vector<std::string> errors;
   std::string base;
   for (YamlReader& document : documents.all()) document.Optional("base", &base);

@@ -20,7 +20,6 @@
 namespace truetriad {
 namespace {
 
-constexpr Range kTemperature{-273.15, 1000.0, "a temperature in degC"};
 /// More poses than anybody takes; a guard against a slip of the keyboard.
 constexpr int kMaxPoses = 100000;
 constexpr int kAnyRest = std::numeric_limits<int>::max();
@@ -35,8 +34,8 @@ bool ReadCount(YamlReader reader, int highest, int* value) {
   int number = 0;
   if (!reader.Read(&number)) return false;
   if (number < 1 || number > highest) {
-    reader.Fail("`" + std::to_string(number) + "` is out of range; a whole number from 1 to " +
-                std::to_string(highest) + " is expected");
+    reader.Fail("`" + std::to_string(number) +
+                "` is out of range; expected a whole number from 1 to " + std::to_string(highest));
     return false;
   }
   *value = number;
@@ -74,7 +73,7 @@ std::vector<ProgramPose> ReadAttitudeSet(YamlReader reader, const std::string& f
     program.Fail(read.error().message);
     return {};
   }
-  reader.Fail("one of six_face, cube, { spread: N }, { file: program.yaml } is expected");
+  reader.Fail("expected one of six_face, cube, { spread: N }, { file: program.yaml }");
   return {};
 }
 
@@ -86,8 +85,8 @@ PosesStep ReadPoses(YamlReader reader, const std::string& file) {
     const std::vector<ProgramPose> once = step.poses;
     if (once.size() * static_cast<std::size_t>(rounds) > kMaxPoses) {
       child.Fail(std::to_string(rounds) + " rounds of " + std::to_string(once.size()) +
-                 " poses are too many; at most " + std::to_string(kMaxPoses) +
-                 " poses are expected in all");
+                 " poses are too many; expected at most " + std::to_string(kMaxPoses) +
+                 " poses in all");
       rounds = 1;
     }
     for (int i = 1; i < rounds; ++i) {
@@ -122,14 +121,14 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
       return;
     }
   }
-  reader.Fail("a body axis is expected: x, y, z, -x, -y, -z or [a, b, c]");
+  reader.Fail("expected a body axis: x, y, z, -x, -y, -z or [a, b, c]");
 }
 
 TurnStep ReadTurn(YamlReader reader) {
   TurnStep step;
   ReadAxis(reader.RequireChild("axis"), &step.axis_in_body);
   if (YamlReader turns = reader.Child("turns"); turns.Read(&step.turns) && step.turns == 0.0) {
-    turns.Fail("a number other than zero is expected");
+    turns.Fail("expected a number other than zero");
   }
   ReadNumber(reader.Child("duration_s"), kPositive, &step.duration_s);
   ReadNumber(reader.Child("rest_s"), kNotNegative, &step.rest_s);
@@ -149,11 +148,12 @@ RateStep ReadTurntable(YamlReader reader) {
     rates_key = key.ends_with("radps") ? "rates_radps" : "rates_degps";
     if (rates.empty()) child.Fail("has no rates; list at least one");
     for (const double rate : rates) {
-      if (rate == 0.0) child.Fail("a rate of zero turns nothing; rests are between the rates");
+      if (rate == 0.0)
+        child.Fail("a rate of zero is not a turn; the rests between rates are added automatically");
       step.rates_radps.push_back(scale * rate);
     }
   }
-  if (rates_key.empty()) reader.Fail("`rates_degps` or `rates_radps` is expected");
+  if (rates_key.empty()) reader.Fail("expected `rates_degps` or `rates_radps`");
   ReadNumber(reader.Child("hold_s"), kPositive, &step.hold_s);
   ReadNumber(reader.Child("ramp_s"), kPositive, &step.ramp_s);
   ReadNumber(reader.Child("rest_s"), kNotNegative, &step.rest_s);
@@ -185,7 +185,7 @@ std::optional<YamlReader> ReadKind(YamlReader item, const std::array<std::string
     }
   }
   item.RejectUnknown();
-  if (item.IsMap() && count != 1) item.Fail("one of " + known + " is expected");
+  if (item.IsMap() && count != 1) item.Fail("expected one of " + known);
   return count == 1 ? found : std::nullopt;
 }
 
@@ -204,7 +204,7 @@ std::optional<TemperatureSegment> ReadSegment(const YamlReader& item) {
     segment = hold;
   } else if (Is(*reader, "ramp")) {
     TemperatureRamp ramp;
-    ReadNumber(reader->RequireChild("to_degc"), kTemperature, &ramp.to_degc);
+    ReadNumber(reader->RequireChild("to_degc"), kTemperatureDegc, &ramp.to_degc);
     ReadQuantity(*reader, TemperatureRateKeys("rate"), kPositive, &ramp.rate_degcps);
     segment = ramp;
   } else {
@@ -235,7 +235,7 @@ Step ReadStep(YamlReader& reader, const std::string& frame) {
   Step step{.when = ReadWhen(reader)};
   if (!ReadQuantity(
           reader, TriadKeys("change", Triad::kMagnetometer), kAnyNumber, &step.change_ut)) {
-    reader.Fail("`change_ut` is expected: [x, y, z] in the " + frame + " frame");
+    reader.Fail("expected `change_ut`: [x, y, z] in the " + frame + " frame");
   }
   return step;
 }
@@ -251,7 +251,7 @@ std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
     ReadNumber(reader->Child("duration_s"), kPositive, &knock.duration_s);
     const QuantityKeys keys = TriadKeys("peak", Triad::kAccelerometer);
     if (!ReadQuantity(*reader, keys, kAnyNumber, &knock.peak_mps2)) {
-      reader->Fail("`peak_mps2` or `peak_g` is expected: [x, y, z] in the body frame");
+      reader->Fail("expected `peak_mps2` or `peak_g`: [x, y, z] in the body frame");
     }
     disturbance = knock;
   } else if (Is(*reader, "magnet")) {
@@ -259,7 +259,7 @@ std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
     ReadNumber(reader->Child("duration_s"), kPositive, &magnet.duration_s);
     const QuantityKeys keys = TriadKeys("peak", Triad::kMagnetometer);
     if (!ReadQuantity(*reader, keys, kAnyNumber, &magnet.peak_ut)) {
-      reader->Fail("`peak_ut` is expected: [x, y, z] in the world frame");
+      reader->Fail("expected `peak_ut`: [x, y, z] in the world frame");
     }
     disturbance = magnet;
   } else if (Is(*reader, "hard_iron_step")) {
@@ -275,7 +275,7 @@ std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
     UnsettledPose pose;
     ReadCount(reader->RequireChild("rest"), kAnyRest, &pose.rest);
     if (!ReadQuantity(*reader, AngleKeys("tilt"), kAnyNumber, &pose.tilt_rad)) {
-      reader->Fail("`tilt_deg` is expected: [x, y, z] in the body frame");
+      reader->Fail("expected `tilt_deg`: [x, y, z] in the body frame");
     }
     ReadNumber(reader->Child("decay_s"), kPositive, &pose.decay_s);
     disturbance = pose;
@@ -309,7 +309,7 @@ void ReadMotion(YamlReader reader, const std::string& file, std::vector<MotionSt
 
 void ReadTemperature(YamlReader reader, SimulatedTemperature* temperature) {
   if (!reader) return;
-  ReadNumber(reader.Child("start_degc"), kTemperature, &temperature->start_degc);
+  ReadNumber(reader.Child("start_degc"), kTemperatureDegc, &temperature->start_degc);
   if (YamlReader profile = reader.Child("profile")) {
     temperature->profile.clear();
     for (const YamlReader& item : profile.Items()) {
@@ -321,7 +321,7 @@ void ReadTemperature(YamlReader reader, SimulatedTemperature* temperature) {
   if (YamlReader soak = reader.Child("soak_degc"); soak && soak.Read(&temperature->soak_degc)) {
     for (YamlReader& item : soak.Items()) {
       double value = 0.0;
-      ReadNumber(item, kTemperature, &value);
+      ReadNumber(item, kTemperatureDegc, &value);
     }
   }
   ReadQuantity(

@@ -54,11 +54,11 @@ void ReadMatrix(YamlReader& sensor, ScenarioSensor* draft) {
   const QuantityKeys angles = AngleKeys("misalignment");
   const bool has_misalignment = ReadQuantity(sensor, angles, &draft->misalignment_rad);
   if (has_misalignment && !draft->misalignment_rad.diagonal().isZero(0.0)) {
-    sensor.Fail("misalignment: zeros are expected on the diagonal; gains go into `scale_error`");
+    sensor.Fail("misalignment: expected zeros on the diagonal; put gains into `scale_error`");
   }
   if (!has_scale && !has_misalignment) return;
   if (whole) {
-    whole.Fail("says all that scale_error and misalignment say; keep either");
+    whole.Fail("says the same as scale_error and misalignment; keep one of the two");
   } else {
     draft->sensitivity.reset();
   }
@@ -84,7 +84,7 @@ void ReadThermal(YamlReader reader, Triad triad, std::optional<ThermalTerms>* th
     const bool has_scale = ReadQuantity(reader, ShareKeys("scale", kOrders[i]), kAnyNumber, &scale);
     const bool has_matrix = ReadQuantity(reader, ShareKeys("matrix", kOrders[i]), &matrix);
     if (has_scale && has_matrix) {
-      reader.Fail("scale and matrix of one order say the same; keep either");
+      reader.Fail("scale and matrix of one order say the same; keep one");
     }
     if (!has_scale && !has_matrix) continue;
     while (terms.sensitivity.size() <= i) terms.sensitivity.push_back(Eigen::Matrix3d::Zero());
@@ -163,7 +163,7 @@ void ReadSensorNoise(YamlReader reader, Triad triad, ScenarioSensor* draft) {
   if (Eigen::Vector3d sigma;
       ReadQuantity(reader, TriadKeys("sample_sigma", triad), kNotNegative, &sigma)) {
     draft->sample_sigma = sigma;
-    if (has_density) reader.Fail("a density and a sample_sigma say the same; keep either");
+    if (has_density) reader.Fail("a density and a sample_sigma say the same; keep one");
   }
   ReadQuantity(
       reader, TriadKeys("bias_instability", triad), kNotNegative, &noise.instability_sigma);
@@ -202,7 +202,7 @@ void ReadOutput(YamlReader& sensor, Triad triad, ScenarioSensor* draft) {
     if (ends.size() == 2 && ends[0] < ends[1]) {
       draft->range_raw = Eigen::Vector2d(ends[0], ends[1]);
     } else {
-      raw.Fail("two readings [lowest, highest] are expected");
+      raw.Fail("expected two readings [lowest, highest]");
     }
   }
 }
@@ -247,9 +247,9 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              std::vector<std::string>* errors) {
   SimulatedTriad triad = sensor.settled;
   if (sensor.unit.is_counts && !sensor.si_per_count) {
-    errors->push_back(place + "readings in counts need `si_per_count` or `counts_per_…`");
+    errors->push_back(place + "readings are in counts; add `si_per_count` or `counts_per_…`");
   } else if (!sensor.unit.is_counts && sensor.si_per_count) {
-    errors->push_back(place + "the size of a count is stated, but the readings are in " +
+    errors->push_back(place + "a count size is stated, but the readings are in " +
                       sensor.unit.name + "; add `unit: counts` or remove it");
   }
   triad.unit = sensor.unit;
@@ -280,10 +280,9 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
   const double counts = sensor.resolution ? gain * *sensor.resolution : 1.0;
   if (sensor.unit.is_counts && !sensor.resolution_raw &&
       (std::abs(counts - std::round(counts)) > 1e-6 * counts || counts < 0.5)) {
-    errors->push_back(
-        place + "the resolution is " + std::to_string(counts) +
-        " counts; counts are whole numbers: state `resolution_raw: 1`, or in the base "
-        "no resolution");
+    errors->push_back(place + "the resolution is " + std::to_string(counts) +
+                      " counts, but counts are whole numbers; state `resolution_raw: 1`, or no "
+                      "resolution in the base");
   }
   // Counts are whole numbers.
   const double finest_raw = sensor.unit.is_counts ? 1.0 : 0.0;
@@ -292,7 +291,9 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
   triad.range_raw = sensor.range_raw;
   if (!triad.range_raw && sensor.range) {
     if ((sensor.zero_raw.array() != sensor.zero_raw[0]).any()) {
-      errors->push_back(place + "a range about several `zero_raw` is not one; give `range_raw`");
+      errors->push_back(
+          place +
+          "the range is ambiguous, because `zero_raw` differs between axes; give `range_raw`");
     }
     const double zero = sensor.zero_raw[0];
     triad.range_raw = Eigen::Vector2d(zero - gain * *sensor.range, zero + gain * *sensor.range);

@@ -9,7 +9,7 @@ bool ReadNumber(YamlReader reader, const Range& range, double* value) {
   if (number < range.lowest || number > range.highest) {
     std::string text;
     reader.Read(&text);
-    reader.Fail("`" + text + "` is out of range; " + std::string(range.expected) + " is expected");
+    reader.Fail("`" + text + "` is out of range; expected " + std::string(range.expected));
     return false;
   }
   *value = number;
@@ -33,7 +33,7 @@ void ReadVersion(YamlReader reader) {
   int version = 0;
   if (reader.Read(&version) && version != 1) {
     reader.Fail("version " + std::to_string(version) +
-                " cannot be read by this version of truetriad, which reads 1");
+                " is not supported; this truetriad reads version 1");
   }
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstddef>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,13 +14,12 @@
 
 #include "base/named_values.h"
 #include "io/yaml_reader.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 
 // The values of files that people write. All readers follow YamlReader: true when the value was
 // read; false when there is none, or when it is wrong, which is then an error of its file.
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 struct Range {
   double lowest = -std::numeric_limits<double>::infinity();
@@ -31,6 +29,12 @@ struct Range {
 constexpr Range kAnyNumber{.expected = "a number"};
 constexpr Range kPositive{.lowest = std::numeric_limits<double>::denorm_min(),
                           .expected = "a positive number"};
+constexpr Range kTemperatureDegc{kAbsoluteZeroDegc, 1000.0, "a temperature in degC"};
+constexpr Range kLatitudeDeg{-90.0, 90.0, "a latitude of -90 to 90 degrees"};
+constexpr Range kDeclinationDeg{
+    -180.0, 180.0, "a declination of -180 to 180 degrees, east positive"};
+constexpr Range kDipDeg{
+    -90.0, 90.0, "a dip of -90 to 90 degrees, positive if the field points down"};
 constexpr Range kNotNegative{.lowest = 0.0, .expected = "a number of at least zero"};
 
 bool ReadNumber(YamlReader reader, const Range& range, double* value);
@@ -71,7 +75,7 @@ bool ReadChoice(YamlReader reader, const NamedValues<T, N>& choices, T* value) {
   for (const auto& entry : choices.entries) {
     known += (known.empty() ? "" : ", ") + std::string(entry.second);
   }
-  reader.Fail("`" + word + "` is not known; one of " + known + " is expected");
+  reader.Fail("`" + word + "` is unknown; expected one of " + known);
   return false;
 }
 
@@ -89,8 +93,9 @@ bool ReadEntries(YamlReader reader, bool may_be_number, ReadEntry read, Matrix* 
   }
   std::vector<YamlReader> rows = reader.IsSequence() ? reader.Items() : std::vector<YamlReader>();
   if (rows.size() != 3) {
-    reader.Fail(std::string(kIsVector ? "three numbers [x, y, z]" : "three rows [[a, b, c], …]") +
-                (may_be_number ? " or one number for all" : "") + " are expected");
+    reader.Fail(std::string("expected ") +
+                (kIsVector ? "three numbers [x, y, z]" : "three rows [[a, b, c], …]") +
+                (may_be_number ? " or one number for all" : ""));
     return false;
   }
   Matrix result;

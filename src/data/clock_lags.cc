@@ -168,15 +168,15 @@ std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set) {
     const std::string name(TriadName(triad));
     std::array<char, 64> number{};
     std::snprintf(number.data(), number.size(), "%.1f s ", std::abs(*lag_s));
-    said += (said.empty() ? "" : "; ") + name + ": its readings change " + number.data() +
-            (*lag_s > 0.0 ? "later" : "earlier") + " than the " +
-            std::string(TriadName(reference)) + "'s";
+    said += (said.empty() ? "" : "; ") + name + ": readings " +
+            (*lag_s > 0.0 ? "delayed" : "early") + " by " + number.data() + "relative to the " +
+            std::string(TriadName(reference));
     std::snprintf(number.data(), number.size(), "%.1f", set->time_offset_s[triad] + *lag_s);
     block += (block.empty() ? "" : ", ") + name + ": { time_offset_s: " + number.data() + " }";
   }
   if (said.empty()) return {};
-  return said + ": the clocks differ; take it off with `sensors: { " + block +
-         " }` and run again, which finds what is left of it";
+  return said + ": the clocks differ; correct it with `sensors: { " + block +
+         " }` and run again to find the remaining delay";
 }
 
 }  // namespace truetriad

@@ -72,11 +72,10 @@ DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
 
 Status DetectedPoses::Validate() const {
   if (!info_.has_time) {
-    return BadInputError(
-        info_.path +
-        ": there is no time, so rests cannot be told from motion by their duration; expected a "
-        "time column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or poses "
-        "that are given (`poses: every_row`, `poses: { every: 100 }`, …)");
+    return BadInputError(info_.path +
+                         ": has no time, so rests cannot be detected; add a time column, state the "
+                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
+                         "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
   }
   if (!(options_.min_duration_s > 0.0) || !(options_.max_knock_s >= 0.0)) {
     return BadInputError("static detection: min_duration_s is " +
@@ -94,14 +93,11 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
   std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
-  return NotEnoughError(
-      set.source + ": no rest was found in " + duration.data() + MotionSeen(set) +
-      "; expected poses in which the unit is still for at least " + least.data() +
-      ", and more so than in between: hold each pose longer, or say where the poses are "
-      "(`poses:`); a unit that is tumbled on purpose " +
-      (has_both ? "is followed by `poses: { motion: { spacing_s: 0.1 } }`"
-                : "can be followed by `poses: { motion: { spacing_s: 0.1 } }` where the log has "
-                  "gyroscope and accelerometer"));
+  return NotEnoughError(set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
+                        "; expected poses with the unit still for at least " + least.data() +
+                        "; hold each pose longer, or state the poses (`poses:`); for a unit "
+                        "tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
+                        (has_both ? "" : ", which needs gyroscope and accelerometer"));
 }
 
 Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {

@@ -45,8 +45,8 @@ Status GivenPoses::Validate() const {
   }
   if (selection_.kind == PoseSelectionKind::kColumn && !info_.Find(leading_)->has_pose_column) {
     return BadInputError(info_.path +
-                         ": there is no column that numbers the poses; expected a column `pose` "
-                         "(0 = moving): name yours with `poses: { column: NAME }`");
+                         ": has no column with pose numbers; expected a column `pose` (0 = "
+                         "moving), or name yours with `poses: { column: NAME }`");
   }
   if (selection_.kind != PoseSelectionKind::kRanges) return {};
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
@@ -54,9 +54,9 @@ Status GivenPoses::Validate() const {
     if (follows && End(i) >= Begin(i)) continue;
     if (IsByTime()) {
       return BadInputError(Spoken(i) + " overlaps with " + Spoken(i - 1) +
-                           "; expected stretches without overlap");
+                           "; expected times without overlap");
     }
-    return BadInputError(Spoken(i) + " is no range" +
+    return BadInputError(Spoken(i) + " is not a range" +
                          (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
                          "; expected first <= last, both 0-based, in file order, without overlap");
   }
@@ -202,11 +202,11 @@ Status GivenPoses::CheckRowsAreRests() const {
       poses_.size() <= kMostRowsAsRests) {
     return {};
   }
-  return BadInputError(
-      info_.path + ": `poses: every_row` makes more than " + std::to_string(kMostRowsAsRests) +
-      " rests of its rows, between which a gyroscope sees no turns; say `poses: { detect: auto }` "
-      "where the unit rests now and then, `poses: { motion: { spacing_s: 0.1 } }` where it is "
-      "tumbled, or leave the gyroscope out");
+  return BadInputError(info_.path + ": `poses: every_row` gives more than " +
+                       std::to_string(kMostRowsAsRests) +
+                       " rests, with no turns between them for the gyroscope; state `poses: { "
+                       "detect: auto }` if the unit rests now and then, `poses: { motion: { "
+                       "spacing_s: 0.1 } }` if it is tumbled, or disable the gyroscope");
 }
 
 Status GivenPoses::Add(const std::vector<SampleBlock>& blocks) {
@@ -300,8 +300,8 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
       2 * last_block_rows_ < selection_.every) {
     poses_.pop_back();
     warnings->push_back("the last " + std::to_string(last_block_rows_) +
-                        " row(s) do not fill half a pose of " + std::to_string(selection_.every) +
-                        " and are left out");
+                        " row(s) fill less than half a pose of " +
+                        std::to_string(selection_.every) + " rows and are skipped");
   }
   return std::move(poses_);
 }

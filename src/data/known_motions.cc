@@ -16,9 +16,9 @@ std::vector<StaticPose>::iterator FindPose(int number, std::vector<StaticPose>* 
 
 Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& set) {
   return BadInputError((at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source + ": " + key +
-                       " name pose " + std::to_string(at.pose) + ", which is none of the " +
+                       " name pose " + std::to_string(at.pose) + ", which is not among the " +
                        std::to_string(set.poses.size()) + " rests (" + set.how +
-                       "; `truetriad inspect` lists them); give a pose of the list, or " +
+                       "; `truetriad inspect` lists them); give a listed pose, or " +
                        "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
 }
 
@@ -30,7 +30,7 @@ Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const P
     return BadInputError(where + ": a turn takes rows " + std::to_string(at.rows.first) + " to " +
                          std::to_string(at.rows.last) + ", but the last row with readings of " +
                          set.source + " is " + std::to_string(recorder.last_row()) +
-                         "; rows count from 0 and without the header");
+                         "; rows count from 0, without the header");
   }
   if (at.times.start_ns >= recorder.first_ns() && at.times.end_ns <= recorder.last_ns()) return {};
   const auto seconds = [](std::int64_t time_ns) {
@@ -50,7 +50,6 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
 // speed: an eighth of it would move the mean by an eighth of the share.
 constexpr double kRampShare = 0.001;
 constexpr double kRampFactor = 8.0;
-constexpr std::size_t kEighths = 8;
 
 Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, const PoseSet& set) {
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
@@ -70,8 +69,8 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
     char text[160];
     std::snprintf(text,
                   sizeof text,
-                  ": the %s eighth of its stretch differs from the middle by %.2g %% of the rate: "
-                  "the table is not at its speed there; %s",
+                  ": the %s eighth of its time differs from the middle by %.2g %% of the rate, so "
+                  "the table is not at constant speed there; %s",
                   is_first ? "first" : "last",
                   100.0 * missed / held,
                   is_first ? "begin it later" : "end it earlier");
@@ -118,7 +117,7 @@ Status RateMeans::Validate() const {
   if (by_rows != nullptr && by_time != nullptr) {
     return BadInputError(by_time->stated_in + ": is stated by time, but " +
                          (by_rows->stated_in.empty() ? "another rate" : by_rows->stated_in) +
-                         " by rows; state all rates one way");
+                         " by rows; state all rates the same way");
   }
   return means_->Validate();
 }
@@ -190,8 +189,8 @@ Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set) {
                                           std::to_string(rate.at.rows.last)
                                     : "a time";
       return BadInputError((rate.at.stated_in.empty() ? "" : rate.at.stated_in + ": ") +
-                           set->source + ": is a table of means, but a rate is stated for " +
-                           where + "; state each for one row of it, as `pose: N` from 1 on");
+                           set->source + ": is a pose table, but a rate is stated for " + where +
+                           "; state each rate for one row, as `pose: N`, counted from 1");
     }
     const auto pose = FindPose(rate.at.pose, &set->poses);
     if (pose == set->poses.end()) return NoSuchPose("rates", rate.at, *set);
@@ -235,7 +234,8 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
       if (rate.means.first_row <= before.last_row || rate.means.last_row >= after.first_row) {
         continue;
       }
-      move.fault = "a known rate was held during it, whose readings count once";
+      move.fault =
+          "a known rate was held during it, so its readings are used for that rate instead";
     }
   }
   return {};

@@ -46,7 +46,7 @@ bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
 
 // Why the readings do not tell the turn; empty when they do.
 std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
-  if (move.time_ns.size() < 2) return "the gyroscope has no readings there";
+  if (move.time_ns.size() < 2) return "the gyroscope has no readings during it";
   std::int64_t longest_gap_ns = 0;
   for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
     longest_gap_ns = std::max(longest_gap_ns, move.time_ns[i] - move.time_ns[i - 1]);
@@ -65,13 +65,13 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
       if (std::abs(limit - before) < rest_radius) continue;
       if (LongestRunAt(limit, axis, move.gyroscope_raw) < kSaturatedReadings) continue;
       std::ostringstream text;
-      text << name << " reads its extreme of " << limit << ' ' << gyroscope.unit.name
-           << " several times in a row: it is saturated";
+      text << name << " is saturated: it reads its limit of " << limit << ' ' << gyroscope.unit.name
+           << " several times in a row";
       return text.str();
     }
   }
   if (IsStuck(move.gyroscope_raw, rest_radius)) {
-    return "the gyroscope repeats one reading: it is stuck";
+    return "the gyroscope is stuck: it repeats one reading";
   }
   return {};
 }
@@ -238,7 +238,7 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
       RecordedMove& move = moves.emplace_back();
       move.from = i;
       move.fault = "it takes " + Seconds(1e-9 * static_cast<double>(duration_ns)) +
-                   ", longer than the " + Seconds(kLongestMoveS) + " that a turn may take";
+                   ", more than the longest turn of " + Seconds(kLongestMoveS);
       continue;
     }
     // The last reading of the one rest and the first of the other close the turn.

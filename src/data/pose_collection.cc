@@ -57,8 +57,8 @@ Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selectio
   for (const Triad triad : kTriads) {
     if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
     return BadInputError(info.path + ": a time offset of the " + std::string(TriadName(triad)) +
-                         " is stated, but there is no time; remove `time_offset_s`, or say the "
-                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+                         " is stated, but the recording has no time; remove `time_offset_s`, or "
+                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
 }
@@ -92,13 +92,13 @@ Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selecti
   if (selection.turns.empty() && selection.rates.empty()) return {};
   if (info.Find(Triad::kGyroscope) == nullptr) {
     return BadInputError(info.path +
-                         ": turns or rates are stated, but there is no gyroscope that saw them");
+                         ": turns or rates are stated, but the recording has no gyroscope");
   }
   if (!selection.turns.empty() && !info.has_time) {
-    return BadInputError(info.path +
-                         ": turns are stated, but there is no time over which rates add up to "
-                         "angles; expected a time column, or a rate in a manifest (`time: {unit: "
-                         "samples, rate_hz: 100}`)");
+    return BadInputError(
+        info.path +
+        ": turns are stated, but the recording has no time to integrate them; add a time column, "
+        "or state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
 }
@@ -112,13 +112,13 @@ class MotionCollector : public Collector {
     if (!info_.has_time) {
       return BadInputError(
           info_.path +
-          ": there is no time, so motion cannot be followed; expected a time "
-          "column, or a rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+          ": has no time, so motion cannot be tracked; add a time column, or state "
+          "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
     }
     if (info_.Find(Triad::kGyroscope) == nullptr || info_.Find(Triad::kAccelerometer) == nullptr) {
       return BadInputError(info_.path +
-                           ": motion is followed by the gyroscope and levelled by the "
-                           "accelerometer; expected the columns of both");
+                           ": motion needs both gyroscope and accelerometer to track the attitude; "
+                           "add the missing columns");
     }
     return {};
   }
@@ -207,7 +207,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                              const ProgressCallback& progress) {
   const RecordingInfo& info = source.info();
   const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
-  if (!leading) return BadInputError(info.path + ": no triad's columns were found");
+  if (!leading) return BadInputError(info.path + ": has no sensor columns");
 
   PerTriad<std::optional<StreamMonitor>> monitors;
   Monitors monitor_of;
@@ -233,7 +233,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (progress) progress(source.progress());
   }
   if (monitor_of[*leading]->samples() == 0) {
-    return BadInputError(info.Find(*leading)->file + ": there is no reading of the " +
+    return BadInputError(info.Find(*leading)->file + ": has no readings of the " +
                          std::string(TriadName(*leading)) +
                          "; expected rows of numbers: check the columns and the separator");
   }

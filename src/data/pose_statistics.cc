@@ -22,10 +22,8 @@ constexpr double kLongerBatchLevel = 1e-3;
 constexpr double kNoisierLevel = 1e-6;
 // Of the variance, that is 1.22 of sigma.
 constexpr double kNoisierFactor = 1.5;
-// A long pose is kept in so many segments; the parts that are compared.
+// A long pose is kept in so many segments.
 constexpr std::size_t kMostSegments = 128;
-// Eight, so that the outer quarters and the middle half are two and four of them.
-constexpr std::size_t kEighths = 8;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
   if (dof < kEnoughDof || than_dof < kEnoughDof || variance <= than) return false;
@@ -127,7 +125,7 @@ class AxisNoise {
 };
 
 // Correlation matrix of a scatter matrix; an axis without scatter is uncorrelated.
-Eigen::Matrix3d Correlation(const Eigen::Matrix3d& scatter) {
+Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
@@ -189,7 +187,7 @@ void FillTriad(Triad triad,
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
     targets[i]->mean_covariance_raw =
-        deviation.asDiagonal() * Correlation(scatter) * deviation.asDiagonal();
+        deviation.asDiagonal() * CorrelationOf(scatter) * deviation.asDiagonal();
     targets[i]->mean_covariance_raw.diagonal() += rounding;
     targets[i]->has_covariance = (targets[i]->mean_covariance_raw.diagonal().array() > 0.0).all();
   }

@@ -30,6 +30,9 @@ struct BatchScatter {
   }
 };
 
+/// The parts of a pose that are compared with each other.
+inline constexpr std::size_t kEighths = 8;
+
 /// What is kept of one triad's samples in one pose once the pose is over.
 struct TriadPoseMoments {
   std::int64_t count = 0;

@@ -37,7 +37,7 @@ void AddMoveWarnings(PoseSet* set) {
     if (moves.size() == 1) {
       const std::size_t from = moves.front()->from;
       set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
-                              number(from + 1) + " is left out: " + fault);
+                              number(from + 1) + " is skipped: " + fault);
       continue;
     }
     std::string list;
@@ -46,12 +46,11 @@ void AddMoveWarnings(PoseSet* set) {
     }
     if (moves.size() > kNamed) list += ", …";
     set->warnings.push_back(std::to_string(moves.size()) +
-                            " turns into the next pose are left out, those from poses " + list +
-                            ": " + fault);
+                            " turns are skipped, those starting at poses " + list + ": " + fault);
   }
   if (unnamed > 0) {
     set->warnings.push_back(std::to_string(unnamed) +
-                            " more turns are left out for reasons like these");
+                            " more turns are skipped for similar reasons");
   }
 }
 

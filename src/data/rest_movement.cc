@@ -20,14 +20,12 @@ constexpr double kWanderShare = 0.03;
 constexpr double kClearFactor = 8.0;
 // As many as people read.
 constexpr std::size_t kMostListed = 12;
-// The parts that pose_statistics keeps of a rest.
-constexpr std::size_t kEighths = 8;
 // A clock that is off by this share of a rest leaves little of it.
 constexpr double kMostLagShare = 0.5;
 // Rests that tell by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
-double Median(std::vector<double> values) {
+double UpperMedian(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -106,8 +104,9 @@ MovingRests FindMoving(Triad triad,
   const double range = RangeOf(triad, set);
   Eigen::Array3d limit;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    limit[static_cast<Eigen::Index>(axis)] = std::max(
-        kMovedShare * range, kClearFactor * std::max(Median(wanders[axis]), Median(noises[axis])));
+    limit[static_cast<Eigen::Index>(axis)] =
+        std::max(kMovedShare * range,
+                 kClearFactor * std::max(UpperMedian(wanders[axis]), UpperMedian(noises[axis])));
   }
   for (std::size_t i = 0; i < movements.size(); ++i) {
     if (!movements[i].known) continue;
@@ -126,7 +125,7 @@ MovingRests FindMoving(Triad triad,
 double TypicalRest(const PoseSet& set) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : set.poses) durations_s.push_back(pose.duration_s());
-  return Median(durations_s);
+  return UpperMedian(durations_s);
 }
 
 std::string NumbersOf(const std::vector<bool>& chosen, const PoseSet& set) {
@@ -168,21 +167,21 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
         triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
     std::array<char, 64> size{};
     std::snprintf(size.data(), size.size(), "by up to %.2g ", rests.largest_raw);
-    const std::string words = std::string(TriadName(triad)) + ": its readings move within " +
+    const std::string words = std::string(TriadName(triad)) + ": readings change within " +
                               std::to_string(rests.moving) + " of " + std::to_string(rests.known) +
                               " rests, " + size.data() + set->Find(triad)->unit.name +
                               ", while the " + std::string(TriadName(still)) + " is still";
     if (2 * rests.moving > rests.known || sees_other_rests) {
       set->not_at_rest[triad] =
           words +
-          (lag_s ? ": a clock that is late or early puts the turns into the rests"
-                 : ": either its clock is late or early (`time_offset_s`), or " +
-                       std::string(triad == Triad::kMagnetometer ? "iron or current nearby changes"
-                                                                 : "the poses are not where it "
-                                                                   "rests"));
+          (lag_s ? ": its clock is delayed or early, so turns fall into rests"
+                 : ": either its clock is delayed or early (correct it with `time_offset_s`), or " +
+                       std::string(triad == Triad::kMagnetometer
+                                       ? "iron or current nearby changes"
+                                       : "the stated poses are not where it rests"));
       continue;
     }
-    set->warnings.push_back(words + "; left out there (poses " + NumbersOf(rests.moves, *set) +
+    set->warnings.push_back(words + "; skipped for these poses (" + NumbersOf(rests.moves, *set) +
                             ")");
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) set->poses[i].triads[triad].reset();

@@ -10,11 +10,11 @@
 
 #include "base/rounded_text.h"
 #include "math/distributions.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-constexpr char kAxisName[] = "xyz";
 // Enough for the median to be that of the clock, whatever the first packets do.
 constexpr std::size_t kSpacingSamples = 1024;
 // Chosen: the smallest step between readings shows long before.
@@ -69,8 +69,8 @@ Status StreamMonitor::CheckFinite(const SampleBlock& block) const {
     }
     return BadInputError(info_.file + ": data row " + std::to_string(block.row[i]) + " of the " +
                          Name(info_.triad) +
-                         " holds a reading that is not finite; expected numbers; leave the field "
-                         "empty where there is no reading");
+                         " has a reading that is not finite; expected a number, or an empty field "
+                         "if there is no reading");
   }
   return {};
 }
@@ -106,11 +106,11 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   for (std::size_t i = samples_ == 0 ? 1 : 0; i < size; ++i) {
     const std::int64_t spacing_ns = block.time_ns[i] - last_ns;
     if (spacing_ns < 0) {
-      return BadInputError(
-          info_.file + ": the time of the " + Name(info_.triad) + " goes back by " +
-          Seconds(block.time_ns[i], last_ns) + " at data row " + std::to_string(block.row[i]) +
-          "; expected times that never decrease: sort the rows, or cut the file where the clock "
-          "was set");
+      return BadInputError(info_.file + ": the time of the " + Name(info_.triad) +
+                           " goes back by " + Seconds(block.time_ns[i], last_ns) + " at data row " +
+                           std::to_string(block.row[i]) +
+                           "; expected times that never decrease: sort the rows, or split the file "
+                           "where the clock was set");
     }
     last_ns = block.time_ns[i];
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
@@ -159,8 +159,7 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
                          Name(info_.triad) + " are (" + Number(minimum_raw_.x()) + ", " +
                          Number(minimum_raw_.y()) + ", " + Number(minimum_raw_.z()) + ") " +
                          info_.unit.name +
-                         ": the sensor is stuck; expected noise and motion: check the wiring, the "
-                         "power-up of the sensor and the columns");
+                         ": the sensor is stuck; check its wiring, its power-up and the columns");
   }
   if (!has_time_) return summary;
   const double spacing = spacing_ns();
@@ -179,22 +178,22 @@ std::vector<std::string> StreamMonitor::Warnings(const StreamSummary& summary) c
   std::vector<std::string> warnings;
   const std::string name = Name(info_.triad);
   if (samples_ == 0) {
-    warnings.push_back(name + ": " + info_.file + " has no reading");
+    warnings.push_back(name + ": " + info_.file + " has no readings");
     return warnings;
   }
   if (summary.gaps > 0) {
-    warnings.push_back(name + ": " + std::to_string(summary.gaps) +
-                       " gap(s) in time, the longest " + Number(summary.longest_gap_s) + " s");
+    warnings.push_back(name + ": " + std::to_string(summary.gaps) + " gap(s) in time, longest " +
+                       Number(summary.longest_gap_s) + " s");
   }
   if (summary.duplicate_times > 0) {
     warnings.push_back(name + ": " + std::to_string(summary.duplicate_times) +
-                       " sample(s) with the same time as the one before");
+                       " sample(s) with the same time as the previous one");
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
-      warnings.push_back(name + ": the " + kAxisName[axis] + " axis reads " +
-                         Number(minimum_raw_[axis]) + " " + info_.unit.name +
-                         " throughout: is the axis dead or the column wrong?");
+      warnings.push_back(name + ": the " + kAxisLetters[static_cast<std::size_t>(axis)] +
+                         " axis reads " + Number(minimum_raw_[axis]) + " " + info_.unit.name +
+                         " throughout; check for a dead axis or a wrong column");
     }
   }
   return warnings;
@@ -277,12 +276,12 @@ std::vector<std::string> StuckFinder::Warnings() const {
   for (const Stretch& stretch : stretches_) {
     warnings.push_back(Name(stretch.triad) + ": stuck at one reading from " +
                        Seconds(origin_ns_, stretch.first_ns) + " to " +
-                       Seconds(origin_ns_, stretch.last_ns) + "; left out");
+                       Seconds(origin_ns_, stretch.last_ns) + "; skipped");
   }
   if (stretch_count_ > static_cast<std::int64_t>(stretches_.size())) {
     warnings.push_back(
         "and " + std::to_string(stretch_count_ - static_cast<std::int64_t>(stretches_.size())) +
-        " more stretches of a stuck sensor");
+        " more times with a stuck sensor");
   }
   return warnings;
 }
@@ -333,9 +332,10 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
           if (++hits <= kMaxListed) numbers += (hits > 1 ? ", " : "") + std::to_string(i + 1);
         }
         if (hits == 0) continue;
-        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " + kAxisName[axis] +
-                  " axis at " + Number(limit) + " " + stream.unit.name + " in " +
-                  std::to_string(hits) + " pose(s), the first: " + numbers;
+        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " +
+                  kAxisLetters[static_cast<std::size_t>(axis)] + " axis at its limit of " +
+                  Number(limit) + " " + stream.unit.name + " in " + std::to_string(hits) +
+                  " pose(s): " + numbers;
       }
     }
   }
@@ -343,11 +343,10 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
   if (lost == 0) return {};
   if (2 * lost > poses) {
     return BadInputError(set->source + ": " + std::to_string(lost) + " of " +
-                         std::to_string(poses) + " poses read the limit of the sensor's range (" +
-                         limits +
-                         "); expected readings inside the range: set a larger full-scale range");
+                         std::to_string(poses) + " poses are clipped (" + limits +
+                         "); set a larger full-scale range and record again");
   }
-  set->warnings.push_back("clipped: " + limits + "; these poses are left out");
+  set->warnings.push_back("clipped: " + limits + "; these poses are skipped");
   std::size_t kept = 0;
   for (std::size_t i = 0; i < poses; ++i) {
     if (clipped[i]) continue;

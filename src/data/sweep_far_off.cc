@@ -10,6 +10,7 @@
 #include "base/rounded_text.h"
 #include "data/sweep_windows.h"
 #include "math/distributions.h"
+#include "truetriad/base/triad.h"
 
 // Which cells of a sweep are left out: those far from their neighbours.
 
@@ -19,15 +20,12 @@ namespace {
 // Neighbours on each side that say where a cell should be, and how many σ it may be off.
 constexpr std::size_t kNeighbours = 5;
 constexpr double kFarOffSigmas = 10.0;
-// Median of the size of normal noise to its sigma.
-constexpr double kMadToSigma = 1.4826;
 // Variance of readings inside a cell over what chi-square allows at the level below: sigma doubled.
 constexpr double kDisturbedFactor = 4.0;
 // By chance once in thirty thousand axes of 32768 cells.
 constexpr double kDisturbedLevel = 1e-9;
 // More rows than this are counted, not named.
-constexpr std::size_t kNamed = 10;
-constexpr std::string_view kAxes = "xyz";
+constexpr std::size_t kNamedCells = 10;
 
 // What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
 // 1968). `time` increases.
@@ -133,7 +131,7 @@ void SweepCutter::LeaveOutFarOffReadings(const TemperatureTrack& track,
     variances.push_back(window.scatter_raw(axis, axis) / dof / median);
   }
   const std::string name =
-      std::string(TriadName(triad)) + " " + kAxes[static_cast<std::size_t>(axis)];
+      std::string(TriadName(triad)) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
   const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
   for (std::size_t i = 0; i < odd.size(); ++i) {
     if (odd[i]) LeaveOut(index[i], name);
@@ -175,7 +173,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
   }
   std::size_t count = 0;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].far_off.empty() || ++count > kNamed) continue;
+    if (cells_[i].far_off.empty() || ++count > kNamedCells) continue;
     std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = -1;
     for (const StreamInfo& stream : info_.streams) {
       const TriadWindow& window = cells_[i].triads[stream.triad];
@@ -186,11 +184,11 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
                                  ? "row " + std::to_string(first)
                                  : "rows " + std::to_string(first) + " to " + std::to_string(last);
     set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
-                                  Fixed1(track.degc[i]) +
-                                  " degC): far from their neighbours: " + cells_[i].far_off);
+                                  Fixed1(track.degc[i]) + " degC): outliers: " + cells_[i].far_off);
   }
-  if (count > kNamed) {
-    set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places like these");
+  if (count > kNamedCells) {
+    set->sweep.left_out.push_back(std::to_string(count - kNamedCells) +
+                                  " more places with outliers");
   }
 }
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/rounded_text.h"
 #include "math/distributions.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -27,12 +27,11 @@ Status CheckHeld(const PoseSet& set) {
     if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
     const double change = (after->mean_raw - before->mean_raw).norm();
     if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
-    return NotEnoughError(
-        set.source + ": the accelerometer jumps between the rows " +
-        std::to_string(set.poses[k - 1].last_row) + " and " +
-        std::to_string(set.poses[k].first_row) +
-        ", as if the unit was turned; say where each attitude was held: `poses: { sweep: { "
-        "attitudes: poses.yaml } }`");
+    return NotEnoughError(set.source + ": the accelerometer jumps between the rows " +
+                          std::to_string(set.poses[k - 1].last_row) + " and " +
+                          std::to_string(set.poses[k].first_row) +
+                          ", as if the unit was turned; state when each attitude was held: `poses: "
+                          "{ sweep: { attitudes: poses.yaml } }`");
   }
   return {};
 }
@@ -87,13 +86,13 @@ void NameTurns(PoseSet* set) {
           is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
     }
     if (!is_largest) continue;
-    const double degrees = std::atan2(size, reading(i).mean_raw.norm()) * 180.0 / std::numbers::pi;
-    set->warnings.push_back(
-        "about row " + std::to_string(set->poses[index[i]].first_row) +
-        " the accelerometer steps across gravity on all axes as if the unit was turned by " +
-        Fixed1(degrees) +
-        " degrees, and stays so: no temperature does that; fix the unit and repeat, or say where "
-        "each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`");
+    const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
+    set->warnings.push_back("near row " + std::to_string(set->poses[index[i]].first_row) +
+                            " the accelerometer steps as if the unit was turned by " +
+                            Fixed1(degrees) +
+                            " degrees and stays there, which is not a thermal effect; fix the unit "
+                            "in place and repeat, or state when each attitude was held: `poses: { "
+                            "sweep: { attitudes: poses.yaml } }`");
   }
 }
 

@@ -11,6 +11,8 @@
 #include "data/sweep_turns.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -70,9 +72,8 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
 Status SweepCutter::Validate() const {
   if (!info_.has_time) {
     return BadInputError(info_.path +
-                         ": there is no time, so how fast the temperature changes is not known; "
-                         "expected a time column, or a rate in a manifest (`time: {unit: samples, "
-                         "rate_hz: 100}`)");
+                         ": has no time, so the temperature rate is unknown; add a time column, or "
+                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   const bool has_temperature =
       std::any_of(info_.streams.begin(), info_.streams.end(), [](const StreamInfo& stream) {
@@ -80,18 +81,17 @@ Status SweepCutter::Validate() const {
       });
   if (!has_temperature) {
     return BadInputError(info_.path +
-                         ": has no temperature, which a sweep is about; expected a column "
-                         "`temperature[degC]`, or `temperature:` of a stream in a manifest");
+                         ": has no temperature, but a sweep needs it; add a column "
+                         "`temperature[degC]`, or `temperature:` to a stream in a manifest");
   }
   const bool has_ambient = std::any_of(info_.streams.begin(),
                                        info_.streams.end(),
                                        [](const StreamInfo& stream) { return stream.has_ambient; });
   if (selection_.sweep.ambient && !has_ambient) {
     return BadInputError(info_.path +
-                         ": has no ambient temperature, which is a factor of `thermal: { "
-                         "regression }`; expected a column `ambient_temperature[degC]`, or "
-                         "`ambient_temperature:` of a stream in a manifest; or name the factors "
-                         "without it");
+                         ": has no ambient temperature, but it is a factor of `thermal: { "
+                         "regression }`; add a column `ambient_temperature[degC]`, or "
+                         "`ambient_temperature:` to a stream in a manifest, or remove that factor");
   }
   std::int64_t previous = -1;
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
@@ -108,8 +108,8 @@ Status SweepCutter::Validate() const {
   for (const StreamInfo& stream : info_.streams) {
     if (stream.file == info_.Find(leading_)->file) continue;
     return BadInputError(info_.path + ": " + stream.file + " and " + info_.Find(leading_)->file +
-                         " have rows of their own, so rows cannot say where windows and attitudes "
-                         "of both are; state `window_s`, or put all sensors into one file");
+                         " have separate rows, so row numbers are ambiguous for windows and "
+                         "attitudes; state `window_s`, or put all sensors into one file");
   }
   return {};
 }
@@ -325,10 +325,10 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
   // Less is not worth a word: a percent of a sweep moves no term of it.
   constexpr double kNotableWithoutDegc = 0.01;
   if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
-    set->warnings.push_back("left out: " +
+    set->warnings.push_back("skipped: " +
                             std::to_string(std::lround(100.0 * static_cast<double>(without) /
                                                        static_cast<double>(seen))) +
-                            " % of the time, when no temperature was read for more than a minute");
+                            " % of the time, without a temperature reading for more than a minute");
   }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
 }
@@ -336,19 +336,19 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
 void SweepCutter::Warn(double duration_s, PoseSet* set) const {
   if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
     set->warnings.push_back(
-        "the recording has more windows than memory is used for; they are longer than stated: " +
+        "the recording has too many windows for memory; windows are longer than stated: " +
         (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
                            : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
   }
   for (const std::string& left_out : set->sweep.left_out) {
-    set->warnings.push_back("left out: " + left_out);
+    set->warnings.push_back("skipped: " + left_out);
   }
   const double taken = thermometer_.hold_s() > 0.0 ? duration_s / thermometer_.hold_s() : 1e9;
   if (taken < static_cast<double>(kFewestReadings)) {
-    set->warnings.push_back("the thermometer is read once in " + Fixed1(thermometer_.hold_s()) +
+    set->warnings.push_back("the thermometer is read only every " + Fixed1(thermometer_.hold_s()) +
                             " s and repeated in between: " + Fixed1(taken) +
-                            " readings tell little of a sweep, at least " +
-                            std::to_string(kFewestReadings) + " are expected; read it more often");
+                            " readings are too few for a sweep, expected at least " +
+                            std::to_string(kFewestReadings) + "; read it more often");
   } else {
     // Of so few readings the windows are as wide as their steps.
     NameTurns(set);
@@ -359,8 +359,9 @@ Status SweepCutter::Finish(PoseSet* set) {
   TRUETRIAD_RETURN_IF_ERROR(CheckRangesUsed());
   LeaveOutWithoutTemperature(set);
   if (cells_.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": has temperatures in " + std::to_string(cells_.size()) +
-                          " windows; a sweep needs at least " + std::to_string(kFewestCells) +
+    return NotEnoughError(set->source + ": has temperatures in only " +
+                          std::to_string(cells_.size()) + " windows; a sweep needs at least " +
+                          std::to_string(kFewestCells) +
                           ": record longer, or state shorter windows");
   }
   std::vector<double> time_s, degc;
@@ -381,11 +382,11 @@ Status SweepCutter::Finish(PoseSet* set) {
                                      set->sweep.ambient.degc.end(),
                                      [](double value) { return std::isfinite(value); });
     if (2 * known < std::ssize(set->sweep.ambient.degc)) {
-      return BadInputError(set->source + ": the ambient temperature has values in " +
+      return BadInputError(set->source + ": the ambient temperature has values in only " +
                            std::to_string(known) + " of " +
                            std::to_string(set->sweep.ambient.degc.size()) +
-                           " pieces of the sweep; record it all the time, or name the factors of "
-                           "`regression` without it");
+                           " windows of the sweep; record it throughout, or remove it from the "
+                           "factors of `regression`");
     }
   }
   set->sweep.temperature = *std::move(track);
@@ -393,8 +394,9 @@ Status SweepCutter::Finish(PoseSet* set) {
   MakeWindows(set);
   if (set->poses.size() < kFewestCells) {
     return NotEnoughError(set->source + ": " + std::to_string(set->poses.size()) +
-                          " windows are left; a sweep needs at least " +
-                          std::to_string(kFewestCells));
+                          " windows remain; a sweep needs at least " +
+                          std::to_string(kFewestCells) +
+                          ": record longer, or state shorter windows");
   }
   Warn(time_s.back() - time_s.front(), set);
   return CheckHeld(*set);

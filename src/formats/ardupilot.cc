@@ -21,13 +21,12 @@
 namespace truetriad {
 namespace {
 
-// Of the firmware named above: order, centre and unit of the temperature terms, numbers of sensors.
-constexpr int kCubic = 3;
+constexpr int kArduPilotOrder = 3;
 constexpr double kCentreDegc = 35.0;
 constexpr double kTermScale = 1e-6;
 constexpr int kCompasses = 3;
-constexpr int kImus = 5;
-constexpr std::string_view kAxes = "XYZ";
+constexpr int kArduPilotInstances = 5;
+constexpr std::string_view kAxisLetters = "XYZ";
 
 /// Names of the parameters of one IMU, numbered from 1.
 struct ImuNames {
@@ -57,7 +56,7 @@ struct ImuNames {
   /// INS_TCAL1_ACC2_X: power 2.
   std::string Term(Triad triad, int power, int axis) const {
     return thermal + (triad == Triad::kAccelerometer ? "ACC" : "GYR") + std::to_string(power) +
-           "_" + kAxes[static_cast<std::size_t>(axis)];
+           "_" + kAxisLetters[static_cast<std::size_t>(axis)];
   }
 };
 
@@ -74,11 +73,12 @@ struct CompassNames {
   }
 };
 
-Result<int> Instance(const std::optional<int>& wanted) {
+Result<int> ArduPilotInstance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(1);
-  if (instance < 1 || instance > kImus) {
+  if (instance < 1 || instance > kArduPilotInstances) {
     return UsageError("--instance=" + std::to_string(instance) + ": ardupilot has IMUs 1 to " +
-                      std::to_string(kImus) + " and compasses 1 to " + std::to_string(kCompasses));
+                      std::to_string(kArduPilotInstances) + " and compasses 1 to " +
+                      std::to_string(kCompasses));
   }
   return instance;
 }
@@ -106,7 +106,8 @@ class ArduPilotText {
     text.append(name).append(",").append(std::to_string(value)).append("\n");
   }
   void Vector(const std::string& prefix, const Eigen::Vector3d& values) {
-    for (int i = 0; i < 3; ++i) Float(prefix + kAxes[static_cast<std::size_t>(i)], values[i]);
+    for (int i = 0; i < 3; ++i)
+      Float(prefix + kAxisLetters[static_cast<std::size_t>(i)], values[i]);
   }
   std::string text;
 };
@@ -127,7 +128,7 @@ Result<Eigen::Vector2d> CommonRange(const Calibration& calibration) {
     if (!(range[0] <= reference && reference <= range[1])) {
       return BadInputError("ardupilot needs the reference temperature (" +
                            RoundedText(reference, 4) + " degC for the " +
-                           std::string(TriadName(triad)) + ") inside the calibrated range (" +
+                           std::string(TriadName(triad)) + ") within the calibrated range (" +
                            RoundedText(range[0], 4) + " to " + RoundedText(range[1], 4) +
                            " degC, common to accelerometer and gyroscope); calibrate with another "
                            "reference.temperature_degc");
@@ -160,11 +161,12 @@ Status WriteImu(const WriteRequest& request,
           scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
         warnings->emplace_back(
             "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales "
-            "outside of 0.8 to 1.2");
+            "outside 0.8 to 1.2");
       }
     } else {
       warnings->emplace_back(
-          "gyroscope: ArduPilot learns its offsets again at every start unless INS_GYR_CAL is 0");
+          "gyroscope: ArduPilot re-estimates these offsets at every start; set INS_GYR_CAL to 0 to "
+          "keep them");
     }
     if (!sensor->thermal) continue;
     any_thermal = true;
@@ -172,9 +174,9 @@ Status WriteImu(const WriteRequest& request,
     out->Float(names.caltemp[i], thermal.reference_degc);
     std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
     terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
-    terms.resize(kCubic + 1, Eigen::Vector3d::Zero());
+    terms.resize(kArduPilotOrder + 1, Eigen::Vector3d::Zero());
     terms = Shifted(terms, thermal.reference_degc, kCentreDegc);
-    for (int power = 1; power <= kCubic; ++power) {
+    for (int power = 1; power <= kArduPilotOrder; ++power) {
       for (int axis = 0; axis < 3; ++axis) {
         out->Float(names.Term(triad, power, axis),
                    terms[static_cast<std::size_t>(power)][axis] / kTermScale);
@@ -207,14 +209,14 @@ Status WriteCompass(const WriteRequest& request,
   out->Vector(names.off_diagonal, {D(0, 1), D(0, 2), D(1, 2)});
   out->Float(names.scale, 1.0);
   warnings->emplace_back(
-      "magnetometer: ArduPilot corrects after turning the readings into the vehicle's axes: these "
-      "values hold for a compass mounted straight (orientation None)");
+      "magnetometer: ArduPilot corrects after rotating the readings into the vehicle's axes, so "
+      "these values are valid only for a compass without rotation (orientation None)");
   return {};
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.options.instance));
+Result<std::vector<ExportedFile>> WriteArduPilot(const WriteRequest& request,
+                                                 std::vector<std::string>* warnings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, ArduPilotInstance(request.options.instance));
   ArduPilotText out;
   out.text = CommentText("# ", request.comment);
   TRUETRIAD_RETURN_IF_ERROR(WriteImu(request, instance, &out, warnings));
@@ -225,7 +227,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
 /// The temperature compensation of one sensor, in firmware's arithmetic.
 struct ArduPilotThermal {
   float lowest = 0.0F, highest = 70.0F, at_calibration = 0.0F;
-  std::array<Eigen::Vector3f, kCubic> terms;
+  std::array<Eigen::Vector3f, kArduPilotOrder> terms;
 
   static std::optional<ArduPilotThermal> Read(const ParameterList& list,
                                               const ImuNames& names,
@@ -238,7 +240,7 @@ struct ArduPilotThermal {
     thermal.highest = list.Get(names.thermal + "TMAX", thermal.highest);
     thermal.at_calibration =
         list.Get(names.caltemp[triad == Triad::kAccelerometer ? 0 : 1], kUnset);
-    for (int power = 1; power <= kCubic; ++power) {
+    for (int power = 1; power <= kArduPilotOrder; ++power) {
       for (int axis = 0; axis < 3; ++axis) {
         thermal.terms[static_cast<std::size_t>(power) - 1][axis] =
             list.Get(names.Term(triad, power, axis), 0.0F);
@@ -322,8 +324,8 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
   carried->sensors[Triad::kMagnetometer] = CarriedTriad("mG", scale * D, -offset);
 }
 
-Result<Carried> Read(const ReadRequest& request) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.instance));
+Result<Carried> ReadArduPilot(const ReadRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, ArduPilotInstance(request.instance));
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list, ParameterList::Parse(request.files[0], 0));
   Carried carried;
   ReadImu(list, instance, &carried);
@@ -338,20 +340,20 @@ Format ArduPilotFormat() {
   format.info = {"ardupilot", "ArduPilot parameters (.param)", Arithmetic::kFloat32, true};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
-                                            .bias_order = kCubic,
+                                            .bias_order = kArduPilotOrder,
                                             .reading_unit = "m/s^2",
                                             .result_in_reading_unit = true};
   format.capacity[Triad::kGyroscope] = {.held = true,
                                         .matrix = MatrixForm::kNone,
-                                        .bias_order = kCubic,
+                                        .bias_order = kArduPilotOrder,
                                         .reading_unit = "rad/s",
                                         .result_in_reading_unit = true};
   format.capacity[Triad::kMagnetometer] = {.held = true,
                                            .matrix = MatrixForm::kSymmetric,
                                            .reading_unit = "mG",
                                            .result_in_reading_unit = true};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteArduPilot;
+  format.read = ReadArduPilot;
   return format;
 }
 

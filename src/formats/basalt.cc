@@ -12,8 +12,8 @@
 namespace truetriad {
 namespace {
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
+Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
+                                              std::vector<std::string>* warnings) {
   std::vector<std::string> members;
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
@@ -38,10 +38,10 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       members.push_back(JsonText(name + "_bias_std") + ": " + ListText(noise->random_walk));
       rate_hz = noise->rate_hz;
     } else {
-      warnings->emplace_back(
-          std::string(TriadName(triad)) + ": " + name + "_noise_std and " + name +
-          "_bias_std are left to be filled in; --allan=FILE with white noise and "
-          "random walk of every axis gives them");
+      warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +
+                             name +
+                             "_bias_std are missing; give --allan=FILE with white noise and random "
+                             "walk of every axis, or fill them in");
     }
   }
   if (rate_hz > 0.0) members.push_back(JsonText("imu_update_rate") + ": " + NumberText(rate_hz));
@@ -53,7 +53,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadBasalt(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   YamlReader value = root.RequireChild("value0");
@@ -88,8 +88,8 @@ Format BasaltFormat() {
   format.gauge = Gauge::kAccelX;
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteBasalt;
+  format.read = ReadBasalt;
   return format;
 }
 

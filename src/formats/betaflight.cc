@@ -33,7 +33,7 @@ constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetome
 Result<int> Whole(const std::string& what, double value, int low, int high) {
   const double rounded = std::round(value);
   if (!(rounded >= low && rounded <= high)) {
-    return BadInputError(what + " would be " + RoundedText(value, 6) + ", outside of " +
+    return BadInputError(what + " would be " + RoundedText(value, 6) + ", outside " +
                          std::to_string(low) + " to " + std::to_string(high));
   }
   return static_cast<int>(rounded);
@@ -65,8 +65,8 @@ Result<std::vector<ExportedFile>> WriteBetaflight(const WriteRequest& request,
             std::to_string(zero[2]) + (is_acc ? ",1\n" : "\n");
   }
   warnings->emplace_back(
-      "Betaflight subtracts offsets after aligning the sensors to the board: these hold if the "
-      "readings were recorded so, as its own log does");
+      "Betaflight subtracts offsets after aligning the sensors to the board, so these are valid "
+      "only for readings recorded that way, as in its own log");
   return std::vector<ExportedFile>{{"", text + "save\n"}};
 }
 
@@ -95,9 +95,8 @@ Result<std::vector<ExportedFile>> WriteInav(const WriteRequest& request,
     }
   }
   warnings->emplace_back(
-      "INAV corrects before it aligns the sensors to the board: these hold for readings as the "
-      "chip "
-      "gives them");
+      "INAV corrects before aligning the sensors to the board, so these are valid only for "
+      "readings in the chip's own axes");
   return std::vector<ExportedFile>{{"", text + "save\n"}};
 }
 

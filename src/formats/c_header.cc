@@ -31,7 +31,7 @@ constexpr int kMaxBiasOrder = 9;
 constexpr int kTestVectors = 3;
 
 /// The numbers of one triad as they stand in the header. Matrices by rows.
-struct Table {
+struct FloatTable {
   using Matrix = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
   // reference, low, high degC, per_degc; only with temperature terms
   std::optional<std::array<float, 4>> temperature;
@@ -60,7 +60,7 @@ struct Table {
 };
 
 /// The least degree at which polynomials in u follow C(T) within a tenth of float32's rounding.
-std::vector<Table::Matrix> CorrectionTerms(const TriadCalibration& sensor, double per_degc) {
+std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, double per_degc) {
   const ThermalTerms& thermal = *sensor.thermal;
   const auto correction_at = [&](double u) {
     return ModelAtTemperature(sensor.model, thermal, thermal.reference_degc + u / per_degc)
@@ -92,13 +92,13 @@ std::vector<Table::Matrix> CorrectionTerms(const TriadCalibration& sensor, doubl
     }
     if (worst <= kFitTolerance) break;
   }
-  std::vector<Table::Matrix> rounded;
+  std::vector<FloatTable::Matrix> rounded;
   for (const Eigen::Matrix3d& term : terms) rounded.emplace_back(term.cast<float>());
   return rounded;
 }
 
-Table TableOf(const TriadCalibration& sensor) {
-  Table table;
+FloatTable TableOf(const TriadCalibration& sensor) {
+  FloatTable table;
   if (sensor.g_sensitivity) table.g_sensitivity = sensor.g_sensitivity->cast<float>();
   table.bias = {sensor.model.bias.cast<float>()};
   table.correction = {sensor.model.Correction().cast<float>()};
@@ -189,7 +189,10 @@ std::string ArrayName(Triad triad, std::string_view what) {
   return "truetriad_" + std::string(TriadName(triad)) + "_" + std::string(what);
 }
 
-void WriteTables(Triad triad, const TriadCalibration& sensor, const Table& table, HeaderText* out) {
+void WriteTables(Triad triad,
+                 const TriadCalibration& sensor,
+                 const FloatTable& table,
+                 HeaderText* out) {
   out->Plain("\n/* " + std::string(TriadName(triad)) + ": truth [" + sensor.output_unit +
              "] from raw [" + sensor.input_unit + "]. b raw, C by rows" +
              (table.g_sensitivity ? ", G raw per m/s^2 by rows" : "") + ". */\n");
@@ -219,7 +222,7 @@ static inline float truetriad_polynomial(const float *terms, int count, int stri
 }
 )";
 
-std::string CorrectFunction(Triad triad, const Table& table) {
+std::string CorrectFunction(Triad triad, const FloatTable& table) {
   const bool has_force = triad == Triad::kGyroscope;
   std::string text = "\nstatic inline void " + ArrayName(triad, "correct") +
                      "(const float raw[3], " +
@@ -302,8 +305,8 @@ std::string SelfTest(Triad triad, float tolerance) {
   return text;
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteCHeader(const WriteRequest& request,
+                                               std::vector<std::string>* /*warnings*/) {
   HeaderText numbers;
   HeaderText tests;
   std::string functions;
@@ -312,7 +315,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    const Table table = TableOf(*sensor);
+    const FloatTable table = TableOf(*sensor);
     any_terms = any_terms || table.bias.size() > 1 || table.correction.size() > 1;
     WriteTables(triad, *sensor, table, &numbers);
     functions += CorrectFunction(triad, table);
@@ -365,7 +368,7 @@ static inline uint32_t truetriad_calibration_crc32(void) {
           "expected truth x y z. */\n" +
           tests.text() +
           R"(
-/* 1: the numbers are whole and every row above comes out as expected. */
+/* Returns 1 if the CRC is right and every row above gives the expected truth. */
 static inline int truetriad_self_test(void) {
   float truth[3], error;
   int i, j;
@@ -403,11 +406,11 @@ void AppendItems(const std::vector<float>& numbers, std::vector<Item>* items) {
   }
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadCHeader(const ReadRequest& request) {
   const std::string& text = request.files[0].text;
   Carried carried;
   for (const Triad triad : kTriads) {
-    Table table;
+    FloatTable table;
     AppendItems(ReadArray(text, ArrayName(triad, "b")), &table.bias);
     if (table.bias.empty()) continue;
     AppendItems(ReadArray(text, ArrayName(triad, "b_T")), &table.bias);
@@ -417,7 +420,7 @@ Result<Carried> Read(const ReadRequest& request) {
     if (temperature.size() == 4) {
       table.temperature = {temperature[0], temperature[1], temperature[2], temperature[3]};
     }
-    std::vector<Table::Matrix> g_sensitivity;
+    std::vector<FloatTable::Matrix> g_sensitivity;
     AppendItems(ReadArray(text, ArrayName(triad, "G")), &g_sensitivity);
     if (!g_sensitivity.empty()) table.g_sensitivity = g_sensitivity[0];
     carried.equations[triad] = [table](const Eigen::Vector3d& reading,
@@ -446,8 +449,8 @@ Format CHeaderFormat() {
                               .g_sensitivity = true,
                               .free_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteCHeader;
+  format.read = ReadCHeader;
   return format;
 }
 

@@ -17,8 +17,8 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
                      " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
   if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
   if (const auto& rates = loss.at_rates) {
-    text += "; while the temperature changes by " + RoundedText(rates->range_degcps[0], 2) +
-            " to " + RoundedText(rates->range_degcps[1], 2) + " degC/s at most " +
+    text += "; at temperature rates of " + RoundedText(rates->range_degcps[0], 2) + " to " +
+            RoundedText(rates->range_degcps[1], 2) + " degC/s by at most " +
             RoundedText(rates->largest, 2) + " (RMS " + RoundedText(rates->rms, 2) + ")";
   }
   return text;
@@ -83,11 +83,11 @@ Result<Export> ExportCalibration(const Calibration& calibration,
     comment.push_back(text + ".");
     if (options.max_loss && !(loss.share() <= *options.max_loss)) {
       return BadInputError(text + ": more than --max-loss=" + RoundedText(*options.max_loss, 6) +
-                           " of it allows; nothing is written");
+                           " allows; nothing was written");
     }
     if (loss.in_sigmas && *loss.in_sigmas > 1.0) {
       result.warnings.push_back(text + ": " + std::string(format.info.name) +
-                                " loses more than the calibration is uncertain by");
+                                " loses more than the calibration's uncertainty");
     }
     result.loss[triad] = loss;
   }

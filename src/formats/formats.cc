@@ -44,7 +44,7 @@ Result<const Format*> FindFormat(std::string_view name) {
     list.append(list.empty() ? "" : ", ").append(format.info.name);
   }
   return UsageError("`" + std::string(name) + "` is not a format" + DidYouMean(wanted, names) +
-                    "; there are " + list);
+                    "; expected one of " + list);
 }
 
 }  // namespace truetriad

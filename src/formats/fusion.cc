@@ -33,8 +33,8 @@ std::string Constant(const std::string& name, const Eigen::MatrixBase<Derived>& 
   return text + "};\n";
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteFusion(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
   std::string text = CommentText("// ", request.comment) + "#include \"Fusion.h\"\n\n";
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -68,7 +68,7 @@ std::vector<float> Numbers(const std::string& text, const std::string& name, std
   return numbers;
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadFusion(const ReadRequest& request) {
   const std::string& text = request.files[0].text;
   Carried carried;
   for (const Triad triad : kTriads) {
@@ -108,8 +108,8 @@ Format FusionFormat() {
                               .free_unit = true,
                               .result_in_reading_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteFusion;
+  format.read = ReadFusion;
   return format;
 }
 

@@ -23,8 +23,8 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   TriadCalibration sensor = carried;
   if (carried.input_unit.empty()) {
     if (!wanted) {
-      return UsageError("the file does not say which unit the readings of the " + name +
-                        " have; say it, as in --units=g,deg/s,uT or --units=counts");
+      return UsageError("the file does not state the unit of the " + name +
+                        "'s readings; state it, as in --units=g,deg/s,uT or --units=counts");
     }
     sensor.input_unit = *wanted;
     return sensor;
@@ -37,8 +37,8 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   TRUETRIAD_ASSIGN_OR_RETURN(const Unit result, ParseTriadUnit(triad, carried.output_unit));
   TRUETRIAD_ASSIGN_OR_RETURN(const Unit to, ParseTriadUnit(triad, unit_name));
   if (from.is_counts != to.is_counts) {
-    return UsageError("--units: the " + name + " of the file takes " + carried.input_unit +
-                      ", which cannot be restated in " + unit_name);
+    return UsageError("--units: the " + name + " in the file is in " + carried.input_unit +
+                      ", which cannot be converted to " + unit_name);
   }
   sensor = InUnits(carried, from.truth_per_raw / to.truth_per_raw, result.truth_per_raw);
   sensor.input_unit = unit_name;
@@ -89,7 +89,8 @@ Result<Import> ImportCalibration(std::string_view format_name,
       if (other.info.can_import) list += (list.empty() ? "" : ", ") + std::string(other.info.name);
     }
     return UsageError("`" + std::string(format_name) + "` " +
-                      (found ? "cannot be imported" : "is not a format") + "; there are " + list);
+                      (found ? "cannot be imported" : "is not a format") + "; expected one of " +
+                      list);
   }
   const Format& format = **found;
   Import import;
@@ -101,7 +102,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
     calibration.inputs.push_back({path, Sha256Hex(text), 0});
     request.files.push_back({path, std::move(text)});
   }
-  if (request.files.empty()) return UsageError("no file to import");
+  if (request.files.empty()) return UsageError("no file to import; give --input");
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
   import.notes = carried.notes;
 
@@ -110,7 +111,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
     if (!carried.sensors[triad]) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         TriadCalibration sensor,
-        InWantedUnits(triad, *carried.sensors[triad], format, options.units[triad]));
+        InWantedUnits(triad, carried->sensors[triad], format, options.units[triad]));
     if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
       return BadInputError(paths[0] + ": the matrix of the " + std::string(TriadName(triad)) +
                            " is singular");
@@ -119,7 +120,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
     if (!leading) leading = triad;
   }
   if (!leading) {
-    return BadInputError(paths[0] + ": holds no calibration of a sensor in the form of " +
+    return BadInputError(paths[0] + ": contains no sensor calibration in the format " +
                          std::string(format.info.name) +
                          (options.instance ? " with that --instance" : ""));
   }
@@ -138,7 +139,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
   calibration.software_version = options.software_version;
   calibration.created = TimestampUtc();
   calibration.messages = {"imported from " + std::string(format.info.name) +
-                          ": what a unit carries, every sigma is zero"};
+                          ": the unit's present calibration, every sigma is zero"};
   calibration.messages.insert(calibration.messages.end(), import.notes.begin(), import.notes.end());
   return import;
 }

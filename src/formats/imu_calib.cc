@@ -10,8 +10,8 @@
 namespace truetriad {
 namespace {
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteImuCalib(const WriteRequest& request,
+                                                std::vector<std::string>* /*warnings*/) {
   const TriadCalibration& sensor = *request.calibration.sensors[Triad::kAccelerometer];
   const Eigen::Matrix3d C = sensor.model.Correction();
   std::string text = CommentText("# ", request.comment) + "SM: " + RowMajorText(C) +
@@ -19,7 +19,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadImuCalib(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   const std::vector<double> SM = ReadList(root.RequireChild("SM"), 9);
@@ -42,8 +42,8 @@ Format ImuCalibFormat() {
   Format format;
   format.info = {"imu-calib", "imu_calib (ROS), accelerometer (YAML)", Arithmetic::kFloat64};
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteImuCalib;
+  format.read = ReadImuCalib;
   return format;
 }
 

@@ -35,8 +35,8 @@ std::string Rows(const Eigen::Matrix3d& matrix) {
   return text;
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteImuTk(const WriteRequest& request,
+                                             std::vector<std::string>* /*warnings*/) {
   std::vector<ExportedFile> files;
   for (const ImuTkFile& file : kFiles) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[file.triad];
@@ -76,7 +76,7 @@ Result<std::vector<double>> Numbers(const ExportedFile& file) {
   return numbers;
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadImuTk(const ReadRequest& request) {
   using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   constexpr std::size_t kNumbers = 9 + 9 + 3;
   Carried carried;
@@ -87,13 +87,13 @@ Result<Carried> Read(const ReadRequest& request) {
     }
     if (kind == nullptr) {
       return BadInputError(file.suffix +
-                           ": the name does not say which sensor this is; names that " +
-                           "end in _acc.calib and _gyro.calib are expected, as imu_tk writes them");
+                           ": cannot tell the sensor from the name; expected names ending in "
+                           "_acc.calib and _gyro.calib, as written by imu_tk");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, Numbers(file));
     if (numbers.size() != kNumbers) {
-      return BadInputError(file.suffix + ": holds " + std::to_string(numbers.size()) +
-                           " numbers; T (9), K (9) and B (3) are expected");
+      return BadInputError(file.suffix + ": contains " + std::to_string(numbers.size()) +
+                           " numbers; expected T (9), K (9) and B (3)");
     }
     const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers.data());
     const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers.data() + 9);
@@ -121,14 +121,16 @@ Result<Carried> Read(const ReadRequest& request) {
 
 Format ImuTkFormat() {
   Format format;
-  format.info = {
-      "imu-tk", "imu_tk, a file each for accelerometer and gyroscope", Arithmetic::kFloat64, true};
+  format.info = {"imu-tk",
+                 "imu_tk, one file each for accelerometer and gyroscope",
+                 Arithmetic::kFloat64,
+                 true};
   format.gauge = Gauge::kAccelZ;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     format.capacity[triad] = {.held = true, .matrix = MatrixForm::kFull, .free_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteImuTk;
+  format.read = ReadImuTk;
   return format;
 }
 

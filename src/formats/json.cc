@@ -8,12 +8,11 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/export/1";
-// More than any model has.
-constexpr int kAnyOrder = 99;
+constexpr std::string_view kExportFormat = "truetriad/export/1";
+constexpr int kAnyJsonOrder = 99;
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteJsonExport(const WriteRequest& request,
+                                                  std::vector<std::string>* /*warnings*/) {
   const Calibration& calibration = request.calibration;
   std::string sensors;
   for (const Triad triad : kTriads) {
@@ -22,7 +21,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
         "    ", TriadName(triad), Object(SensorMembers(*calibration.sensors[triad]), "    "));
   }
   const std::string text =
-      Member("  ", "format", JsonText(kFormat)) +
+      Member("  ", "format", JsonText(kExportFormat)) +
       Member("  ", "comment", JsonText(request.comment)) +
       Member("  ", "serial", JsonText(calibration.serial)) +
       Member("  ", "model", JsonText(calibration.model)) +
@@ -36,7 +35,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
   return std::vector<ExportedFile>{{"", Object(text, "") + "\n"}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadJsonExport(const ReadRequest& request) {
   return ReadSensorsJson(request.files[0].text, request.files[0].suffix);
 }
 
@@ -47,14 +46,14 @@ Format JsonFormat() {
   format.info = {"json", "everything, as JSON", Arithmetic::kFloat64};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
-                              .bias_order = kAnyOrder,
+                              .bias_order = kAnyJsonOrder,
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
                               .higher_terms = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteJsonExport;
+  format.read = ReadJsonExport;
   return format;
 }
 

@@ -9,6 +9,7 @@
 #include "formats/list_text.h"
 #include "formats/noise.h"
 #include "formats/number_text.h"
+#include "math/dense/qr.h"
 
 // Kalibr's scale-misalignment model, and OpenVINS' kalibr_imu_chain.yaml, in double:
 //
@@ -34,9 +35,7 @@ struct LowerTimesRotation {
 
 LowerTimesRotation Split(const Eigen::Matrix3d& sensitivity) {
   // S^T = Q R, so S = R^T Q^T.
-  const Eigen::HouseholderQR<Eigen::Matrix3d> qr(sensitivity.transpose());
-  const Eigen::Matrix3d Q = qr.householderQ();
-  const Eigen::Matrix3d R = qr.matrixQR().triangularView<Eigen::Upper>();
+  const auto [Q, R] = QrOf3(sensitivity.transpose());
   const Eigen::Vector3d signs =
       R.diagonal().unaryExpr([](double d) { return d < 0.0 ? -1.0 : 1.0; });
   return {R.transpose() * signs.asDiagonal(), signs.asDiagonal() * Q.transpose()};
@@ -58,8 +57,8 @@ Result<Chain> ChainOf(const Calibration& calibration) {
     if (sensor->model.sensitivity.determinant() < 0.0) {
       return BadInputError(
           "the gyroscope is mirrored (the determinant of its sensitivity is negative), which a "
-          "rotation and positive gains cannot express; hand its readings over with one axis "
-          "reversed, and calibrate so");
+          "rotation and positive gains cannot express; reverse one axis of its readings and "
+          "calibrate again");
     }
     chain.gyroscope = Split(sensor->model.sensitivity);
     if (sensor->g_sensitivity) chain.G = *sensor->g_sensitivity;
@@ -96,8 +95,8 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
     if (*noise) rate_hz = (*noise)->rate_hz;
     if (!*noise) {
       warnings->emplace_back(name +
-                             ": its noise densities are left to be filled in; --allan=FILE with "
-                             "white noise and random walk of every axis gives them");
+                             ": its noise densities are missing; give --allan=FILE with white "
+                             "noise and random walk of every axis, or fill them in");
     }
   }
   text += rate_hz > 0.0 ? "  update_rate: " + NumberText(rate_hz) + "\n"
@@ -157,7 +156,7 @@ Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* c
   if (read < 3) {
     bias.setZero();
     carried->notes.emplace_back(std::string(TriadName(triad)) +
-                                ": the file holds no bias; it is taken as zero");
+                                ": the file contains no bias; assumed zero");
   }
   return bias;
 }
@@ -209,8 +208,7 @@ Result<Carried> ReadKalibr(const ReadRequest& request) {
   if (YamlReader imu = FirstImu(&root)) {
     std::string model;
     if (imu.Require("model", &model) && model != "scale-misalignment") {
-      imu.Child("model").Fail("`" + model +
-                              "` holds no matrices; `scale-misalignment` is expected");
+      imu.Child("model").Fail("`" + model + "` has no matrices; expected `scale-misalignment`");
     }
     if (YamlReader accelerometers = imu.RequireChild("accelerometers")) {
       chain.M_a = ReadRows(accelerometers.RequireChild("M"));

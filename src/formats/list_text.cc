@@ -31,8 +31,8 @@ std::vector<double> ReadList(YamlReader reader, std::size_t count) {
   std::vector<double> numbers;
   if (!reader.Read(&numbers)) return {};
   if (numbers.size() != count) {
-    reader.Fail("has " + std::to_string(numbers.size()) + " numbers; " + std::to_string(count) +
-                " are expected");
+    reader.Fail("has " + std::to_string(numbers.size()) + " numbers; expected " +
+                std::to_string(count));
     return {};
   }
   return numbers;
@@ -43,7 +43,7 @@ Eigen::Matrix3d ReadRows(YamlReader reader) {
   if (!reader) return matrix;
   std::vector<YamlReader> rows = reader.Items();
   if (rows.size() != 3) {
-    reader.Fail("three rows of three numbers are expected");
+    reader.Fail("expected three rows of three numbers");
     return matrix;
   }
   for (Eigen::Index i = 0; i < 3; ++i) {

@@ -5,6 +5,7 @@
 
 #include "formats/format.h"
 #include "formats/matlab_values.h"
+#include "truetriad/base/triad.h"
 
 // MATLAB, in double, as a script (.m) or .mat: structs accel, gyro and mag with
 //
@@ -32,18 +33,17 @@ Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
     }
   };
   const std::string name(TriadName(triad));
-  constexpr std::string_view kAxes = "xyz";
-  for (const char axis : kAxes) list(name + ".bias." + axis);
-  for (const char row : kAxes) {
-    for (const char col : kAxes) list(name + ".sensitivity." + row + col);
+  for (const char axis : kAxisLetters) list(name + ".bias." + axis);
+  for (const char row : kAxisLetters) {
+    for (const char col : kAxisLetters) list(name + ".sensitivity." + row + col);
   }
   constexpr std::size_t kEntries = 12;
   if (places.size() != kEntries) return {};
   return covariance.matrix(places, places);
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteMatlab(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
   MatlabVariables variables;
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -89,7 +89,7 @@ Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables
   return Found(variable->numbers);
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadMatlab(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   Result<MatlabVariables> variables = MatlabVariables();
   if (IsMatFile(file.text)) {
@@ -162,8 +162,8 @@ Format MatlabFormat() {
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true, .g_sensitivity = true, .free_unit = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteMatlab;
+  format.read = ReadMatlab;
   return format;
 }
 

@@ -24,16 +24,16 @@ const MatlabModule* Module() {
   return module;
 }
 
-constexpr char kHowToHaveIt[] =
-    "; it comes with truetriad when libmatio-dev is installed where it is built";
+constexpr char kHowToHaveIt[] = "; install libmatio-dev and build truetriad again";
 
 }  // namespace
 
 Result<std::string> MatFileBytes(const MatlabVariables& variables,
                                  const std::vector<std::string>& comment) {
   if (Module() != nullptr) return Module()->write(variables, comment);
-  return UsageError(std::string("writing a .mat needs ") + kMatlabModuleFile + kHowToHaveIt +
-                    ". A script does without: give --output a name that ends in .m");
+  return UsageError(
+      std::string("writing a .mat needs ") + kMatlabModuleFile + kHowToHaveIt +
+      ". Or write a script, which does not need it: give --output a name ending in .m");
 }
 
 Result<MatlabVariables> ParseMatFile(const std::string& bytes, const std::string& name) {

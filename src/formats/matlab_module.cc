@@ -111,7 +111,7 @@ void TakeStruct(matvar_t* variable, MatlabVariables* variables) {
 Result<std::string> Write(const MatlabVariables& variables,
                           const std::vector<std::string>& comment) {
   const Error failed =
-      BadInputError("the .mat file could not be made in the folder for temporary files");
+      BadInputError("cannot create the .mat file in the folder for temporary files");
   const TemporaryFile temporary;
   if (!temporary.usable()) return failed;
   {

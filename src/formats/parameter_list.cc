@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kAxes = "XYZ";
+constexpr std::string_view kUpperCaseAxes = "XYZ";
 
 std::vector<std::string> Fields(std::string line) {
   line.resize(std::min(line.find('#'), line.size()));
@@ -37,7 +37,7 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
     const std::string place = file.suffix + ":" + std::to_string(number) + ": ";
     if (fields.size() < name_field + 2) {
       return BadInputError(place + "`" + line +
-                           "` is no parameter: a name and a value are expected");
+                           "` is not a parameter; expected a name and a value");
     }
     const std::string& text = fields[name_field + 1];
     float value = 0.0F;
@@ -46,8 +46,7 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
       return BadInputError(place + fields[name_field] + ": `" + text + "` is not a number");
     }
     if (!list.values_.emplace(fields[name_field], value).second) {
-      return BadInputError(place + fields[name_field] +
-                           " is there twice; which one counts is not known");
+      return BadInputError(place + fields[name_field] + " occurs twice; remove one");
     }
   }
   return list;
@@ -63,13 +62,13 @@ Eigen::Vector3f ParameterList::GetVector(const std::string& prefix,
                                          float otherwise) const {
   Eigen::Vector3f vector;
   for (int i = 0; i < 3; ++i) {
-    vector[i] = Get(prefix + kAxes[static_cast<std::size_t>(i)] + suffix, otherwise);
+    vector[i] = Get(prefix + kUpperCaseAxes[static_cast<std::size_t>(i)] + suffix, otherwise);
   }
   return vector;
 }
 
 bool ParameterList::HasVector(const std::string& prefix, const std::string& suffix) const {
-  for (const char axis : kAxes) {
+  for (const char axis : kUpperCaseAxes) {
     if (Has(prefix + axis + suffix)) return true;
   }
   return false;

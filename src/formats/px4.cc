@@ -20,9 +20,8 @@
 namespace truetriad {
 namespace {
 
-// Order of the temperature terms, numbers of sensor slots: PX4's parameters.
-constexpr int kCubic = 3;
-constexpr int kSlots = 4;
+constexpr int kPx4Order = 3;
+constexpr int kPx4Instances = 4;
 
 struct Px4Triad {
   Triad triad;
@@ -42,11 +41,11 @@ std::string ThermalPrefix(const Px4Triad& names, int instance) {
   return "TC_" + std::string(names.thermal) + std::to_string(instance) + "_";
 }
 
-Result<int> Instance(const std::optional<int>& wanted) {
+Result<int> Px4Instance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(0);
-  if (instance < 0 || instance >= kSlots) {
+  if (instance < 0 || instance >= kPx4Instances) {
     return UsageError("--instance=" + std::to_string(instance) + ": px4 has sensors 0 to " +
-                      std::to_string(kSlots - 1));
+                      std::to_string(kPx4Instances - 1));
   }
   return instance;
 }
@@ -72,7 +71,7 @@ void WriteThermal(const std::string& prefix, const ThermalTerms& thermal, Px4Tex
   out->Float(prefix + "TMIN", thermal.range_degc[0]);
   out->Float(prefix + "TMAX", thermal.range_degc[1]);
   out->Float(prefix + "TREF", thermal.reference_degc);
-  for (int power = 0; power <= kCubic; ++power) {
+  for (int power = 0; power <= kPx4Order; ++power) {
     for (int axis = 0; axis < 3; ++axis) {
       // The constant stands in OFF, where PX4's own calibration puts it.
       const bool held = power > 0 && power <= static_cast<int>(thermal.bias.size());
@@ -82,9 +81,9 @@ void WriteThermal(const std::string& prefix, const ThermalTerms& thermal, Px4Tex
   }
 }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.options.instance));
+Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
+                                           std::vector<std::string>* warnings) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Px4Instance(request.options.instance));
   Px4Text out;
   out.text = CommentText("# ", request.comment);
   for (const Px4Triad& names : kPx4Triads) {
@@ -96,8 +95,8 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
     if (id) {
       out.Integer(prefix + "ID", *id);
     } else {
-      warnings->emplace_back(name + ": without --id PX4 uses these values only if " + prefix +
-                             "ID is already that of the sensor");
+      warnings->emplace_back(name + ": without --id, PX4 uses these values only if " + prefix +
+                             "ID already matches the sensor");
     }
     const Eigen::Matrix3d correction = sensor->model.Correction();
     for (int axis = 0; axis < 3; ++axis) {
@@ -119,7 +118,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
       constexpr double kMostScale = 3.0;
       if (correction.diagonal().minCoeff() < kLeastScale ||
           correction.diagonal().maxCoeff() > kMostScale) {
-        warnings->emplace_back(name + ": PX4 takes scales between 0.1 and 3 only");
+        warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
       }
     }
     if (names.triad == Triad::kMagnetometer) {
@@ -139,7 +138,7 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
 /// The temperature compensation of one sensor, in firmware's arithmetic.
 struct Px4Thermal {
   float lowest = 0.0F, highest = 100.0F, reference = 25.0F;
-  std::array<Eigen::Vector3f, kCubic + 1> terms;
+  std::array<Eigen::Vector3f, kPx4Order + 1> terms;
 
   static std::optional<Px4Thermal> Read(const ParameterList& list,
                                         const Px4Triad& names,
@@ -151,7 +150,7 @@ struct Px4Thermal {
     thermal.lowest = list.Get(prefix + "TMIN", thermal.lowest);
     thermal.highest = list.Get(prefix + "TMAX", thermal.highest);
     thermal.reference = list.Get(prefix + "TREF", thermal.reference);
-    for (int power = 0; power <= kCubic; ++power) {
+    for (int power = 0; power <= kPx4Order; ++power) {
       for (int axis = 0; axis < 3; ++axis) {
         thermal.terms[static_cast<std::size_t>(power)][axis] =
             list.Get(prefix + "X" + std::to_string(power) + "_" + std::to_string(axis), 0.0F);
@@ -169,7 +168,7 @@ struct Px4Thermal {
     ThermalTerms result;
     result.reference_degc = reference;
     result.range_degc = {lowest, highest};
-    for (int power = 1; power <= kCubic; ++power) {
+    for (int power = 1; power <= kPx4Order; ++power) {
       result.bias.emplace_back(terms[static_cast<std::size_t>(power)].cast<double>());
     }
     while (!result.bias.empty() && result.bias.back().isZero(0.0)) result.bias.pop_back();
@@ -177,8 +176,8 @@ struct Px4Thermal {
   }
 };
 
-Result<Carried> Read(const ReadRequest& request) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Instance(request.instance));
+Result<Carried> ReadPx4(const ReadRequest& request) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Px4Instance(request.instance));
   constexpr std::size_t kNameField = 2;
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
                              ParameterList::Parse(request.files[0], kNameField));
@@ -226,20 +225,20 @@ Format Px4Format() {
   format.info = {"px4", "PX4 parameters, for QGroundControl (.params)", Arithmetic::kFloat32, true};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
-                                            .bias_order = kCubic,
+                                            .bias_order = kPx4Order,
                                             .reading_unit = "m/s^2",
                                             .result_in_reading_unit = true};
   format.capacity[Triad::kGyroscope] = {.held = true,
                                         .matrix = MatrixForm::kNone,
-                                        .bias_order = kCubic,
+                                        .bias_order = kPx4Order,
                                         .reading_unit = "rad/s",
                                         .result_in_reading_unit = true};
   format.capacity[Triad::kMagnetometer] = {.held = true,
                                            .matrix = MatrixForm::kSymmetric,
                                            .reading_unit = "G",
                                            .result_in_reading_unit = true};
-  format.write = Write;
-  format.read = Read;
+  format.write = WritePx4;
+  format.read = ReadPx4;
   return format;
 }
 

@@ -14,8 +14,8 @@
 namespace truetriad {
 namespace {
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* warnings) {
+Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
+                                                 std::vector<std::string>* warnings) {
   std::string sensors;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -30,15 +30,14 @@ Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
                "\n      }";
   }
   warnings->emplace_back(
-      "RealSense corrects in the frame of the depth camera (x right, y down, z forward): record "
-      "and "
+      "RealSense corrects in the depth camera's frame (x right, y down, z forward); record and "
       "calibrate in those axes");
   std::string text = "{\n  \"device_type\": \"D435i\",\n  \"imus\": [\n    {" + sensors +
                      "\n    }\n  ],\n  \"comment\": " + JsonText(request.comment) + "\n}\n";
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadRealSense(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   std::vector<YamlReader> imus = root.RequireChild("imus").Items();
@@ -71,8 +70,8 @@ Format RealSenseFormat() {
   format.info = {"realsense", "RealSense D400 with IMU (JSON)", Arithmetic::kFloat32};
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteRealSense;
+  format.read = ReadRealSense;
   return format;
 }
 

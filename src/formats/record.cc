@@ -12,6 +12,7 @@
 #include "report/format.h"
 #include "report/page.h"
 #include "report/table.h"
+#include "truetriad/base/triad.h"
 
 // The digital calibration record for the quality department: values with expanded uncertainties
 // (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
@@ -20,9 +21,9 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kFormat = "truetriad/record/1";
+constexpr std::string_view kRecordFormat = "truetriad/record/1";
 // More than any model has.
-constexpr int kAnyOrder = 99;
+constexpr int kAnyRecordOrder = 99;
 constexpr double kCoverageFactor = 2.0;
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
@@ -59,9 +60,9 @@ std::vector<Reference> References(const Calibration& calibration) {
         {name,
          (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
              unit,
-         nominal       ? "nominal: the gains that rest on it are relative"
-         : sigma > 0.0 ? "known with this uncertainty, which is part of that of the results"
-                       : "stated in the experiment, taken as exact"});
+         nominal       ? "nominal: gains based on it are relative"
+         : sigma > 0.0 ? "known with this uncertainty, which is included in that of the results"
+                       : "stated in the experiment, assumed exact"});
   };
   add("gravity", "reference.gravity_mps2", reference.gravity_mps2, "m/s²", false);
   if (reference.field_ut) {
@@ -87,11 +88,10 @@ std::string Temperatures(const Calibration& calibration) {
 
 std::string Traceability(const Calibration& calibration) {
   std::string text =
-      "Values are traceable as far as their references are: gravity and field as stated above, "
-      "angles "
-      "to the geometry of free rotations. ";
+      "Values are traceable as far as their references are: gravity and field as stated above, and "
+      "for angles the geometry of free rotations. ";
   if (calibration.reference.field_nominal) {
-    text += "The strength of the field was not known: gains of the magnetometer are relative. ";
+    text += "The field strength was unknown, so the magnetometer's gains are relative. ";
   }
   return text +
          "The recordings are identified by their SHA-256; the covariance of all values and the "
@@ -111,7 +111,7 @@ std::string UncertaintyStatement(const Calibration& calibration) {
 
 std::string StatusText(const Calibration& calibration) {
   if (!calibration.within_limits) return "no limits were stated";
-  return *calibration.within_limits ? "within all stated limits" : "outside of the stated limits";
+  return *calibration.within_limits ? "within all stated limits" : "outside the stated limits";
 }
 
 // ------------------------------------------------------------------------------------------- JSON
@@ -185,7 +185,7 @@ std::string RecordJson(const WriteRequest& request) {
   const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
                              JsonText("model") + ": " + JsonText(calibration.model) + "}";
   return Object(
-      Member("  ", "format", JsonText(kFormat)) +
+      Member("  ", "format", JsonText(kRecordFormat)) +
           Member("  ", "comment", JsonText(request.comment)) + Member("  ", "device", device) +
           Member("  ", "calibrated", JsonText(calibration.created)) +
           Member("  ", "software", JsonText("truetriad " + calibration.software_version)) +
@@ -323,7 +323,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   conditions.rows.push_back({"poses",
                              std::to_string(calibration.quality.poses) + ", " +
                                  std::to_string(calibration.quality.rejected_poses.size()) +
-                                 " left out"});
+                                 " rejected"});
   conditions.rows.push_back({"temperature", Temperatures(calibration)});
   Table references{{"reference", "value", "how known"}, "lll", {}};
   for (const Reference& reference : References(calibration)) {
@@ -337,9 +337,9 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (sensor) body += HtmlOf(ResultRows(triad, *sensor, calibration.covariance).table());
   }
-  body += Element(
-      "p",
-      UncertaintyStatement(calibration) + " Values without U are held by the gauge or on request.");
+  body += Element("p",
+                  UncertaintyStatement(calibration) +
+                      " Values without U are fixed by the gauge or by the experiment.");
   body +=
       "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "
       "by</div></div>\n";
@@ -354,14 +354,14 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
 
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
 
-Result<std::vector<ExportedFile>> Write(const WriteRequest& request,
-                                        std::vector<std::string>* /*warnings*/) {
+Result<std::vector<ExportedFile>> WriteRecord(const WriteRequest& request,
+                                              std::vector<std::string>* /*warnings*/) {
   std::string json = RecordJson(request) + "\n";
   if (IsPage(request.options.file_name)) json = RecordPage(request, std::move(json));
   return std::vector<ExportedFile>{{"", std::move(json)}};
 }
 
-Result<Carried> Read(const ReadRequest& request) {
+Result<Carried> ReadRecord(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   const std::size_t embedded = file.text.find(kEmbedded);
   if (embedded == std::string::npos) return ReadSensorsJson(file.text, file.suffix);
@@ -378,14 +378,14 @@ Format RecordFormat() {
       "record", "calibration record with uncertainties, .html page or JSON", Arithmetic::kFloat64};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
-                              .bias_order = kAnyOrder,
+                              .bias_order = kAnyRecordOrder,
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
                               .higher_terms = true};
   }
-  format.write = Write;
-  format.read = Read;
+  format.write = WriteRecord;
+  format.read = ReadRecord;
   return format;
 }
 

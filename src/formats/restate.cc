@@ -8,17 +8,17 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 
 #include "formats/number_text.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
 #include "problem/parameter_name.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 std::string Name(Triad triad) { return std::string(TriadName(triad)); }
 
@@ -33,7 +33,7 @@ Result<double> ConstantTemperature(Triad triad,
   if (!options.temperature_degc) return thermal.reference_degc;
   const double temperature = *options.temperature_degc;
   if (!(temperature >= thermal.range_degc[0] && temperature <= thermal.range_degc[1])) {
-    return UsageError("--temperature=" + RoundedText(temperature, 6) + " is outside of " +
+    return UsageError("--temperature=" + RoundedText(temperature, 6) + " is outside " +
                       RoundedText(thermal.range_degc[0], 4) + " to " +
                       RoundedText(thermal.range_degc[1], 4) + " degC, where the " + Name(triad) +
                       " was calibrated");
@@ -81,41 +81,43 @@ Status HoldThermal(Triad triad,
     return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
   };
   if (has_rate() && !capacity.rate_thermal) {
-    notes->emplace_back(Name(triad) + ": dropped: bias by the rate of temperature" +
-                        (thermal.rate_range_degcps
-                             ? ""
-                             : "; what that costs depends on how fast it changes and is "
-                               "not in the figures above"));
+    notes->emplace_back(
+        Name(triad) + ": dropped: bias from the temperature rate" +
+        (thermal.rate_range_degcps
+             ? ""
+             : "; the loss depends on how fast the temperature changes and is not included above"));
     thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
     thermal.rate_lag_s.reset();
   }
   if (thermal.element_lag_s && !capacity.rate_thermal) {
     notes->emplace_back(Name(triad) +
-                        ": dropped: lag of the temperature; its terms are at that of the reading" +
-                        (thermal.rate_range_degcps ? "" : ", which is not in the figures above"));
+                        ": dropped: temperature lag; thermal terms use the reading's temperature" +
+                        (thermal.rate_range_degcps ? "" : "; the loss is not included above"));
     thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
-    notes->emplace_back(Name(triad) + ": dropped: matrix by temperature; it is that" + where);
+    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the matrix; used the values" +
+                        where);
     sensor->model.sensitivity = constant.sensitivity;
     thermal.sensitivity.clear();
   }
   if (!thermal.bias.empty() && capacity.bias_order == 0) {
-    notes->emplace_back(Name(triad) + ": dropped: bias by temperature; it is that" + where);
+    notes->emplace_back(Name(triad) + ": dropped: thermal terms of the bias; used the values" +
+                        where);
     sensor->model.bias = constant.bias;
     thermal.bias.clear();
   } else if (static_cast<int>(thermal.bias.size()) > capacity.bias_order &&
              thermal.range_degc[1] > thermal.range_degc[0]) {
-    notes->emplace_back(Name(triad) + ": bias by temperature of order " +
-                        std::to_string(thermal.bias.size()) + " lowered to " +
+    notes->emplace_back(Name(triad) + ": thermal terms of the bias reduced from order " +
+                        std::to_string(thermal.bias.size()) + " to " +
                         std::to_string(capacity.bias_order));
     LowerBiasOrder(capacity.bias_order, sensor);
   }
   if (!thermal.knots.empty() && capacity.bias_order > 0) {
     const int order = std::min(capacity.bias_order, kRefitOrder);
-    notes->emplace_back(Name(triad) +
-                        ": bias by temperature in pieces made one polynomial of order " +
-                        std::to_string(order));
+    notes->emplace_back(
+        Name(triad) + ": piecewise thermal terms of the bias replaced by one polynomial of order " +
+        std::to_string(order));
     LowerBiasOrder(order, sensor);
   }
   thermal.knots.clear();
@@ -159,9 +161,9 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
       }
     }
     restated->rotation = rotation;
-    restated->notes.emplace_back("the body frame is turned by " +
-                                 RoundedText(AngleDeg(rotation), 3) + " deg, into that of gauge " +
-                                 std::string(GaugeName(gauge)) + ", for all sensors");
+    restated->notes.emplace_back("the body frame of all sensors is rotated by " +
+                                 RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
+                                 std::string(GaugeName(gauge)));
   }
   // Up to rounding they are.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
@@ -171,9 +173,8 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
 /// The signed exchange of axes that is nearest to `correction`: row i says which reading makes
 /// axis i.
 Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Eigen::Matrix3d orthogonal = svd.matrixU() * svd.matrixV().transpose();
+  const Svd3 svd = SvdOf3(correction);
+  const Eigen::Matrix3d orthogonal = svd.U * svd.V.transpose();
   std::array<int, 3> order = {0, 1, 2};
   Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
   double best_sum = -1.0;
@@ -195,14 +196,13 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& correction) {
 
 /// "(-y, x, z)".
 std::string AxisMapText(const Eigen::Matrix3d& map) {
-  constexpr std::string_view kAxes = "xyz";
   std::string text = "(";
   for (int i = 0; i < 3; ++i) {
     int j = 0;
     map.row(i).cwiseAbs().maxCoeff(&j);
     text += i > 0 ? ", " : "";
     text += map(i, j) < 0.0 ? "-" : "";
-    text += kAxes[static_cast<std::size_t>(j)];
+    text += kAxisLetters[static_cast<std::size_t>(j)];
   }
   return text + ")";
 }
@@ -221,26 +221,24 @@ Status HoldMatrix(Triad triad,
   const bool straight = map.isIdentity(0.0);
   const std::string target(format.info.name);
   const std::string feed =
-      "hand its readings over as " + AxisMapText(map) + " of what they are now, and calibrate so";
+      "remap its readings to " + AxisMapText(map) + " of the present axes and calibrate again";
   if (form == MatrixForm::kSymmetric ? mirrored : form == MatrixForm::kDiagonal && !straight) {
     return BadInputError("the " + Name(triad) +
-                         (mirrored ? " is mirrored" : "'s axes are exchanged") +
+                         (mirrored ? " is mirrored" : "'s axes are swapped") +
                          (mirrored ? " (the determinant of its correction is negative)" : "") +
-                         ", which " + target + " cannot hold; " + feed);
+                         ", which " + target + " cannot represent; " + feed);
   }
   if (!straight) {
-    warnings->emplace_back("the " + Name(triad) + "'s axes are exchanged: set its mounting in " +
+    warnings->emplace_back("the " + Name(triad) + "'s axes are swapped: set its mounting in " +
                            target + ", or " + feed);
   }
   if (form == MatrixForm::kSymmetric) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correction,
-                                                Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const Eigen::Matrix3d R = svd.matrixU() * svd.matrixV().transpose();
-    Eigen::Matrix3d P =
-        svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+    const Svd3 svd = SvdOf3(correction);
+    const Eigen::Matrix3d R = svd.U * svd.V.transpose();
+    Eigen::Matrix3d P = svd.V * svd.values.asDiagonal() * svd.V.transpose();
     P = (0.5 * (P + P.transpose())).eval();
     notes->emplace_back(Name(triad) + ": dropped: a rotation by " + RoundedText(AngleDeg(R), 3) +
-                        " deg against the body; the matrix is symmetric");
+                        " deg against the body frame; the matrix is symmetric");
     sensor->model.sensitivity = P.inverse();
     return {};
   }
@@ -296,7 +294,7 @@ Status HoldUnits(Triad triad,
   if (const std::optional<std::string>& wanted = options.units[triad]) {
     if (!capacity.free_unit) {
       return UsageError("--units: the " + Name(triad) + " of " + target + " is in " +
-                        (chosen.empty() ? sensor.input_unit : chosen) + " and nothing else");
+                        (chosen.empty() ? sensor.input_unit : chosen) + " and cannot be changed");
     }
     chosen = *wanted;
   }
@@ -335,8 +333,8 @@ Status HoldUnits(Triad triad,
     if (unit.is_counts && sensor.si_per_count) truth_per_result = *sensor.si_per_count;
     if (unit.is_counts && !sensor.si_per_count) {
       truth_per_result = std::cbrt(std::abs(sensor.model.Correction().determinant()));
-      restated->notes.emplace_back(
-          Name(triad) + ": the size of a count is not stated; the mean gain is taken for it");
+      restated->notes.emplace_back(Name(triad) +
+                                   ": the count size is not stated; used the mean gain");
     }
   }
   sensor = InUnits(sensor, reading_per_raw, 1.0 / truth_per_result);
@@ -390,7 +388,7 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
     values[i] = function(middle + half * u);
     for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(u, static_cast<double>(k));
   }
-  const Eigen::VectorXd in_u = powers.colPivHouseholderQr().solve(values);
+  const Eigen::VectorXd in_u = LeastSquares(powers).SolveVector(values);
   // Horner's scheme with (x - middle) / half in place of u.
   std::vector<double> in_x(static_cast<std::size_t>(size), 0.0);
   for (Eigen::Index k = size - 1; k >= 0; --k) {
@@ -408,7 +406,7 @@ Result<Restated> Restate(const Calibration& calibration,
   if (!calibration.IsUsable()) {
     return BadInputError("this calibration is not usable (" +
                          std::string(OutcomeName(calibration.outcome)) +
-                         "): it holds no parameters that could be exported");
+                         "), so it has no parameters to export");
   }
   Restated restated;
   restated.whole = restated.held = calibration;
@@ -417,8 +415,8 @@ Result<Restated> Restate(const Calibration& calibration,
     std::optional<TriadCalibration>& sensor = restated.held.sensors[triad];
     if (!sensor) continue;
     if (!format.capacity[triad].held) {
-      restated.notes.emplace_back(Name(triad) + ": left out: " + std::string(format.info.name) +
-                                  " has no place for it");
+      restated.notes.emplace_back(Name(triad) + ": dropped: " + std::string(format.info.name) +
+                                  " does not support it");
       continue;  // It stays until the frame is turned, which it may lead.
     }
     any = true;
@@ -431,8 +429,8 @@ Result<Restated> Restate(const Calibration& calibration,
     }
   }
   if (!any) {
-    return BadInputError("the calibration holds no sensor that " + std::string(format.info.name) +
-                         " has a place for");
+    return BadInputError("the calibration includes no sensor that " +
+                         std::string(format.info.name) + " supports");
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
   for (const Triad triad : kTriads) {

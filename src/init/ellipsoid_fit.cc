@@ -25,12 +25,14 @@
 #include <optional>
 #include <string>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <glog/logging.h>
+
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/lu.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 
 namespace truetriad {
 namespace {
@@ -110,24 +112,21 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   using Matrix6d = Eigen::Matrix<double, kQuadratic, kQuadratic>;
   MatrixXd ordered(design.rows(), kFree + kQuadratic);
   ordered << design.rightCols<3>(), VectorXd::Ones(design.rows()), design.leftCols<kQuadratic>();
-  const MatrixXd reduced =
-      Eigen::HouseholderQR<MatrixXd>(ordered).matrixQR().triangularView<Eigen::Upper>();
+  const MatrixXd reduced = UpperTriangle(ordered);
   const MatrixXd root = reduced.bottomRightCorner(reduced.rows() - kFree, kQuadratic);
 
   // a^T C a = 4 J - I^2.
   Matrix6d constraint = Matrix6d::Zero();
   constraint.topLeftCorner<3, 3>().setOnes();
   constraint.diagonal() << -1, -1, -1, -4, -4, -4;
-  const Eigen::EigenSolver<Matrix6d> solver(constraint.inverse() * (root.transpose() * root));
-  if (solver.info() != Eigen::Success) return std::nullopt;
-  for (int i = 0; i < kQuadratic; ++i) {
-    const Eigen::Matrix<double, kQuadratic, 1> quadratic = solver.eigenvectors().col(i).real();
+  const Matrix6d scatter = TransposeTimes(root, root);
+  const Matrix6d inverse = InverseByLu(constraint);
+  for (const Vector6d& quadratic : RealEigenvectors(inverse * scatter)) {
     // Exactly one of the six meets the constraint. Li and Griffiths 2004.
-    if (solver.eigenvectors().col(i).imag().norm() > 0.0) continue;
     if (quadratic.dot(constraint * quadratic) <= 0.0) continue;
     const Eigen::Vector4d free =
-        -reduced.topLeftCorner<kFree, kFree>().triangularView<Eigen::Upper>().solve(
-            reduced.topRightCorner<kFree, kQuadratic>() * quadratic);
+        -SolveUpper4(reduced.topLeftCorner<kFree, kFree>(),
+                     reduced.topRightCorner<kFree, kQuadratic>() * quadratic);
     Eigen::Matrix<double, 9, 1> coefficients;
     coefficients << quadratic, free.head<3>();
     return QuadricOf(coefficients, -free(3));
@@ -139,19 +138,17 @@ std::optional<Quadric> Fit(const Eigen::Matrix3Xd& points, Method method) {
   const MatrixXd design = Design(points, method);
   if (method == Method::kConstrained) return ConstrainedFit(design);
   const VectorXd ones = VectorXd::Ones(points.cols());
-  return QuadricOf(Eigen::ColPivHouseholderQR<MatrixXd>(design).solve(ones), 1.0);
+  return QuadricOf(LeastSquares(design).SolveVector(ones), 1.0);
 }
 
 // The frame in which the quadric is the unit sphere; nullopt when it is not an ellipsoid. The
 // factor is triangular so that an axis-aligned ellipsoid keeps its axes.
 std::optional<Frame> SphereFrame(const Quadric& quadric) {
-  const Vector3d centre = -quadric.quadratic.partialPivLu().solve(quadric.linear);
+  const Vector3d centre = -Solve3(quadric.quadratic, quadric.linear);
   const double level = quadric.level - quadric.linear.dot(centre);
-  const Eigen::LLT<Matrix3d> factor(quadric.quadratic / level);
-  if (!centre.allFinite() || !(std::abs(level) > 0.0) || factor.info() != Eigen::Success) {
-    return std::nullopt;
-  }
-  return Frame{centre, factor.matrixU()};
+  const std::optional<Matrix3d> root = CholeskyRootOfPositive(quadric.quadratic / level);
+  if (!centre.allFinite() || !(std::abs(level) > 0.0) || !root) return std::nullopt;
+  return Frame{centre, root->transpose()};
 }
 
 std::optional<Frame> FitInSettledFrame(const std::vector<Vector3d>& points,
@@ -161,7 +158,7 @@ std::optional<Frame> FitInSettledFrame(const std::vector<Vector3d>& points,
     const std::optional<Quadric> quadric = Fit(frame.Map(points), method);
     const std::optional<Frame> sphere = quadric ? SphereFrame(*quadric) : std::nullopt;
     if (!sphere) return std::nullopt;
-    frame.centre += frame.whitening.partialPivLu().solve(sphere->centre);
+    frame.centre += Solve3(frame.whitening, sphere->centre);
     frame.whitening = sphere->whitening * frame.whitening;
     const double change = sphere->centre.norm() + (sphere->whitening - Matrix3d::Identity()).norm();
     if (change < kSettled) break;
@@ -171,11 +168,7 @@ std::optional<Frame> FitInSettledFrame(const std::vector<Vector3d>& points,
 }
 
 double Conditioning(const Eigen::Matrix3Xd& points, Method method) {
-  const MatrixXd triangle = Eigen::HouseholderQR<MatrixXd>(Design(points, method))
-                                .matrixQR()
-                                .topRows(ParameterCount(method))
-                                .triangularView<Eigen::Upper>();
-  const VectorXd singular = Eigen::JacobiSVD<MatrixXd>(triangle).singularValues();
+  const VectorXd singular = SingularValues(UpperTriangle(Design(points, method)));
   return singular(singular.size() - 1) / singular(0);
 }
 
@@ -212,14 +205,12 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   start.centre = mean;
   const Vector3d spread =
       (start.Map(points).rowwise().squaredNorm() / static_cast<double>(points.size())).cwiseSqrt();
-  const Error undetermined = NotEnoughError(
-      count +
-      " do not determine an ellipsoid: they lie on or near one plane or another surface, or on too "
-      "small a part of the sphere; add attitudes in which every axis points up, down and level, "
-      "and "
-      "some on edges and corners: six faces alone suffice for `model: diagonal`, or with "
-      "`attitudes: "
-      "{ six_face: {} }`");
+  const Error undetermined =
+      NotEnoughError(count +
+                     " do not determine an ellipsoid: they lie close to a plane or another "
+                     "surface, or cover too little of the sphere; add attitudes with every axis "
+                     "up, down and level, and some on edges and corners (six faces alone are "
+                     "enough for `model: diagonal` or with `attitudes: { six_face: {} }`)");
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
@@ -237,9 +228,9 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
     }
   }
   if (!best) {
-    return NotEnoughError("the surface that fits " + count +
-                          " best is not an ellipsoid; add attitudes, or look for readings "
-                          "disturbed by motion or magnetic objects");
+    return NotEnoughError("the best fit to " + count +
+                          " is not an ellipsoid; add attitudes, or look for readings disturbed by "
+                          "motion or magnetic objects");
   }
   const Eigen::Matrix3Xd sphere = best->Map(points);
   Ellipsoid ellipsoid;
@@ -275,16 +266,14 @@ Matrix3d LowerTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
 Matrix3d UpperTriangularSensitivity(const Ellipsoid& ellipsoid, double radius) {
   // A = L L^T, so A^-1 = U U^T with U = L^-T upper triangular.
   CHECK_GT(radius, 0.0);
-  const Eigen::LLT<Matrix3d> factor(ellipsoid.shape);
-  CHECK(factor.info() == Eigen::Success) << "the shape is not positive definite";
-  return factor.matrixU().solve(Matrix3d::Identity()) / radius;
+  CHECK(CholeskyRootOfPositive(ellipsoid.shape)) << "the shape is not positive definite";
+  return InverseCholeskyRootTransposed(ellipsoid.shape) / radius;
 }
 
 Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius) {
   CHECK_GT(radius, 0.0);
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(ellipsoid.shape);
-  CHECK(solver.eigenvalues()(0) > 0.0) << "the shape is not positive definite";
-  return solver.operatorInverseSqrt() / radius;
+  CHECK(EigenOfSymmetric3(ellipsoid.shape).values[0] > 0.0) << "the shape is not positive definite";
+  return InverseSquareRoot3(ellipsoid.shape) / radius;
 }
 
 }  // namespace truetriad

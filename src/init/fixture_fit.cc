@@ -5,9 +5,11 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <glog/logging.h>
+
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 
 namespace truetriad {
 namespace {
@@ -37,13 +39,11 @@ LinearFit FitAt(const Eigen::Vector3d& direction,
         fixture_from_body[static_cast<std::size_t>(k)].conjugate() * direction;
     design.row(k) << field.transpose(), 1.0;
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design.rows(), 4);
-  qr.setThreshold(kThin);
-  qr.compute(design);
+  const LeastSquares qr(design, kThin);
   LinearFit fit;
   fit.is_determined = qr.rank() == 4;
-  fit.solution = qr.solve(values);
-  fit.residual = values - design * fit.solution;
+  fit.solution = qr.Solve(values);
+  fit.residual = values - Times(design, fit.solution);
   fit.solution.topRows<3>() /= strength;
   return fit;
 }
@@ -62,7 +62,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 double strength) {
   CHECK_EQ(readings.size(), fixture_from_body.size());
   const Error not_enough = NotEnoughError(
-      "the known attitudes do not show how the fixture stands: five or more are needed, about "
+      "the fixture's orientation is unobservable from these attitudes; give at least five, about "
       "several axes, with every axis up and down");
   if (readings.size() < kFewestPoses) return not_enough;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(readings.size()), 3);
@@ -100,9 +100,9 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                .reshaped() /
                            (2.0 * kDifference);
     }
-    const Eigen::Vector2d change = -(jacobian.transpose() * jacobian)
-                                        .ldlt()
-                                        .solve(jacobian.transpose() * fit.residual.reshaped());
+    const Eigen::VectorXd residual = fit.residual.reshaped();
+    const Eigen::Vector2d change = -PivotedCholesky(TransposeTimes(jacobian, jacobian))
+                                        .SolveVector(TransposeTimesVector(jacobian, residual));
     if (!change.allFinite()) break;
     // Shortened until it is a step down.
     bool moved = false;

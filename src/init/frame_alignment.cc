@@ -20,12 +20,11 @@
 #include <optional>
 #include <string>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <glog/logging.h>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
@@ -49,12 +48,12 @@ Vector9d Vec(const Matrix3d& matrix) { return Vector9d(matrix.reshaped()); }
 
 // The nearest orthogonal matrix with the wanted determinant.
 Matrix3d NearestOrthogonal(const Matrix3d& matrix, int determinant) {
-  const Eigen::JacobiSVD<Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd3 svd = SvdOf3(matrix);
   Vector3d signs = Vector3d::Ones();
-  if (svd.matrixU().determinant() * svd.matrixV().determinant() * determinant < 0.0) {
+  if (svd.U.determinant() * svd.V.determinant() * determinant < 0.0) {
     signs.z() = -1.0;
   }
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  return svd.U * signs.asDiagonal() * svd.V.transpose();
 }
 
 // The 24 signed axis maps of one determinant.
@@ -99,7 +98,7 @@ std::optional<Minimum> Descend(const Moments& moments,
     hessian = jacobian.transpose() * moments.W * jacobian;
     Matrix3d damped = hessian;
     damped.diagonal().array() += damping * hessian.trace() + 1e-300;
-    const Vector3d omega = -damped.ldlt().solve(gradient);
+    const Vector3d omega = -SolveSymmetric3(damped, gradient);
     const double angle_rad = omega.norm();
     const Matrix3d moved =
         angle_rad > 0.0
@@ -118,7 +117,7 @@ std::optional<Minimum> Descend(const Moments& moments,
     }
     if (angle_rad < kSmallStepRad) break;
   }
-  return Minimum{rotation, Eigen::SelfAdjointEigenSolver<Matrix3d>(hessian).eigenvalues()(0)};
+  return Minimum{rotation, EigenOfSymmetric3(hessian).values[0]};
 }
 
 // Right-handed orthonormal frame with `first` as x and `second` in its xy plane. Where both are
@@ -147,8 +146,8 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   constexpr std::size_t kMinPairs = 4;
   if (pairs < kMinPairs) {
     return NotEnoughError(std::to_string(pairs) +
-                          " poses cannot determine how the triads stand to each other; at least "
-                          "4 in different attitudes are needed");
+                          " poses are too few to align the sensors' axes with each other; record "
+                          "at least 4 in different attitudes");
   }
   const double weight = 1.0 / static_cast<double>(pairs);
   Moments moments;
@@ -168,8 +167,8 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
 
   // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
   // determinant. With a known cosine it serves as well; the descent does the rest.
-  const Eigen::SelfAdjointEigenSolver<Matrix9d> solver(centred);
-  Matrix3d homogeneous = solver.eigenvectors().col(0).reshaped(3, 3);
+  const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
+  Matrix3d homogeneous = least.reshaped(3, 3);
   if (homogeneous.determinant() * determinant < 0.0) homogeneous *= -1.0;
 
   std::vector<Matrix3d> starts = {NearestOrthogonal(homogeneous, determinant)};
@@ -198,9 +197,10 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
-    return NotEnoughError("the attitudes of the " + std::to_string(pairs) +
-                          " poses do not determine how the triads stand to each other: a turn of "
-                          "one changes nothing; add poses tilted about another axis");
+    return NotEnoughError("the alignment between the sensors' axes is unobservable from these " +
+                          std::to_string(pairs) +
+                          " poses: one sensor could be rotated without any effect; add poses "
+                          "tilted about another axis");
   }
   std::sort(alignments.begin(),
             alignments.end(),

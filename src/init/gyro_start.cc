@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstddef>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
 
@@ -65,14 +65,14 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
     information += change.transpose() * change;
     gradient += change.transpose() * (move.after - move.before);
   }
-  const Eigen::JacobiSVD<Matrix9> svd(information, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Vector9& values = svd.singularValues();
+  const SvdSolution svd = SolveBySvd(information, gradient);
+  const Vector9 values = svd.values;
   if (!(std::sqrt(values[8]) > kThinTurns * std::sqrt(values[0]))) {
     return NotEnoughError(
-        "gyroscope: the turns between the poses do not show all of its axes; turn the unit about "
-        "three different axes, each both ways");
+        "gyroscope: the turns between the poses do not cover all of its axes; turn the unit about "
+        "three different axes, each in both directions");
   }
-  const Vector9 solution = svd.solve(gradient);
+  const Vector9 solution = svd.x;
   const Eigen::Matrix3d correction = solution.reshaped(3, 3);
   GyroModel model{{correction.inverse(), bias_raw}};
   // What the accelerometer read while the unit was pushed about has spoilt this a little: now from
@@ -99,14 +99,15 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
       information += by_sensitivity[i].transpose() * by_sensitivity[i];
       gradient += by_sensitivity[i].transpose() * missed[i];
     }
-    const Vector9 step = information.ldlt().solve(gradient);
+    const Vector9 step = PivotedCholesky(information).SolveVector(gradient);
     if (!step.allFinite()) break;
     model.triad.sensitivity += step.reshaped(3, 3);
     if (step.norm() < kSmallStep * model.triad.sensitivity.norm()) break;
   }
   if (!model.triad.sensitivity.allFinite()) {
     return NotEnoughError(
-        "gyroscope: its readings do not explain how gravity turned between the poses");
+        "gyroscope: its readings do not match how gravity turned between the poses; check its "
+        "unit, axes and time stamps");
   }
   return model.triad.sensitivity;
 }
@@ -129,11 +130,11 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
       scatter += (reading - centre) * (reading - centre).transpose();
     }
   }
-  const Eigen::Vector3d extent = scatter.selfadjointView<Eigen::Lower>().eigenvalues();
+  const Eigen::Vector3d extent = EigenOfSymmetric3(scatter).values;
   if (!sensitivity && !(std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]))) {
     return NotEnoughError(
-        "gyroscope: the motion does not show all of its axes; turn the unit about three different "
-        "axes, each both ways");
+        "gyroscope: the motion does not cover all of its axes; turn the unit about three different "
+        "axes, each in both directions");
   }
   const double spread = std::sqrt(extent.sum() / std::max(count, 1.0));
 
@@ -156,7 +157,7 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   }
   // K = C spread and k = C (b - centre); what is known is held: x = base + free t.
   Vector12 base = Vector12::Zero();
-  Eigen::Matrix<double, 12, Eigen::Dynamic> free = Matrix12::Identity();
+  Eigen::MatrixXd free = Matrix12::Identity();
   if (sensitivity) {
     const Eigen::Matrix3d correction = sensitivity->inverse();
     base.head<9>() = (spread * correction).reshaped();
@@ -170,16 +171,18 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
           ((*bias_raw - centre)[axis] / spread) * Eigen::Matrix3d::Identity();
     }
   }
-  const Eigen::VectorXd solution = (free.transpose() * information * free)
-                                       .ldlt()
-                                       .solve(free.transpose() * (gradient - information * base));
-  const Vector12 found = base + free * solution;
+  const Vector12 right = gradient - information * base;
+  const Eigen::VectorXd solution = PivotedCholesky(TransposedCongruence(free, information))
+                                       .SolveVector(TransposeTimesVector(free, right));
+  const Vector12 found = base + TimesVector(free, solution);
   const Eigen::Matrix3d correction = Eigen::Matrix3d(found.head<9>().reshaped(3, 3)) / spread;
   TriadModel<double> model;
   model.sensitivity = sensitivity.value_or(correction.inverse());
   model.bias = bias_raw.value_or(centre + model.sensitivity * found.tail<3>());
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
-    return NotEnoughError("gyroscope: its readings do not explain how gravity turned in the body");
+    return NotEnoughError(
+        "gyroscope: its readings do not match how gravity turned in the body frame; check its "
+        "unit, axes and time stamps");
   }
   return model;
 }

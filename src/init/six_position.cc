@@ -17,6 +17,7 @@
 #include <glog/logging.h>
 
 #include "init/ellipsoid_fit.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -25,7 +26,7 @@ using Eigen::Vector3d;
 
 // A face is nearer than its neighbours by 90 deg less twice the tilt: a block that stands askew by
 // 35 deg still tells its face.
-constexpr double kMinFaceMarginRad = 20.0 * std::numbers::pi / 180.0;
+constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
 std::string FaceName(const FacePose& face) {
   return std::string(face.sign > 0 ? "+" : "-") + "xyz"[face.axis];
@@ -52,7 +53,7 @@ std::string MissingFaces(const std::vector<FacePose>& faces) {
 
 Error MissingFacesError(const std::string& missing) {
   return NotEnoughError("no rest with these axes up: " + missing +
-                        "; a six-face calibration needs every axis up and down");
+                        "; a six-face calibration needs every axis up and down, so record these");
 }
 
 }  // namespace
@@ -108,7 +109,7 @@ Result<std::vector<FacePose>> AssignFaces(const std::vector<Vector3d>& readings)
                            std::to_string(readings.size()) + " lies between the faces " +
                            FaceName(faces.back()) + " and " +
                            FaceName({next, direction(next) > 0.0 ? 1 : -1}) +
-                           "; state the face of each pose, or set the device down on its faces");
+                           "; state the face of each pose, or place the unit on its faces");
     }
   }
   if (const std::string missing = MissingFaces(faces); !missing.empty()) {

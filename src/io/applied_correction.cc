@@ -11,14 +11,14 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kUnknown =
-    "it is unknown which corrections the readings already have, so a calibration of them could be "
-    "wrong by as much; find out, and state them (docs/recordings.md), or say `none` when the "
+    "the corrections already applied to these readings are unknown, so a calibration could be "
+    "wrong by as much; find out and state them (docs/recordings.md), or state `none` if the "
     "readings are raw";
 
 void ReadMatrix(YamlReader yaml, Eigen::Matrix3d* matrix) {
   std::vector<YamlReader> rows = yaml.Items();
   if (rows.size() != 3) {
-    yaml.Fail("three rows of three numbers are expected");
+    yaml.Fail("expected three rows of three numbers");
     return;
   }
   for (int row = 0; row < 3; ++row) {
@@ -33,8 +33,7 @@ AppliedCorrection::Thermal ReadThermal(YamlReader yaml) {
   std::vector<double> range;
   if (yaml.Require("range_degc", &range)) {
     if (range.size() != 2 || !(range[0] < range[1])) {
-      yaml.Child("range_degc")
-          .Fail("the lowest and the highest temperature are expected: [lo, hi]");
+      yaml.Child("range_degc").Fail("expected the lowest and the highest temperature: [lo, hi]");
     } else {
       thermal.low_degc = range[0];
       thermal.high_degc = range[1];
@@ -91,7 +90,7 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
   constexpr double kSmallestDeterminant = 1e-3;
   const double size = correction.norm() / std::sqrt(3.0);
   if (!(std::abs(correction.determinant()) > kSmallestDeterminant * size * size * size)) {
-    yaml.Fail("scale and matrix cannot be undone: together they are singular, or nearly so");
+    yaml.Fail("scale and matrix cannot be undone, because together they are singular or nearly so");
     return std::nullopt;
   }
   applied.inverse = correction.inverse();

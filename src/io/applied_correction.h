@@ -17,7 +17,7 @@ namespace truetriad {
 ///
 /// P(T) = Σ_k coefficients_k ∘ τ^k, k = 1, 2, …, τ = clamp(T, range) - reference; T_cal is clamped
 /// likewise, and P(T_cal) = 0 where it is not stated. Offsets and P in the unit of the log, T in
-/// degC. formats.md §1.3 and §3.2.
+/// degC. docs/recordings.md.
 struct AppliedCorrection {
   struct Thermal {
     double reference_degc = 0.0;

@@ -78,7 +78,7 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
              &covariance->matrix);
   const Eigen::MatrixXd& matrix = covariance->matrix;
   if (matrix.size() > 0 && (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0)) {
-    reader.Fail("holds a number that is not finite or a negative variance");
+    reader.Fail("contains a number that is not finite, or a negative variance");
   }
   reader.RejectUnknown();
 }
@@ -87,7 +87,7 @@ void ReadReference(YamlReader reader, ReferenceValues* reference) {
   if (!reader) return;
   if (YamlReader gravity = reader.RequireChild("gravity_mps2");
       ReadNumber(gravity, &reference->gravity_mps2) && !(reference->gravity_mps2 > 0.0)) {
-    gravity.Fail("a positive number is expected");
+    gravity.Fail("expected a positive number");
   }
   for (const auto& [key, value] : {std::pair("gravity_sigma_mps2", &reference->gravity_sigma_mps2),
                                    std::pair("field_ut", &reference->field_ut),
@@ -104,7 +104,7 @@ void ReadReference(YamlReader reader, ReferenceValues* reference) {
   YamlReader recorded = reader.Child("recorded_degc");
   if (Eigen::Vector3d degc; ReadVector(recorded, &degc)) {
     if (!(degc[0] <= degc[1] && degc[1] <= degc[2] && degc[0] >= kAbsoluteZeroDegc)) {
-      recorded.Fail("expected the lowest, the mean and the highest temperature, degC");
+      recorded.Fail("expected the lowest, the mean and the highest temperature in degC");
     }
     reference->recorded_degc = degc;
   }
@@ -193,7 +193,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   YamlReader& reader = *root;
   std::string format;
   if (reader.Require("format", &format) && format != kFormat) {
-    reader.Child("format").Fail("`" + format + "` cannot be read by this version, which reads " +
+    reader.Child("format").Fail("`" + format + "` is not supported; this truetriad reads " +
                                 std::string(kFormat));
   }
   // A file of another kind or version would only add errors that say nothing.
@@ -276,13 +276,12 @@ Status EnsureWritableDirectory(const std::string& directory) {
     return BadInputError(directory + ": cannot be created: " + failure.message());
   }
   if (!std::filesystem::is_directory(directory, failure)) {
-    return BadInputError(directory + ": is not a directory");
+    return BadInputError(directory + ": is not a folder");
   }
   // Trying is the only sure way: permissions alone do not know about read-only disks.
   const WholeFile probe((std::filesystem::path(directory) / ".probe").string());
   if (probe.failure() != 0) {
-    return BadInputError(directory +
-                         ": files cannot be written there: " + std::strerror(probe.failure()));
+    return BadInputError(directory + ": cannot be written to: " + std::strerror(probe.failure()));
   }
   return {};
 }

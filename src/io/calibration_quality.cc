@@ -21,8 +21,7 @@ constexpr std::size_t kMaxPoseResiduals = 2000;
 
 void WritePoseResiduals(YamlText& out, const std::vector<PoseResidual>& residuals) {
   if (residuals.size() > kMaxPoseResiduals) {
-    out << "  # Left out: " << residuals.size() << " rows, more than " << kMaxPoseResiduals
-        << ".\n";
+    out << "  # Omitted: " << residuals.size() << " rows, more than " << kMaxPoseResiduals << ".\n";
     out << "  pose_residuals: []\n";
     return;
   }
@@ -82,7 +81,7 @@ void WriteSweep(YamlText& out, const Quality& quality) {
   out << "  sweep:\n";
   for (const SweepAxis& axis : quality.sweep) {
     out << "    - sensor: " << TriadName(axis.triad)
-        << "\n      axis: " << kAxes.substr(static_cast<std::size_t>(axis.axis), 1)
+        << "\n      axis: " << kAxisLetters.substr(static_cast<std::size_t>(axis.axis), 1)
         << "\n      chosen: " << Quoted{axis.chosen} << "\n      noise_sigma: " << axis.noise_sigma
         << "\n      rms: { before: " << axis.rms_before << ", after: " << axis.rms_after
         << ", held_out: " << axis.held_out << ", held_out_cubic: " << axis.held_out_cubic
@@ -134,8 +133,8 @@ void ReadPoseResidual(YamlReader reader, PoseResidual* row) {
   constexpr std::size_t kFirstNumber = 2;
   std::array<double, 10> numbers;
   if (items.size() != kFirstNumber + numbers.size()) {
-    reader.Fail("has " + std::to_string(items.size()) + " entries; " +
-                std::to_string(kFirstNumber + numbers.size()) + " are expected");
+    reader.Fail("has " + std::to_string(items.size()) + " entries; expected " +
+                std::to_string(kFirstNumber + numbers.size()));
     return;
   }
   items[0].Read(&row->pose);
@@ -243,8 +242,8 @@ void ReadSweepWindow(YamlReader reader, SweepWindow* window) {
   std::vector<YamlReader> items = reader.Items();
   std::array<double, 12> numbers;
   if (items.size() != 1 + numbers.size()) {
-    reader.Fail("has " + std::to_string(items.size()) + " entries; " +
-                std::to_string(1 + numbers.size()) + " are expected");
+    reader.Fail("has " + std::to_string(items.size()) + " entries; expected " +
+                std::to_string(1 + numbers.size()));
     return;
   }
   ReadWord(items[0], TriadFromName, &window->triad);
@@ -307,11 +306,9 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   WriteModels(out, "model_choice", quality.model_choice);
   WriteModels(out, "model_steps", quality.model_steps);
   if (!quality.temperature_settings.empty()) {
-    out << "  # Of the poses at one temperature alone: bias x y z, its sigma and what it is beyond "
-           "the "
-           "terms, raw unit; RMS at "
-           "the "
-           "reference temperature's calibration and at their own.\n";
+    out << "  # From the poses at one temperature: bias x y z, its sigma and its residual beyond "
+           "the terms, raw unit; RMS with the calibration at the reference temperature and with "
+           "the thermal terms.\n";
     WriteItem(out, "temperature_settings", false);
   }
   for (const TemperatureSetting& setting : quality.temperature_settings) {

@@ -40,7 +40,7 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
   }
   if (!thermal.knots.empty()) out << "      knots:\n";
   for (const ThermalKnot& knot : thermal.knots) {
-    out << "        - { axis: " << kAxes.substr(static_cast<std::size_t>(knot.axis), 1)
+    out << "        - { axis: " << kAxisLetters.substr(static_cast<std::size_t>(knot.axis), 1)
         << ", degc: " << knot.degc << ", slope: " << knot.slope << ", curve: " << knot.curve
         << " }\n";
   }
@@ -59,14 +59,12 @@ void CheckThermal(YamlReader& reader, const ThermalTerms& thermal) {
              std::isfinite(knot.curve);
   }
   if (!finite) {
-    reader.Fail("holds a number that is not finite");
+    reader.Fail("contains a number that is not finite");
   } else if (thermal.range_degc[0] > thermal.range_degc[1] ||
              std::min(thermal.range_degc[0], thermal.reference_degc) < kAbsoluteZeroDegc) {
-    reader.Fail(
-        "`range_degc` goes from the lowest to the highest temperature, and nothing is below "
-        "-273.15 degC");
+    reader.Fail("expected `range_degc` as [lowest, highest] temperature, not below -273.15 degC");
   } else if (!(thermal.smoothing_s >= 0.0)) {
-    reader.Fail("`smoothing_s` is a time of at least zero");
+    reader.Fail("expected `smoothing_s` of at least zero");
   }
 }
 
@@ -93,7 +91,8 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
     YamlReader lag = reader.Child(key);
     Eigen::Vector3d lags;
     if (!ReadVector(lag, &lags)) continue;
-    if (!lags.allFinite() || lags.minCoeff() < 0.0) lag.Fail("lags are seconds of at least zero");
+    if (!lags.allFinite() || lags.minCoeff() < 0.0)
+      lag.Fail("expected lags of at least zero seconds");
     *value = lags;
   }
   if (YamlReader smoothing = reader.Child("smoothing_s")) {
@@ -101,7 +100,7 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
   }
   YamlReader rates = reader.Child("rate_range_degcps");
   if (Eigen::Vector2d range; ReadVector(rates, &range)) {
-    if (!(range[0] <= range[1])) rates.Fail("goes from the lowest to the highest rate");
+    if (!(range[0] <= range[1])) rates.Fail("expected [lowest, highest] rate");
     thermal->rate_range_degcps = range;
   }
   for (YamlReader& item : reader.Child("knots").Items()) {
@@ -137,7 +136,7 @@ void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
   // allows c = 1e9, far beyond any sensor, and is far below any change made on purpose.
   constexpr double kTolerance = 1e-6;
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
-    reader.Fail("belongs to a sensor whose bias or sensitivity is not finite");
+    reader.Fail("belongs to a sensor with a bias or sensitivity that is not finite");
     return;
   }
   const Eigen::Matrix3d error = correction * model.sensitivity - Eigen::Matrix3d::Identity();

@@ -14,11 +14,9 @@
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
-
-inline constexpr double kAbsoluteZeroDegc = -273.15;
-inline constexpr std::string_view kAxes = "xyz";
 
 // Values as calibration.yaml has them: how several parts of it write and read theirs.
 
@@ -71,8 +69,8 @@ inline bool ReadNumbers(YamlReader reader, std::span<double> values) {
   std::vector<YamlReader> items = reader.Items();
   if (items.size() != values.size()) {
     if (reader.IsSequence()) {
-      reader.Fail("has " + std::to_string(items.size()) + " numbers; " +
-                  std::to_string(values.size()) + " are expected");
+      reader.Fail("has " + std::to_string(items.size()) + " numbers; expected " +
+                  std::to_string(values.size()));
     }
     return false;
   }
@@ -93,8 +91,7 @@ bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
   std::vector<YamlReader> rows = reader.Items();
   if (rows.size() != static_cast<std::size_t>(size)) {
     if (reader.IsSequence()) {
-      reader.Fail("has " + std::to_string(rows.size()) + " rows; " + std::to_string(size) +
-                  " are expected");
+      reader.Fail("has " + std::to_string(rows.size()) + " rows; expected " + std::to_string(size));
     }
     return false;
   }
@@ -118,7 +115,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   if (!reader.Read(&word)) return false;
   const std::optional<T> known = from_name(word);
   if (!known) {
-    reader.Fail("`" + word + "` is not one of the words that stand here");
+    reader.Fail("`" + word + "` is not a known word here");
     return false;
   }
   *value = *known;
@@ -139,9 +136,9 @@ inline void ReadPerTriad(YamlReader reader, PerTriad<std::optional<double>>* val
 inline void ReadAxis(YamlReader reader, int* axis) {
   std::string text;
   if (!reader.Read(&text)) return;
-  const std::size_t place = text.size() == 1 ? kAxes.find(text) : std::string_view::npos;
+  const std::size_t place = text.size() == 1 ? kAxisLetters.find(text) : std::string_view::npos;
   if (place == std::string_view::npos) {
-    reader.Fail("x, y or z is expected");
+    reader.Fail("expected x, y or z");
   } else {
     *axis = static_cast<int>(place);
   }

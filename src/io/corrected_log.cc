@@ -17,10 +17,10 @@
 namespace truetriad {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
 /// Corrects the readings of one triad: truth = S(T)^-1 u, u what the axes feel of
-/// raw - b(T) - G f (triad_model.h). model.md §3.
+/// raw - b(T) - G f (triad_model.h). docs/method.md, "Temperature".
 class Corrector {
  public:
   /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
@@ -37,17 +37,16 @@ class Corrector {
       const ThermalTerms& thermal = *calibration.thermal;
       if (!stream.has_temperature) {
         return BadInputError(stream.file + ": has no temperature, but the calibration of the " +
-                             name + " depends on it; a temperature column is needed");
+                             name + " depends on it; add a temperature column");
       }
       const bool has_rate = thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
       const bool tells_rate =
           thermal.rate_lag_s || thermal.element_lag_s || thermal.smoothing_s > 0.0;
       if (has_rate && !tells_rate) {
-        return BadInputError(
-            "the calibration of the " + name +
-            " depends on the rate of temperature, but says nothing of how to find it in a log; "
-            "calibrate from a sweep (`poses: { sweep: auto }`), or state `smoothing_s:` in the "
-            "sensor's `thermal:`");
+        return BadInputError("the calibration of the " + name +
+                             " depends on the temperature rate, but does not state how to compute "
+                             "it from a log; calibrate from a sweep (`poses: { sweep: auto }`), or "
+                             "state `smoothing_s:` in the sensor's `thermal:`");
       }
     }
     return Corrector(calibration, stream.unit.truth_per_raw / calibrated.truth_per_raw);
@@ -92,7 +91,7 @@ class Corrector {
   void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
     if (!start_ns_) {
       if (std::isnan(temperature_degc)) {
-        bias_.setConstant(kUnknown);
+        bias_.setConstant(kNotKnown);
         return;
       }
       start_ns_ = time_ns;
@@ -122,7 +121,7 @@ class Corrector {
 
   TriadCalibration calibration_;
   double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
-  double temperature_degc_ = kUnknown;
+  double temperature_degc_ = kNotKnown;
   TemperatureFilter filter_;
   bool follows_time_ = false;
   std::optional<std::int64_t> start_ns_;
@@ -134,7 +133,7 @@ class Corrector {
 struct Sample {
   std::int64_t time_ns = 0;
   Eigen::Vector3d raw = Eigen::Vector3d::Zero();
-  double temperature_degc = kUnknown;
+  double temperature_degc = kNotKnown;
   std::int32_t pose = 0;
 };
 
@@ -196,7 +195,7 @@ class RowWriter {
         channel.waiting.push_back(
             {block.time_ns[i],
              {block.x[i], block.y[i], block.z[i]},
-             block.temperature_degc.empty() ? kUnknown : block.temperature_degc[i],
+             block.temperature_degc.empty() ? kNotKnown : block.temperature_degc[i],
              block.pose.empty() ? 0 : block.pose[i]});
       }
     }
@@ -216,8 +215,8 @@ class RowWriter {
       const std::int64_t time_ns = next->waiting.front().time_ns;
       if (time_ns < last_time_ns_) {
         return BadInputError("the " + std::string(TriadName(next->triad)) +
-                             " comes too late in the log for its rows to be put in the order of "
-                             "time; sort the log, or give each sensor a file of its own");
+                             " appears too late in the log to sort its rows by time; sort the log, "
+                             "or put each sensor into its own file");
       }
       last_time_ns_ = time_ns;
       AppendRow(time_ns, text, summary);
@@ -245,7 +244,7 @@ class RowWriter {
       AppendSeconds(time_ns, text);
       *text += ',';
     }
-    double temperature_degc = kUnknown;
+    double temperature_degc = kNotKnown;
     std::optional<std::int32_t> pose;
     bool clamped = false;
     bool unknown_temperature = false;
@@ -284,7 +283,7 @@ class RowWriter {
   bool has_temperature_ = false;
   bool has_pose_ = false;
   std::vector<Channel> channels_;
-  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kUnknown);  ///< The last one known.
+  Eigen::Vector3d force_mps2_ = Eigen::Vector3d::Constant(kNotKnown);  ///< The last one known.
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
@@ -308,8 +307,9 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                                Corrector::Create(*calibration.sensors[triad], *stream));
     if (corrector.needs_force() &&
         (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
-      return BadInputError(info.path + ": the calibration of the " + std::string(TriadName(triad)) +
-                           " has a g-sensitivity, which needs the accelerometer's readings too");
+      return BadInputError(
+          info.path + ": the calibration of the " + std::string(TriadName(triad)) +
+          " has g-sensitivity, which needs the accelerometer too; add its columns");
     }
     channels.push_back({triad, std::move(corrector), {}});
   }
@@ -318,8 +318,8 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
     for (const Triad triad : summary->left_out) {
       names += (names.empty() ? "" : ", ") + std::string(TriadName(triad));
     }
-    return BadInputError(info.path + ": holds " + names +
-                         ", and the calibration has none of these sensors");
+    return BadInputError(info.path + ": contains " + names +
+                         ", but the calibration includes none of these sensors");
   }
   return channels;
 }

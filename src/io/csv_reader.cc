@@ -88,7 +88,7 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
 }
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
-std::string Quoted(std::string_view text) {
+std::string ShownField(std::string_view text) {
   constexpr std::size_t kShownOfField = 40;
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "`";
@@ -154,7 +154,7 @@ Status CsvReader::ReadHeader() {
     return BadInputError(
         path() +
         (header.number > 0 ? ": has a header but no rows of numbers" : ": has no rows of numbers") +
-        " in its first lines; is the log empty, or `skip_lines` too large?");
+        " in its first lines; check for an empty log or a `skip_lines` that is too large");
   }
   const Line& data = lines[0];
   if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
@@ -180,8 +180,9 @@ std::string CsvReader::ColumnName(std::size_t column) const {
 Status CsvReader::Map(std::size_t column, Kind kind, int power) {
   Column& mapped = columns_[column];
   if (mapped.kind != Kind::kSkip && (mapped.kind != kind || mapped.power != power)) {
-    return BadInputError(path() + ": " + ColumnName(column) +
-                         " is asked for in two ways; as a time and as a reading, or in two units");
+    return BadInputError(
+        path() + ": " + ColumnName(column) +
+        " is mapped twice, as time and as a reading or with two units; map it once");
   }
   mapped.kind = kind;
   mapped.power = power;
@@ -308,22 +309,22 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   const std::string_view field = column < fields.size() ? fields[column] : std::string_view();
   if (IsCutOff(line)) return CutOffError();
-  std::string message = Place() + ColumnName(column) + ": " + Quoted(field);
+  std::string message = Place() + ColumnName(column) + ": " + ShownField(field);
   std::string_view word = field;
   if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
   if (EqualsIgnoringCase(word, "inf") || EqualsIgnoringCase(word, "infinity")) {
-    return BadInputError(message + " is not a reading; leave the field empty where there is none");
+    return BadInputError(message + " is not a reading; leave the field empty if there is none");
   }
   if (IsNumber(field)) {
     return BadInputError(message + (columns_[column].kind == Kind::kTime
-                                        ? " is out of the range of times; is the unit right?"
+                                        ? " is out of range for a time; check its unit"
                                         : " is too large for a reading"));
   }
   message += " is not a number";
   if (field.find('\0') != std::string_view::npos) {
-    message += "; NUL bytes are what a log that was not closed ends with: cut them off";
+    message += "; a log that was not closed ends in NUL bytes: cut them off";
   } else if (layout_.separator != ',' && field.find(',') != std::string_view::npos) {
-    message += "; decimals need a point, not a comma";
+    message += "; use a decimal point, not a comma";
   }
   return BadInputError(message);
 }
@@ -333,11 +334,11 @@ Error CsvReader::FieldCountError(const char* line_begin) const {
       line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
   if (IsCutOff(line)) return CutOffError();
   return BadInputError(
-      Place() + "has " + std::to_string(SplitFields(line, layout_.separator).size()) + " fields, " +
-      std::to_string(columns_.size()) + " are expected as in " +
+      Place() + "has " + std::to_string(SplitFields(line, layout_.separator).size()) +
+      " fields; expected " + std::to_string(columns_.size()) + " as in " +
       (header_.empty() ? "the first row"
                        : "the header (line " + std::to_string(header_line_) + ")") +
-      "; a manifest can say `ragged: allow`");
+      "; if this is intended, state `ragged: allow` in a manifest");
 }
 
 bool CsvReader::IsCutOff(std::string_view line) const {

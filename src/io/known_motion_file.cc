@@ -10,11 +10,10 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// A number in (`above`, inf).
 bool ReadAbove(YamlReader reader, double above, std::string_view expected, double* value) {
@@ -24,7 +23,7 @@ bool ReadAbove(YamlReader reader, double above, std::string_view expected, doubl
     *value = number;
     return true;
   }
-  reader.Fail(std::string(expected) + " is expected");
+  reader.Fail("expected " + std::string(expected));
   return false;
 }
 
@@ -40,7 +39,7 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
       *axis = (name[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<int>(place));
       return;
     }
-    reader.Fail("`" + name + "` is none of x, -x, y, -y, z, -z; or give a vector [x, y, z]");
+    reader.Fail("`" + name + "` is not among x, -x, y, -y, z, -z; or give a vector [x, y, z]");
     return;
   }
   Eigen::Vector3d vector;
@@ -48,7 +47,7 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
   if (vector.norm() > 0.0) {
     *axis = vector.normalized();
   } else {
-    reader.Fail("a vector with a direction is expected");
+    reader.Fail("expected a vector other than zero");
   }
 }
 
@@ -60,7 +59,7 @@ void ReadTimes(YamlReader& item, TimeRange* times) {
   double start_s = 0.0, end_s = 0.0;
   if (!item.Require("start_s", &start_s) || !item.Require("end_s", &end_s)) return;
   if (!(start_s < end_s) || std::abs(start_s) > kFurthestS || std::abs(end_s) > kFurthestS) {
-    item.Fail("its time is no range; start_s < end_s is expected, in s as the log has them");
+    item.Fail("its time is not a range; expected start_s < end_s, in seconds of the log's time");
     return;
   }
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
@@ -89,14 +88,14 @@ void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) 
                 std::string(pose_key) + "`");
     }
     if (pose.Read(&place->pose) && place->pose < 1) {
-      pose.Fail("the number of a pose is expected, from 1 on (`truetriad inspect` lists them)");
+      pose.Fail("expected the number of a pose, counted from 1 (`truetriad inspect` lists them)");
     }
     return;
   }
   if (!first && !last) {
     item.Fail(
-        "says not where it was; rows `first` and `last` are expected, times `start_s` "
-        "and `end_s`, or `" +
+        "has no place in the recording; expected rows `first` and `last`, times `start_s` and "
+        "`end_s`, or `" +
         std::string(pose_key) + "`");
     return;
   }
@@ -105,8 +104,7 @@ void ReadPlace(YamlReader& item, std::string_view pose_key, MotionPlace* place) 
   }
   if (place->rows.first < 0 || place->rows.empty()) {
     item.Fail("rows " + std::to_string(place->rows.first) + " to " +
-              std::to_string(place->rows.last) +
-              " are not a range; 0 <= first <= last is expected");
+              std::to_string(place->rows.last) + " are not a range; expected 0 <= first <= last");
   }
 }
 
@@ -122,9 +120,9 @@ StatedTurn ReadTurn(YamlReader item, const TurnDefaults& defaults) {
   if (turns.Read(&value)) turn.angle_rad = 2.0 * std::numbers::pi * value;
   if (degrees.Read(&value)) turn.angle_rad = kRadPerDeg * value;
   if (static_cast<bool>(turns) == static_cast<bool>(degrees)) {
-    item.Fail("either `turns` or `degrees` is expected");
+    item.Fail("expected either `turns` or `degrees`");
   } else if (value == 0.0) {
-    item.Fail("its angle is zero; a turn is expected");
+    item.Fail("its angle is zero; expected a turn");
   }
   if (ReadAbove(item.Child("sigma_deg"), 0.0, "a positive number", &value)) {
     turn.sigma_rad = kRadPerDeg * value;

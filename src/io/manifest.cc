@@ -8,6 +8,7 @@
 #include "io/recording_layout.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
@@ -84,7 +85,7 @@ void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
     } else if (text == "blank") {
       layout->separator = ' ';
     } else {
-      yaml->Child("separator").Fail("`" + text + "` is none of \",\" \";\" tab blank");
+      yaml->Child("separator").Fail("`" + text + "` is not among \",\" \";\" tab blank");
     }
   }
   if (yaml->Optional("skip_lines", &layout->skip_lines) && layout->skip_lines < 0) {
@@ -94,7 +95,7 @@ void ReadCsvLayout(YamlReader* yaml, CsvLayout* layout) {
     if (text == "true" || text == "false") {
       layout->header = text == "true" ? CsvLayout::Header::kPresent : CsvLayout::Header::kAbsent;
     } else if (text != "auto") {
-      yaml->Child("header").Fail("`" + text + "` is none of true, false, auto");
+      yaml->Child("header").Fail("`" + text + "` is not among true, false, auto");
     }
   }
   if (yaml->Optional("ragged", &text)) {
@@ -129,9 +130,8 @@ ManifestStream ReadStream(YamlReader yaml, Triad triad) {
   std::string file;
   if (yaml.Require("file", &file)) info.file = Resolved(yaml.file(), file);
   ReadTime(yaml.Child("time"), &stream);
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
-    stream.axes[axis] = ReadColumn(&yaml, kAxes[axis]);
+  for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
+    stream.axes[axis] = ReadColumn(&yaml, kAxisLetters.substr(axis, 1));
   }
   std::string unit_name;
   if (yaml.Require("unit", &unit_name)) {
@@ -171,7 +171,7 @@ void ReadApplied(YamlReader applied, std::vector<ManifestStream>* streams) {
       if (stream.layout.info.triad != triad || !correction) continue;
       if (correction->thermal && !stream.temperature) {
         entry.Child("thermal").Fail(
-            "needs the temperature of the readings: give the stream a `temperature`");
+            "needs the temperature of the readings; add `temperature` to the stream");
       }
       stream.layout.applied = correction;
     }
@@ -186,7 +186,7 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
   if (poses.IsScalar()) {
     poses.Read(&text);
     selection.kind = PoseSelectionKind::kEveryRow;
-    if (text != "every_row") poses.Fail("`" + text + "` is not known; did you mean every_row?");
+    if (text != "every_row") poses.Fail("`" + text + "` is unknown; did you mean every_row?");
   } else {
     YamlReader file = poses.Child("file");
     if (poses.Optional("every", &selection.every)) {
@@ -240,7 +240,7 @@ Result<Manifest> ReadManifest(const std::string& path) {
   for (const ManifestStream& stream : manifest.streams) {
     if ((stream.layout.time.kind == TimeColumn::Kind::kNone) !=
         (manifest.streams[0].layout.time.kind == TimeColumn::Kind::kNone)) {
-      streams.Fail("some streams have a `time` and some do not; give all of them one, or none");
+      streams.Fail("some streams have a `time` and some do not; state it for all or for none");
       break;
     }
   }
@@ -273,8 +273,8 @@ Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& r
   return BadInputError(reference.place + csv.path() + " has " +
                        (found.empty() ? "no" : "more than one") + " column `" + reference.text +
                        "`; " + (names.empty() ? "it has no header" : "its header is " + names) +
-                       ", and columns 0 to " + std::to_string(csv.column_count() - 1) +
-                       " by number");
+                       "; use one of these names, or a column number from 0 to " +
+                       std::to_string(csv.column_count() - 1));
 }
 
 /// Fills in the columns of `stream`, now that its file is open.
@@ -285,7 +285,8 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
     layout.axes[axis] = column;
     for (std::size_t other = 0; other < axis; ++other) {
       if (layout.axes[other] == column) {
-        return BadInputError(stream->axes[axis].place + "is the same column as another axis");
+        return BadInputError(stream->axes[axis].place +
+                             "is the same column as another axis; correct one of them");
       }
     }
   }
@@ -310,9 +311,9 @@ Result<FileLayout*> FileOf(const ManifestStream& stream,
     FileLayout& file = (*files)[i];
     if (file.csv->path() != stream.layout.info.file) continue;
     if ((*stated)[i] != stream.csv) {
-      return BadInputError(stream.place + "shares " + file.csv->path() +
-                           " with another stream; separator, skip_lines, header and ragged must be "
-                           "stated alike for both");
+      return BadInputError(
+          stream.place + "shares " + file.csv->path() +
+          " with another stream; state the same separator, skip_lines, header and ragged for both");
     }
     return &file;
   }
@@ -341,7 +342,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
   layout.info.serial = manifest.serial;
   std::vector<CsvLayout> stated;
   for (ManifestStream& stream : manifest.streams) {
-    TRUETRIAD_ASSIGN_OR_RETURN(FileLayout* const file, FileOf(stream, &stated, &layout.files));
+    TRUETRIAD_ASSIGN_OR_RETURN(const FileLayout* file, FileOf(stream, &stated, &layout.files));
     TRUETRIAD_RETURN_IF_ERROR(ResolveColumns(*file->csv, &stream));
     layout.info.has_time = stream.layout.time.kind != TimeColumn::Kind::kNone;
     file->streams.push_back(std::move(stream.layout));
@@ -378,15 +379,15 @@ Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
     if (item.Require("first", &range.first) && item.Require("last", &range.last)) {
       if (range.first < 0 || range.last < range.first) {
         item.Fail("rows " + std::to_string(range.first) + " to " + std::to_string(range.last) +
-                  " are not a range; 0 <= first <= last is expected");
+                  " are not a range; expected 0 <= first <= last");
       } else if (!ranges.empty() && range.first <= ranges.back().last) {
         item.Fail("begins at row " + std::to_string(range.first) +
-                  ", inside or before the range above it; list the poses in the file's order");
+                  ", inside or before the previous range; list the poses in file order");
       }
     }
     item.Optional("id", &range.id);
     if (item.Optional("face", &range.face_up) && !IsFace(range.face_up)) {
-      item.Child("face").Fail("`" + range.face_up + "` is none of +x -x +y -y +z -z");
+      item.Child("face").Fail("`" + range.face_up + "` is not among +x -x +y -y +z -z");
     }
     item.RejectUnknown();
     ranges.push_back(std::move(range));

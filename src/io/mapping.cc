@@ -38,15 +38,15 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
   candidate.triad = triad;
   if (yaml.Optional("input", &candidate.input) &&
       (candidate.input < 1 || candidate.input > input_count)) {
-    yaml.Child("input").Fail("is none of the inputs, which are counted from 1");
+    yaml.Child("input").Fail("is not among the inputs, which are counted from 1");
     candidate.input = 1;
   }
   YamlReader time = yaml.RequireChild("time");
   time.Require("column", &candidate.time_column);
   time.Require("unit", &candidate.time_unit);
   time.RejectUnknown();
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-  for (std::size_t axis = 0; axis < 3; ++axis) yaml.Require(kAxes[axis], &candidate.axes[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
   yaml.Require("unit", &candidate.unit);
   yaml.Optional("separator", &candidate.separator);
   yaml.Optional("header", &candidate.header);
@@ -113,7 +113,7 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
   constexpr std::size_t kShownOfLine = 80;
   const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShownOfLine));
   return BadInputError(path + ":1: `" + std::string(seen) +
-                       "` is not the first line of this format, `" + expected + "…`");
+                       "` is not the expected first line of this format, `" + expected + "…`");
 }
 
 /// Whether the file has the candidate's columns.
@@ -130,9 +130,8 @@ void WriteStream(const Candidate& candidate, const std::string& path, YamlText* 
   *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path}
         << "\n    time: {column: " << Quoted{candidate.time_column}
         << ", unit: " << candidate.time_unit << "}\n";
-  constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    *yaml << "    " << kAxes[axis] << ": " << Quoted{candidate.axes[axis]} << "\n";
+    *yaml << "    " << kAxisLetters.substr(axis, 1) << ": " << Quoted{candidate.axes[axis]} << "\n";
   }
   *yaml << "    unit: " << candidate.unit << "\n";
   if (!candidate.separator.empty())
@@ -160,8 +159,8 @@ Result<std::string> ManifestFromMapping(const std::string& text,
       expected += (expected.empty() ? "" : ",") + input;
     }
     return UsageError("--input: " + name + " needs " + std::to_string(mapping.info.inputs.size()) +
-                      (mapping.info.inputs.size() == 1 ? " file" : " files, with a comma") + ": " +
-                      expected);
+                      (mapping.info.inputs.size() == 1 ? " file" : " files, separated by a comma") +
+                      ": " + expected);
   }
   if (!mapping.first_line.empty()) {
     TRUETRIAD_RETURN_IF_ERROR(CheckFirstLine(mapping.first_line, inputs[0]));

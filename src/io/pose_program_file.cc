@@ -8,11 +8,11 @@
 
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kAbsoluteZeroDegc = -273.15;
 /// Quaternions that people write have few digits: those of 0.7071 are off by 2e-5. More than this
 /// is a mistake, such as angles in their place.
 constexpr double kUnitLengthTolerance = 1e-3;
@@ -24,14 +24,14 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
   if (!reader.Read(&wxyz)) return;
   if (wxyz.size() != 4) {
     reader.Fail("has " + std::to_string(wxyz.size()) +
-                " numbers; four are expected: [qw, qx, qy, qz], world <- body");
+                " numbers; expected four: [qw, qx, qy, qz], world <- body");
     return;
   }
   Eigen::Quaterniond attitude(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double length_error = std::abs(attitude.norm() - 1.0);
   // Written so that a length that overflows is refused too.
   if (!(length_error <= kUnitLengthTolerance)) {
-    reader.Fail("is not a rotation: a quaternion [qw, qx, qy, qz] of length 1 is expected");
+    reader.Fail("is not a rotation; expected a quaternion [qw, qx, qy, qz] of length 1");
     return;
   }
   if (length_error > kExactUnitLength) attitude.normalize();
@@ -75,14 +75,15 @@ Result<PoseProgram> ReadPoseProgram(const std::string& path) {
   if (!root.Child("program")) {
     // Each entry of a file of another kind would be wrong in several ways.
     return BadInputError(path + ":" + std::to_string(root.line()) +
-                         ": program: is missing, so that this is no pose program, as `plan` writes "
-                         "it: `program: 1` and poses with attitudes; the poses.yaml of `simulate` "
-                         "has the rows of poses");
+                         ": program: is missing, so this is not a pose program; expected `program: "
+                         "1` and poses with attitudes, as written by `plan` (the poses.yaml of "
+                         "`simulate` has the rows of poses instead)");
   }
   PoseProgram program;
   int version = 0;
   if (YamlReader child = root.Child("program"); child.Read(&version) && version != 1) {
-    child.Fail("version " + std::to_string(version) + " cannot be read; 1 is expected");
+    child.Fail("version " + std::to_string(version) +
+               " is not supported; this truetriad reads version 1");
   }
   YamlReader poses = root.RequireChild("poses");
   for (const YamlReader& item : poses.Items()) program.poses.push_back(ReadPose(item));

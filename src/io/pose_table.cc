@@ -41,7 +41,7 @@ Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
                              header->TakeAxes(triad->triad, prefix));
   if (!common && !axes) return {};
   if (common && axes) {
-    return header->Fail(*common, "is there together with `" + prefix + "_x`; keep one of the two");
+    return header->Fail(*common, "is given together with `" + prefix + "_x`; keep one of the two");
   }
   Unit sigma_unit;
   if (common) {
@@ -83,7 +83,7 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   if (attitude_columns == attitude.size()) {
     columns.attitude = attitude;
   } else if (attitude_columns > 0) {
-    return header.Fail(attitude[0], "is there, but an attitude needs all of qw, qx, qy, qz");
+    return header.Fail(attitude[0], "is incomplete: an attitude needs all of qw, qx, qy, qz");
   }
   for (const Triad triad : kTriads) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<HeaderColumns::Axes> axes,
@@ -145,7 +145,7 @@ class Row {
     if (columns_.face) {
       pose.face_up = csv_.Texts(*columns_.face)[row_];
       if (!pose.face_up.empty() && !IsFace(pose.face_up)) {
-        return Fail(*columns_.face, "`" + pose.face_up + "` is none of +x -x +y -y +z -z");
+        return Fail(*columns_.face, "`" + pose.face_up + "` is not among +x -x +y -y +z -z");
       }
     }
     if (columns_.time.kind == TimeColumn::Kind::kColumn) {
@@ -185,8 +185,8 @@ class Row {
     constexpr double kUnitLengthTolerance = 1e-3;
     if (!(std::abs(wxyz.norm() - 1.0) < kUnitLengthTolerance)) {
       return Fail((*columns_.attitude)[0],
-                  "the attitude qw,qx,qy,qz is not a unit quaternion; all four numbers are needed, "
-                  "with squares that sum to 1");
+                  "the attitude qw,qx,qy,qz is not a unit quaternion; expected four numbers whose "
+                  "squares sum to 1");
     }
     pose->attitude.emplace().world_from_body =
         Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized();
@@ -235,8 +235,8 @@ class DuplicateFinder {
   std::int64_t count() const { return count_; }
   std::string Describe() const {
     return std::to_string(count_) +
-           " rows repeat the readings of another row to the last digit (lines " + lines_ +
-           "): a stuck sensor, or rows pasted twice?";
+           " rows repeat another row's readings to the last digit (lines " + lines_ +
+           "); check for a stuck sensor or rows pasted twice.";
   }
 
  private:
@@ -287,9 +287,9 @@ Status RejectClipped(const PoseSet& poses) {
         }
         std::string message = poses.source + ": " + std::string(TriadName(stream.triad)) + " axis ";
         message += "xyz"[axis];
-        message += " reads exactly " + std::to_string(limit) + ", its extreme, in " +
+        message += " is clipped: it reads exactly " + std::to_string(limit) + " in " +
                    std::to_string(rows) + " of " + std::to_string(poses.poses.size()) +
-                   " rows: it is clipped; set the sensor to a wider range";
+                   " rows; set a larger full-scale range and record again";
         return BadInputError(std::move(message));
       }
     }
@@ -345,15 +345,15 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
       poses.poses.push_back(std::move(pose));
     }
     if (poses.poses.size() > kMaxPoses) {
-      return BadInputError(path + ": has more than " + std::to_string(kMaxPoses) +
-                           " rows without a time column; a log needs `time[s]`, or a manifest that "
-                           "states its rate");
+      return BadInputError(
+          path + ": has more than " + std::to_string(kMaxPoses) +
+          " rows but no time column; add `time[s]`, or state the rate in a manifest");
     }
   }
   if (duplicates.count() > 0) {
     if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
       return BadInputError(path + ": " + duplicates.Describe() +
-                           " So many cannot be readings; look at how the table was made");
+                           " These are too many to be readings; check how the table was made");
     }
     poses.warnings.push_back(duplicates.Describe());
   }

@@ -123,7 +123,7 @@ class Stream {
     for (std::size_t i = 0; i < times_ns.size(); ++i) {
       if (times_ns[i] < last_time_ns_) {
         return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
-                             csv.ColumnName(layout_.time.column) + ": time goes backwards, to " +
+                             csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
                              std::to_string(times_ns[i]) + " ns after " +
                              std::to_string(last_time_ns_) +
                              " ns; sort the log, or split it where the clock was set");
@@ -179,8 +179,8 @@ class Stream {
         const double temperature_degc = temperature_.values[i];
         if (std::isnan(temperature_degc)) {
           return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) +
-                               ": there is no temperature yet, without which the `thermal` part of "
-                               "`applied` cannot be undone; remove the rows before the first one");
+                               ": no temperature yet, so the `thermal` part of `applied` cannot be "
+                               "undone; remove the rows before the first temperature");
         }
         raw += thermal->At(temperature_degc) - thermal->at_calibration;
       }
@@ -203,8 +203,7 @@ class Stream {
           value != std::floor(value)) {
         return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
                              csv.ColumnName(*layout_.pose) +
-                             " is not the number of a pose; whole numbers are expected, 0 while "
-                             "moving");
+                             " is not a pose number; expected whole numbers, 0 while moving");
       }
       poses_[i] = static_cast<std::int32_t>(value);
     }

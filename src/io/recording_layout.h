@@ -60,10 +60,10 @@ struct RecordingLayout {
 /// True when `path` names a YAML file, so a manifest.
 bool IsManifest(const std::string& path);
 
-/// Opens a CSV that names quantity, axis and unit in its header. interface.md "Recordings".
+/// Opens a CSV that names quantity, axis and unit in its header. docs/recordings.md.
 Result<RecordingLayout> OpenSelfDescribing(const std::string& path, const std::string& pose_column);
 
-/// Opens a manifest and the files it names. formats.md §1.
+/// Opens a manifest and the files it names. docs/recordings.md.
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column);
 
 /// True for a face of the six-face block: +x, -x, +y, -y, +z, -z.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::string_view kTemperatureColumn = "temperature[degC]";
 constexpr std::string_view kAmbientColumn = "ambient_temperature[degC]";
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoTemperature = std::numeric_limits<double>::quiet_NaN();
 
 constexpr std::array<double, 16> kPowersOfTen = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
@@ -160,9 +160,8 @@ class CsvFile {
     file_.Write({text_.data(), filled});
     text_.clear();
     if (went_back_) {
-      return BadInputError(name_ +
-                           ": samples of the recording come too late for its rows to be "
-                           "put in the order of time");
+      return BadInputError(
+          name_ + ": samples of the recording are too far out of order to sort its rows by time");
     }
     return file_.status();
   }
@@ -221,7 +220,7 @@ class CsvFile {
     went_back_ = went_back_ || time_ns < last_time_ns_;
     last_time_ns_ = time_ns;
     text = WriteFixed(time_ns / time_unit_ns_, format_.time_decimals, text);
-    double temperature_degc = kUnknown, ambient_degc = kUnknown;
+    double temperature_degc = kNoTemperature, ambient_degc = kNoTemperature;
     for (Waiting& waiting : waiting_) {
       if (waiting.empty() || waiting.time_ns[waiting.next] != time_ns) {
         text = std::fill_n(text, 3, ',');

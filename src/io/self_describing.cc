@@ -31,15 +31,17 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
   HeaderColumns header;
   header.place_ = csv.path() + ":" + std::to_string(csv.header_line()) + ": ";
   if (csv.header().empty()) {
-    return BadInputError(csv.path() +
-                         ": has no header; the first line must name the columns with their units, "
-                         "like `time[s],accel_x[m/s^2],…`, or a manifest recording.yaml say them");
+    return BadInputError(
+        csv.path() +
+        ": has no header; name the columns with their units in the first line, like "
+        "`time[s],accel_x[m/s^2],…`, or map them in a manifest recording.yaml");
   }
   for (const std::string& field : csv.header()) {
     HeaderColumn column = ParseHeaderColumn(field);
     for (const HeaderColumn& other : header.columns_) {
       if (other.name == column.name) {
-        return BadInputError(header.place_ + "column `" + column.name + "` is there twice");
+        return BadInputError(header.place_ + "column `" + column.name +
+                             "` occurs twice; rename one of them");
       }
     }
     header.columns_.push_back(std::move(column));
@@ -100,7 +102,7 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
   }
   if (found.empty()) return std::optional<Axes>();
   if (!missing.empty()) {
-    return Fail(found.front(), "is there, but `" + missing + "` is not; all three axes are needed");
+    return Fail(found.front(), "has no matching `" + missing + "`; all three axes are needed");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, CommonUnitOf(found, ExampleUnit(triad)));
   const Result<Unit> unit = ParseTriadUnit(triad, name);
@@ -114,8 +116,8 @@ Status HeaderColumns::RejectUnknown() const {
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
     return Fail(column,
-                "is not known here; the known ones are " + known +
-                    " (each with its unit). A manifest recording.yaml can map other names");
+                "is unknown; rename it to one of " + known +
+                    " (with its unit), or map it in a manifest recording.yaml");
   }
   return {};
 }
@@ -161,7 +163,7 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   const std::string pose = pose_column.empty() ? "pose" : pose_column;
   common.pose = header.Take(pose);
   if (!common.pose && !pose_column.empty()) {
-    return BadInputError(path + ": has no column `" + pose_column + "` that numbers the poses");
+    return BadInputError(path + ": has no column `" + pose_column + "` with pose numbers");
   }
   common.info.file = path;
   common.info.has_temperature = common.temperature.has_value();

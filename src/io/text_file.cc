@@ -52,6 +52,9 @@ constexpr std::array<Magic, 17> kForeignFormats = {{
     {"["sv, "a JSON file"},
 }};
 
+}  // namespace
+
+/// SHA-256. Not in the namespace above: a member of TextFile has it.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -70,8 +73,6 @@ class Hasher {
  private:
   sha256_ctx context_;
 };
-
-}  // namespace
 
 /// The file's bytes as stored, hashed as they are read.
 class TextFile::Bytes {
@@ -136,7 +137,7 @@ class TextFile::Inflater {
         if (count == 0) {
           if (!between_members_) {
             return BadInputError(
-                "is a gzip file that ends early: it was not copied or closed completely");
+                "is an incomplete gzip file; copy it again, or close the log properly");
           }
           break;
         }
@@ -196,7 +197,7 @@ Status TextFile::RecogniseContent() {
     TRUETRIAD_RETURN_IF_ERROR(Fill());
   }
   const std::string_view start(buffer_.data(), filled_);
-  if (start.empty()) return BadInputError(path_ + ": is empty; a log with a header is expected");
+  if (start.empty()) return BadInputError(path_ + ": is empty; expected a log with a header");
   for (const Magic& magic : kForeignFormats) {
     if (start.starts_with(magic.bytes)) {
       return BadInputError(path_ + ": is " + std::string(magic.format) +
@@ -208,7 +209,7 @@ Status TextFile::RecogniseContent() {
   }
   constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
-    return BadInputError(path_ + ": is a binary file; CSV text is expected");
+    return BadInputError(path_ + ": is a binary file; expected CSV text");
   }
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (start.starts_with(kByteOrderMark)) handed_over_ = kByteOrderMark.size();
@@ -259,7 +260,7 @@ Result<std::string_view> TextFile::Next() {
     searched = filled_;
     if (filled_ > kMaxLineBytes) {
       return BadInputError(path_ + ": has a line of more than " + std::to_string(kMaxLineBytes) +
-                           " bytes; is it a text log?");
+                           " bytes; expected a text log");
     }
     if (buffer_.size() - filled_ < kChunkBytes) buffer_.resize(filled_ + 2 * kChunkBytes);
     TRUETRIAD_RETURN_IF_ERROR(Fill());

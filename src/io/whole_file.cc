@@ -55,13 +55,13 @@ void WholeFile::Write(std::string_view text) {
 Status WholeFile::status() const {
   if (failure_ == 0) return {};
   if (failure_ == EISDIR) {
-    return BadInputError(path_ + ": is a directory; a file name is expected");
+    return BadInputError(path_ + ": is a folder; give a file name");
   }
   const fs::path parent = fs::path(path_).parent_path();
   std::error_code ignored;
   if (!parent.empty() && !fs::is_directory(parent, ignored)) {
-    return BadInputError(path_ + ": cannot be written: there is no directory " + parent.string() +
-                         "; create it or name another");
+    return BadInputError(path_ + ": cannot be written: there is no folder " + parent.string() +
+                         "; create it or choose another");
   }
   return BadInputError(path_ + ": cannot be written: " + std::strerror(failure_));
 }

@@ -37,7 +37,7 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   constexpr std::uintmax_t kMaxBytes = 64U << 20;
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) {
-    return BadInputError(path + ": is a folder; a file is expected");
+    return BadInputError(path + ": is a folder; give a file");
   }
   // Opening a pipe would wait for somebody to write.
   if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure)) {
@@ -51,7 +51,7 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   }
   if (size > kMaxBytes) {
     return BadInputError(path + ": has " + std::to_string(size) +
-                         " bytes, too many for a file that people write; is it a log?");
+                         " bytes, too many for a YAML file written by hand; is it a log?");
   }
   std::ostringstream text;
   text << file.rdbuf();
@@ -71,15 +71,14 @@ Result<YamlReader> YamlReader::FromFile(const std::string& path) {
 
 Result<YamlReader> YamlReader::FromText(const std::string& text, const std::string& name) {
   if (text.find('\0') != std::string::npos) {
-    return BadInputError(name + ": is a binary file; YAML text is expected");
+    return BadInputError(name + ": is a binary file; expected YAML text");
   }
   auto shared = std::make_shared<Shared>();
   shared->file = name;
   try {
     YamlReader reader(YAML::Load(text), true, "", shared);
     if (!reader.IsMap()) {
-      return BadInputError(name +
-                           ": is not a YAML map; lines of the form `key: value` are expected");
+      return BadInputError(name + ": is not a YAML map; expected lines of the form `key: value`");
     }
     std::set<int> visited;
     std::set<int> ancestors;
@@ -98,7 +97,7 @@ void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancesto
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
   if (!ancestors->insert(position).second) {
-    Fail("holds an alias of itself");
+    Fail("contains an alias of itself");
     return;
   }
   if (!visited->insert(position).second) {
@@ -139,22 +138,22 @@ YamlReader YamlReader::RequireChild(std::string_view key) {
   YamlReader child = Child(key);
   // A parent that is missing itself, or not a map, has been or is being complained about already.
   if (!child && IsMap()) child.Fail("is missing");
-  if (present_ && !IsMap()) Fail("a map with the key `" + std::string(key) + "` is expected");
+  if (present_ && !IsMap()) Fail("expected a map with the key `" + std::string(key) + "`");
   return child;
 }
 
 bool YamlReader::ReadScalar(std::string_view expected, std::string* text) {
   if (!present_) return false;
   if (!node_.IsScalar()) {
-    Fail(std::string(node_.IsNull() ? "has no value; " : "is a map or list; ") +
-         std::string(expected) + " is expected");
+    Fail(std::string(node_.IsNull() ? "has no value; expected " : "is a map or list; expected ") +
+         std::string(expected));
     return false;
   }
   *text = node_.Scalar();
   return true;
 }
 
-bool YamlReader::Read(std::string* value) { return ReadScalar("a text", value); }
+bool YamlReader::Read(std::string* value) { return ReadScalar("text", value); }
 
 bool YamlReader::Read(double* value) {
   std::string text;
@@ -205,7 +204,7 @@ bool YamlReader::Read(bool* value) {
 bool YamlReader::Read(std::vector<double>* value) {
   if (!present_) return false;
   if (!node_.IsSequence()) {
-    Fail("a list of numbers is expected");
+    Fail("expected a list of numbers");
     return false;
   }
   std::vector<double> numbers;
@@ -222,7 +221,7 @@ bool YamlReader::Read(Eigen::Vector3d* value) {
   std::vector<double> numbers;
   if (!Read(&numbers)) return false;
   if (numbers.size() != 3) {
-    Fail("has " + std::to_string(numbers.size()) + " numbers; three are expected: [x, y, z]");
+    Fail("has " + std::to_string(numbers.size()) + " numbers; expected three: [x, y, z]");
     return false;
   }
   *value = Eigen::Vector3d::Map(numbers.data());
@@ -233,7 +232,7 @@ std::vector<YamlReader> YamlReader::Items() {
   std::vector<YamlReader> items;
   if (!present_) return items;
   if (!node_.IsSequence()) {
-    Fail("a list is expected");
+    Fail("expected a list");
     return items;
   }
   for (const YAML::Node& item : node_) {
@@ -246,7 +245,7 @@ std::vector<std::string> YamlReader::Keys() {
   std::vector<std::string> keys;
   if (!present_) return keys;
   if (!node_.IsMap()) {
-    Fail("a map is expected");
+    Fail("expected a map");
     return keys;
   }
   for (const auto& entry : node_) keys.push_back(entry.first.Scalar());
@@ -256,14 +255,14 @@ std::vector<std::string> YamlReader::Keys() {
 void YamlReader::RejectUnknown() {
   if (!present_) return;
   if (!node_.IsMap()) {
-    Fail("a map is expected, with some of the keys " + Join(asked_));
+    Fail("expected a map with some of the keys " + Join(asked_));
     return;
   }
   for (const auto& entry : node_) {
     const std::string& key = entry.first.Scalar();
     if (asked_.contains(key)) continue;
     YamlReader(entry.first, true, name_ + (name_.empty() ? "" : ".") + key, shared_)
-        .Fail("is not a known key; the known ones are " + Join(asked_) +
+        .Fail("is not a known key; expected one of " + Join(asked_) +
               DidYouMean(key, {asked_.begin(), asked_.end()}));
   }
 }

@@ -15,6 +15,9 @@ double ChiSquareQuantile(double probability, double dof);
 double FisherCdf(double value, double dof1, double dof2);
 double StudentQuantile(double probability, double dof);
 
+/// The median of |e| times this is the σ of normal e.
+inline constexpr double kMadToSigma = 1.4826;
+
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.
 double Median(std::vector<double> values);
 

@@ -47,6 +47,11 @@ Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
   return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
 }
 
+// Apart, as Eigen's brings a singular value decomposition along.
+Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
+}
+
 Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad) {
   const double angle = vector_rad.norm(), square = angle * angle;
   const Eigen::Matrix3d skew = Skew(vector_rad);

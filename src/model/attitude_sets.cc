@@ -7,10 +7,12 @@
 
 #include <Eigen/Core>
 
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/math/rotation.h"
+
 namespace truetriad {
 namespace {
-
-constexpr std::array<const char*, 3> kAxisNames = {"x", "y", "z"};
 
 /// World <- body with the signed body axis up, turned no more than that takes.
 Eigen::Matrix3d FaceUp(int axis, double sign) {
@@ -26,7 +28,7 @@ Eigen::Matrix3d FaceUp(int axis, double sign) {
 
 /// Whole degrees; -180 is said as 180.
 int Degrees(double angle_rad) {
-  const int degrees = static_cast<int>(std::lround(angle_rad * 180.0 / std::numbers::pi));
+  const int degrees = static_cast<int>(std::lround(angle_rad * kDegPerRad));
   return degrees == -180 ? 180 : degrees;
 }
 
@@ -73,8 +75,8 @@ std::vector<Eigen::Quaterniond> HandAttitudes() {
     for (int y = -1; y <= 1; ++y) {
       for (int z = -1; z <= 1; ++z) {
         if (x == 0 && y == 0 && z == 0) continue;
-        const auto upright = Eigen::Quaterniond::FromTwoVectors(
-            Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
+        const auto upright =
+            RotationBetween(Eigen::Vector3d(x, y, z).normalized(), Eigen::Vector3d::UnitZ());
         for (int heading = 0; heading < 4; ++heading) {
           attitudes.push_back(
               Eigen::AngleAxisd(0.5 * std::numbers::pi * heading, Eigen::Vector3d::UnitZ()) *
@@ -111,16 +113,17 @@ std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body) {
   for (int axis = 1; axis < 3; ++axis) {
     if (std::abs(rotation(2, axis)) > std::abs(rotation(2, up)) + kTie) up = axis;
   }
-  std::string words = std::string(rotation(2, up) < 0.0 ? "-" : "") + kAxisNames[up] + " up";
+  std::string words = std::string(rotation(2, up) < 0.0 ? "-" : "") +
+                      kAxisLetters[static_cast<std::size_t>(up)] + " up";
   for (int axis = 0; axis < 3; ++axis) {
     if (axis == up) continue;
     const int elevation = Degrees(std::asin(rotation(2, axis)));
     if (elevation == 0) continue;
-    words += std::string(", ") + kAxisNames[axis] + " " + std::to_string(std::abs(elevation)) +
+    words += std::string(", ") + kAxisLetters[axis] + " " + std::to_string(std::abs(elevation)) +
              (elevation > 0 ? " deg above level" : " deg below level");
   }
   const int first = up == 0 ? 1 : 0;
-  return words + ", " + kAxisNames[first] + " " +
+  return words + ", " + kAxisLetters[first] + " " +
          HeadingInWords(Degrees(std::atan2(rotation(1, first), rotation(0, first))));
 }
 

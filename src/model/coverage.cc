@@ -7,6 +7,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "math/dense/eigenvalues.h"
+
 namespace truetriad {
 
 Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions) {
@@ -16,8 +18,7 @@ Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& dire
   Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& direction : directions) moment += direction * direction.transpose();
   moment /= static_cast<double>(directions.size());
-  coverage.eigenvalues =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moment, Eigen::EigenvaluesOnly).eigenvalues();
+  coverage.eigenvalues = EigenOfSymmetric3(moment).values;
   // Fibonacci grid.
   constexpr int kGrid = 2000;
   double smallest_cosine = 1.0;

@@ -3,9 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include "base/named_values.h"
+#include "math/dense/eigenvalues.h"
 
 namespace truetriad {
 namespace {
@@ -39,13 +39,12 @@ Eigen::Matrix3d TriangularRotation(const Eigen::Matrix3d& sensitivity,
 // S = U W V^T, so S * (V U^T) = U W U^T is symmetric. For a left-handed triad one eigenvalue, the
 // smallest, has the other sign: the least rotation that is still a rotation.
 Eigen::Matrix3d SymmetricRotation(const Eigen::Matrix3d& sensitivity, double axis_sign) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sensitivity,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Svd3 svd = SvdOf3(sensitivity);
   Eigen::Vector3d signs = Eigen::Vector3d::Constant(axis_sign);
-  Eigen::Matrix3d rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
+  Eigen::Matrix3d rotation = svd.V * signs.asDiagonal() * svd.U.transpose();
   if (rotation.determinant() > 0.0) return rotation;
   signs[2] = -signs[2];
-  return svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
+  return svd.V * signs.asDiagonal() * svd.U.transpose();
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 namespace truetriad {
 
 /// What a unit at rest senses, as vectors of the world frame: x horizontal to magnetic north, z up,
-/// y = z × x to the west. model.md §1.
+/// y = z × x to the west. docs/conventions.md, "Frames".
 
 /// Rotation rate of the earth against the stars.
 inline constexpr double kEarthRateRadps = 7.292115e-5;

@@ -14,7 +14,6 @@
 #include "motion/chain.h"
 #include "motion/motion_noise.h"
 #include "motion/motion_start.h"
-#include "motion/solver.h"
 #include "motion/track.h"
 #include "problem/graph.h"
 #include "problem/graph_builder.h"
@@ -63,16 +62,11 @@ struct MotionRun {
 };
 
 TriadModel<double> ModelOf(const PoseGraph& graph, Triad triad) {
-  return {graph.sensitivity(triad), graph.bias(triad)};
+  return ModelOf(graph.layout, triad, graph.shared.data());
 }
 
 GyroModel GyroscopeOf(const PoseGraph& graph) {
-  GyroModel model{ModelOf(graph, Triad::kGyroscope)};
-  if (graph.layout.g_sensitivity >= 0) {
-    model.g_sensitivity =
-        Eigen::Map<const Eigen::Matrix3d>(&graph.shared[graph.layout.g_sensitivity]);
-  }
-  return model;
+  return GyroscopeOf(graph.layout, graph.shared.data());
 }
 
 // The run's chain; it refers to the run's parameters.
@@ -83,7 +77,7 @@ MotionChain ChainOf(const MotionTrack& track, const MotionRun& run) {
 }
 
 void Solve(double tolerance, MotionChain* chain, MotionRun* run) {
-  run->outcome = SolveMotion(chain, &run->graph, tolerance);
+  run->outcome = chain->Solve(run->graph.solver, tolerance, &run->graph.shared);
   run->iterations += run->outcome.iterations;
   run->attitudes = chain->attitudes();
 }
@@ -151,9 +145,7 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
   for (run->rounds = 1; run->rounds <= kMaxRounds; ++run->rounds) {
     GatherAgain(options, spacing_s, track, run);
     MotionChain chain = ChainOf(*track, *run);
-    chain.Linearise(run->graph.shared.data());
-    const double change =
-        UpdateMotionNoise(options.robust, run->graph.shared.data(), &chain, &run->noise);
+    const double change = UpdateMotionNoise(options.robust, run->graph.shared, &chain, &run->noise);
     const double clock_change = UpdateClocks(chain, track, run);
     Solve(kRoughTolerance, &chain, run);
     run->nodes = chain.nodes();
@@ -323,13 +315,14 @@ Status StateMotionVerdict(const PoseSet& poses,
   quality.poses = static_cast<int>(run->nodes.size());
   quality.dof = DegreesOfFreedom(*run);
   quality.effective_dof = std::numeric_limits<double>::infinity();
-  quality.reduced_chi2 = 2.0 * chain.cost() / quality.dof;
+  const ChainElimination solved = chain.LinearisedAt(graph.shared);
+  quality.reduced_chi2 = 2.0 * solved.cost() / quality.dof;
   quality.reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
   StateReference(options, graph, &calibration->reference);
   StateFit(poses, *run, &quality);
 
   const SharedInformation information(
-      graph.layout, graph.shared, chain.information(), chain.gradient());
+      graph.layout, graph.shared, solved.information(), solved.gradient());
   Observability observability = AnalyseObservability(graph, information, options.observable_sigma);
   quality.weak_directions = std::move(observability.weak_directions);
   constexpr std::string_view kAddPoses = "add poses ";

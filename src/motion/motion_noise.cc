@@ -128,7 +128,7 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
 }
 
 double UpdateMotionNoise(const RobustOptions& robust,
-                         const double* shared,
+                         const Eigen::VectorXd& shared,
                          MotionChain* chain,
                          MotionNoiseState* state) {
   const PerTriad<MotionChain::Residuals> residuals = chain->AllResiduals(shared);
@@ -151,7 +151,7 @@ double UpdateMotionNoise(const RobustOptions& robust,
                   .cwiseMax(state->stated.density[triad]);
     change = std::max(change, (density - before).cwiseAbs().cwiseQuotient(before).maxCoeff());
   }
-  chain->SetNoise(state->noise, shared);
+  chain->SetNoise(state->noise, shared.data());
   return change;
 }
 

@@ -30,7 +30,7 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
 // a hand's accelerations are no white noise, and what counts is their density at low frequencies.
 // Never below what is stated. Returns the largest relative change of a density.
 double UpdateMotionNoise(const RobustOptions& robust,
-                         const double* shared,
+                         const Eigen::VectorXd& shared,
                          MotionChain* chain,
                          MotionNoiseState* state);
 

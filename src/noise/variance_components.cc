@@ -6,9 +6,12 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/lu.h"
+#include "math/dense/products.h"
 
 namespace truetriad {
 namespace {
@@ -230,9 +233,9 @@ void ScoreOf(const ComponentRows& rows,
     }
     (*score)[s] = 0.5 * sum;
   }
-  const Eigen::MatrixXd shared = system.B().transpose() * Zq;
-  *average = 0.5 * (Zq.transpose() * system.Project(Zq) -
-                    shared.transpose() * (system.covariance() * shared));
+  const Eigen::MatrixXd shared = TransposeTimesRows(system.B(), Zq);
+  *average = 0.5 * (TransposeTimesRows(Zq, system.Project(Zq)) -
+                    TransposeTimes(shared, Times(system.covariance(), shared)));
 }
 
 // D Z_s D J of every component.
@@ -249,7 +252,7 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows,
   const auto count = static_cast<Eigen::Index>(rows.size());
   std::vector<Eigen::MatrixXd> MC;  // M^-1 C_s
   for (std::size_t s = 0; s < rows.size(); ++s) {
-    MC.emplace_back(system.covariance() * rows.Sensitivity(s));
+    MC.push_back(Times(system.covariance(), rows.Sensitivity(s)));
   }
   Eigen::MatrixXd fisher(count, count);
   for (Eigen::Index t = 0; t < count; ++t) {
@@ -289,7 +292,7 @@ Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& from,
                          const Eigen::VectorXd& to) {
   const Eigen::VectorXd ratio = from.cwiseQuotient(to);
-  return ratio.asDiagonal() * information * ratio.asDiagonal();
+  return ScaledBothSides(ratio, information);
 }
 
 // What brings the diagonal of an information matrix to one: variances of turns (rad^2) and of
@@ -305,8 +308,7 @@ Eigen::VectorXd Balance(const Eigen::MatrixXd& information) {
 
 Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information) {
   const Eigen::VectorXd balance = Balance(information);
-  const Eigen::MatrixXd balanced = balance.asDiagonal() * information * balance.asDiagonal();
-  return balance.asDiagonal() * balanced.fullPivLu().inverse() * balance.asDiagonal();
+  return ScaledBothSides(balance, InverseByLu(ScaledBothSides(balance, information)));
 }
 
 // The step to the maximum of a likelihood with this score and information that takes no component
@@ -325,7 +327,7 @@ Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
       matrix(s, s) = 1.0;
       right[s] = limit[s];
     }
-    Eigen::VectorXd step = matrix.fullPivLu().solve(right);
+    Eigen::VectorXd step = SolveByLu(matrix, right);
     bool is_done = true;
     for (Eigen::Index s = 0; s < count; ++s) {
       const auto at = static_cast<std::size_t>(s);
@@ -389,7 +391,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     Eigen::VectorXd step;
     if (fisher.size() > 0 && IsNear(fisher_at, total)) {
       const Eigen::MatrixXd observed = 2.0 * average - Rescaled(fisher, fisher_at, total);
-      const bool is_convex = observed.llt().info() == Eigen::Success;
+      const bool is_convex = Cholesky(observed).is_positive();
       step = StepAbove(limit, is_convex ? observed : average, score);
     }
     if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
@@ -444,11 +446,11 @@ void StateCurvatures(const PoseGraph& graph,
   }
   estimate->curvatures.resize(count * count);
   for (std::size_t t = 0; t < count; ++t) {
-    const Eigen::MatrixXd through = system.covariance() * estimate->sensitivities[t];
+    const Eigen::MatrixXd through = Times(system.covariance(), estimate->sensitivities[t]);
     for (std::size_t s = t; s < count; ++s) {
       Eigen::MatrixXd& pair = estimate->curvatures[s * count + t];
       pair = TransposedProduct(rows.ZB(s), rows.RowsOf(s, projected[t], system));
-      pair -= estimate->sensitivities[s] * through;
+      pair -= Times(estimate->sensitivities[s], through);
       if (s != t) estimate->curvatures[t * count + s] = pair.transpose();
     }
   }
@@ -463,8 +465,8 @@ Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const Reduced
           estimate.covariance(s, t) * estimate.curvatures[static_cast<std::size_t>(s * count + t)];
     }
   }
-  return system.covariance() +
-         system.covariance() * (inner + inner.transpose()) * system.covariance();
+  inner += inner.transpose().eval();
+  return system.covariance() + Times(Times(system.covariance(), inner), system.covariance());
 }
 
 double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
@@ -491,7 +493,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
       const double weight =
           variance_covariance(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(t));
       a1 += weight * changes[s].trace() * changes[t].trace();
-      a2 += weight * (changes[s] * changes[t]).trace();
+      a2 += weight * Times(changes[s], changes[t]).trace();
     }
   }
   // Nothing was estimated, or nothing that matters: χ².
@@ -525,7 +527,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
   std::vector<Eigen::MatrixXd> changes;
   for (const Eigen::MatrixXd& sensitivity : estimate.sensitivities) {
-    changes.emplace_back(system.covariance() * sensitivity);
+    changes.push_back(Times(system.covariance(), sensitivity));
   }
   return ApproximateTest(estimate.covariance, changes, system.size());
 }
@@ -534,20 +536,21 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate,
                            const ReducedSystem& system,
                            const PoseGraph& graph,
                            const Eigen::MatrixXd& tested) {
-  const Eigen::MatrixXd covariance = system.covariance() * tested;
-  const Eigen::FullPivLU<Eigen::MatrixXd> own(tested.transpose() * covariance);
+  const Eigen::MatrixXd covariance = Times(system.covariance(), tested);
+  const PivotedLu own(TransposeTimes(tested, covariance));
   std::vector<Eigen::MatrixXd> changes(estimate.components.size(),
                                        Eigen::MatrixXd::Zero(tested.cols(), tested.cols()));
   for (const VariancePart& part : PartsOf(graph)) {
     const auto at =
         std::find(estimate.components.begin(), estimate.components.end(), part.component);
     if (part.rejected || at == estimate.components.end()) continue;
+    const Eigen::Index row = system.factors()[part.factor].row + part.row;
     const Eigen::MatrixXd rows =
-        system.B().middleRows<3>(system.factors()[part.factor].row + part.row) * covariance;
+        TransposeTimes(system.B().middleRows(row, 3).transpose(), covariance);
     changes[static_cast<std::size_t>(at - estimate.components.begin())] +=
-        rows.transpose() * part.unit * rows / part.weight;
+        TransposedCongruence(rows, part.unit) / part.weight;
   }
-  for (Eigen::MatrixXd& change : changes) change = own.solve(change).eval();
+  for (Eigen::MatrixXd& change : changes) change = own.Solve(change);
   return ApproximateTest(estimate.covariance, changes, static_cast<double>(tested.cols()));
 }
 
@@ -560,18 +563,18 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
   for (const VariancePart& part : PartsOf(graph)) {
     const ReducedSystem::Factor& factor = system.factors()[part.factor];
     // In units of the observation's own standard deviation, so that eigenvalues compare.
-    const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(part.variance / part.weight).matrixL();
+    const Eigen::Matrix3d root = CholeskyRoot(part.variance / part.weight);
     const Eigen::Matrix3d A =
         root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
     const Eigen::Vector3d q =
         root.transpose() * system.projected().segment<3>(factor.row + part.row);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(A);
+    const SymmetricEigen3 solver = EigenOfSymmetric3(A);
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {
-      const double eigenvalue = solver.eigenvalues()[axis];
+      const double eigenvalue = solver.values[axis];
       // Below this the observation is needed to determine something: it tests nothing.
       if (eigenvalue < 1e-6) continue;
-      const double residual = solver.eigenvectors().col(axis).dot(q) / eigenvalue;
+      const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
       // No eigenvalue is above 1 but by rounding.
       const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
       test.chi2 += residual * residual / variance;

@@ -6,6 +6,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
 #include "problem/pose_node.h"
 
 namespace truetriad {
@@ -32,15 +34,14 @@ Candidates::Candidates(const std::vector<InformationRows>& poses) {
 }
 
 double DesignCost(const Eigen::MatrixXd& information, const Eigen::MatrixXd& weights) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  if (weights.size() > 0) return factor.solve(weights).trace();
-  return -2.0 * factor.matrixLLT().diagonal().array().log().sum();
+  const Cholesky factor(information);
+  if (weights.size() > 0) return factor.Solve(weights).trace();
+  return -factor.LogDeterminant();
 }
 
 Vacancy::Vacancy(const Eigen::MatrixXd& information, const Eigen::MatrixXd& weights)
-    : covariance_(Eigen::LLT<Eigen::MatrixXd>(information)
-                      .solve(Eigen::MatrixXd::Identity(information.rows(), information.cols()))) {
-  if (weights.size() > 0) weighted_ = covariance_ * weights * covariance_;
+    : covariance_(Cholesky(information).Inverse()) {
+  if (weights.size() > 0) weighted_ = Times(Times(covariance_, weights), covariance_);
 }
 
 double Vacancy::Gain(const InformationRows& rows) const { return Best(Candidates({rows})).gain; }

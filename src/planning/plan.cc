@@ -127,7 +127,7 @@ Status CheckFaces(const PlanOptions& options) {
   }
   if (all) return {};
   return UsageError(
-      "a six-face block stands on its faces: plan with `rotations: six-face` or cube-24, and give "
+      "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, and give "
       "no program with other poses");
 }
 
@@ -137,15 +137,14 @@ Status CheckTemperatures(const PlanOptions& options) {
   if (!options.program) {
     if (!options.grid.temperatures_degc.empty()) return {};
     return UsageError(
-        "`thermal:` terms are wanted, but no chamber temperature is known to plan for; give them "
-        "as "
-        "in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`");
+        "`thermal:` terms are enabled, but no chamber temperatures are stated to plan for; state "
+        "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`");
   }
   for (std::size_t k = 0; k < options.program->poses.size(); ++k) {
     if (options.program->poses[k].temperature_degc) continue;
     return BadInputError("pose " + std::to_string(k + 1) +
-                         " of the program has no temperature, which `thermal:` terms need; give "
-                         "each pose its `temperature_degc`");
+                         " of the program has no temperature, but `thermal:` terms need one; give "
+                         "each pose a `temperature_degc`");
   }
   return {};
 }
@@ -241,7 +240,7 @@ Status PlanOptions::Validate() const {
     expect(sigma > 0.0, "wanted " + name + " = " + std::to_string(sigma) + " is not positive");
   }
   expect(program || poses > 0 || !wanted.empty(),
-         "nothing says how many poses: give `poses`, `wanted` sigmas, or a program to judge");
+         "the number of poses is open; give `poses`, `wanted` sigmas, or a program to evaluate");
   expect(program || !grid.attitudes.empty(), "the grid of rotations is empty");
   for (const double temperature : grid.temperatures_degc) {
     expect(std::isfinite(temperature),
@@ -250,13 +249,13 @@ Status PlanOptions::Validate() const {
   expect(!program || !program->poses.empty(), "the program has no poses");
   expect(!calibrate.triads[Triad::kGyroscope].enabled ||
              calibrate.triads[Triad::kAccelerometer].enabled,
-         "poses show a gyroscope's turns to an accelerometer: plan for it too; for a gyroscope "
-         "alone a table's rates are stated, not planned");
+         "planning turns for the gyroscope needs the accelerometer; enable it too (for a gyroscope "
+         "alone, state turntable rates instead of planning)");
   expect(turn_s > 0.0, "turn_s = " + std::to_string(turn_s) + " is not above zero");
   expect(turn_sigma_rad >= 0.0, "turn_sigma_deg is below zero");
   expect(!calibrate.HasChoice(),
-         "`auto` chooses a model by what readings say, and there are none yet: name the models and "
-         "terms to plan for");
+         "`auto` chooses a model from readings, and there are none yet; name the models and terms "
+         "to plan for");
   if (!problems.empty()) return UsageError(problems);
   return calibrate.Validate();
 }
@@ -276,7 +275,8 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     if (groups.contains(name)) continue;
     std::string known;
     for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
-    return UsageError("wanted `" + name + "`: no such quantity here; known are " + known);
+    return UsageError("wanted `" + name + "` is not a quantity of this plan; expected one of " +
+                      known);
   }
 
   Plan plan;
@@ -330,7 +330,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   if (plan.determined) {
     const Status rehearsal = problem.Rehearse(plan.program.poses);
     plan.rehearsed = static_cast<bool>(rehearsal);
-    if (!rehearsal) plan.messages.push_back("a rehearsal failed: " + rehearsal.error().message);
+    if (!rehearsal) plan.messages.push_back("the rehearsal failed: " + rehearsal.error().message);
   }
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem.Present(system.covariance()).covariance;

@@ -9,7 +9,10 @@
 #include "planning/plan_problem.h"
 #include "problem/graph_builder.h"
 #include "problem/moves.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
+#include "truetriad/math/rotation.h"
 
 // What is taken for the unit and its noise before the poses to come are taken.
 
@@ -38,9 +41,10 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     solved.initialise.only = false;
     TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured, solved));
     if (summary.calibration.IsUsable()) calibrated = std::move(summary.calibration);
-    messages_.push_back(calibrated ? "linearised at the calibration of what is measured"
-                                   : "what is measured is not enough for a calibration; linearised "
-                                     "at the nominal values");
+    messages_.push_back(
+        calibrated
+            ? "linearised at the calibration of the recording"
+            : "the recording is not enough for a calibration; linearised at the nominal values");
   }
   const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
   nominal_.reference << *reference.gravity_mps2.value,
@@ -56,8 +60,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
       nominal_.models[triad] = options.nominal[triad];
     } else if (unit.is_counts && !sensor.fixed_sensitivity) {
       return BadInputError(std::string(TriadName(triad)) +
-                           ": readings in counts have no scale of their own; state about how many "
-                           "counts a true unit makes, as in `plan: { nominal: { " +
+                           ": readings are in counts of unknown size; state roughly how many "
+                           "counts one true unit is, as in `plan: { nominal: { " +
                            std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
       const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
@@ -87,9 +91,9 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                           Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
     }
     if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back("dip unknown: planned for " +
-                          Format("%.3g deg (plan.nominal.dip_deg)",
-                                 nominal_.reference[kDip] * 180.0 / std::numbers::pi));
+      messages_.push_back(
+          "dip unknown: planned for " +
+          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
     }
   }
   if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
@@ -118,8 +122,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       source_[triad] = NoiseSource::kAllan;
       if (!(options.rest_s > 0.0)) {
         return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is a density; state the length of a rest, as in `plan: { "
-                             "rest_s: 5 }`");
+                             ": its noise is a density, so the length of a rest is needed; state "
+                             "it, as in `plan: { rest_s: 5 }`");
       }
     } else if (calibrated) {
       source_[triad] = calibrated->sensors[triad]->noise.source;
@@ -132,11 +136,10 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
         ++count;
       }
       if (count == 0) {
-        return BadInputError(
-            std::string(TriadName(triad)) +
-            ": its noise is not stated; say `noise: { sigma: [x, y, z] }` (of a pose's mean, raw "
-            "unit), `noise: { allan: FILE }` with `plan: { rest_s: … }`, or give a recording with "
-            "rests");
+        return BadInputError(std::string(TriadName(triad)) +
+                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
+                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
+                             "rest_s: … }`, or give a recording with rests");
       }
       rest_covariance_[triad] /= count;
     }
@@ -147,8 +150,8 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
       excess_[triad] = sigma * sigma;
       if (!calibrated) {
         messages_.push_back(std::string(TriadName(triad)) +
-                            ": pose-to-pose noise beyond the noise inside a rest is not known yet "
-                            "and not predicted (state `noise: { excess: { sigma: … } }`)");
+                            ": pose-to-pose noise is unknown and not included in the prediction; "
+                            "state `noise: { excess: { sigma: … } }` if you know it");
       }
     }
   }
@@ -189,8 +192,8 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
     density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
   } else {
     return BadInputError(
-        "gyroscope: how well it sees a turn follows from the σ of its mean at rest and the length "
-        "of that rest; state `plan: { rest_s: 5 }` (s) beside `noise: { sigma: … }`");
+        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
+        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
   }
   stream->rate_hz = kPlannedRateHz;
   stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);

@@ -15,6 +15,10 @@
 #include <Eigen/QR>
 #include <glog/logging.h>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "model/attitude_sets.h"
 #include "problem/graph_builder.h"
@@ -22,12 +26,14 @@
 #include "problem/parameter_name.h"
 #include "problem/start_values.h"
 #include "solve/reduced_system.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
 
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
@@ -41,7 +47,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
-  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxes[static_cast<std::size_t>(axis)];
+  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxisLetters[static_cast<std::size_t>(axis)];
 }
 
 // Poses that between them have every temperature to come, and every face of a six-face block.
@@ -76,8 +82,9 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   for (const Triad triad : kPlannedTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
-      return BadInputError(measured.source + ": the experiment wants the " +
-                           std::string(TriadName(triad)) + ", but the recording has none");
+      return BadInputError(
+          measured.source + ": the " + std::string(TriadName(triad)) +
+          " is enabled but missing from the recording; record it, or remove it from `sensors:`");
     }
     StreamSummary stream;
     stream.triad = triad;
@@ -97,7 +104,7 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to plan for");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -192,7 +199,7 @@ std::vector<ProgramPose> PlanProblem::MeasuredAttitudes() const {
     if (node.kind == PoseKind::kDirection) {
       const Eigen::Vector3d world =
           WorldVector(node.observations.front().triad, nominal_.reference);
-      pose.world_from_body = Eigen::Quaterniond::FromTwoVectors(node.direction(), world);
+      pose.world_from_body = RotationBetween(node.direction(), world);
     }
     pose.temperature_degc = node.temperature_degc;
   }
@@ -217,8 +224,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
   return NotEnoughError(
-      "the calibration does not find its start from exact readings of these poses (do the sensors "
-      "see too few directions?); allow more poses or other rotations");
+      "start values are unobservable even from noise-free readings of these poses (too few "
+      "directions?); allow more poses or other rotations");
 }
 
 // Nodes with their weights and attitudes, in order; a pose that saw no wanted triad has none.
@@ -269,11 +276,8 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
                   &tangent_jacobian);
     const PoseRowMatrix root = node.SquareRootInformation();
     // What the attitude cannot absorb: the whitened rows across the range of its Jacobian.
-    Eigen::MatrixXd whitened = root * shared_jacobian * to_free;
-    if (node.tangent_size() > 0) {
-      const Eigen::HouseholderQR<Eigen::MatrixXd> qr(root * tangent_jacobian);
-      whitened.applyOnTheLeft(qr.householderQ().adjoint());
-    }
+    Eigen::MatrixXd whitened = Times(Times(root, shared_jacobian), to_free);
+    if (node.tangent_size() > 0) whitened = InFrameOf(Times(root, tangent_jacobian), whitened);
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));
   }
   return rows;
@@ -286,22 +290,22 @@ Eigen::MatrixXd PlanProblem::Regularised() const {
 }
 
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
-  const Eigen::LLT<Eigen::MatrixXd> factor(information);
-  if (factor.info() == Eigen::Success && factor.rcond() > kWellConditioned) {
+  const Cholesky factor(information);
+  if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
     // Everything is determined: many times as fast as its eigenvectors.
-    return factor.matrixL().solve(quantity_rows_.transpose()).colwise().norm();
+    return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(information);
-  const double least = kRoundingShare * std::max(solver.eigenvalues().maxCoeff(), 1.0);
+  const SymmetricEigen solver = EigenOfSymmetric(information);
+  const double least = kRoundingShare * std::max(solver.values.maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
   for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
-    const Eigen::VectorXd along =
-        (quantities_[static_cast<std::size_t>(q)].row * solver.eigenvectors()).transpose();
+    const Eigen::VectorXd along = TransposeTimesVector(
+        solver.vectors, quantities_[static_cast<std::size_t>(q)].row.transpose());
     double variance = 0.0;
     for (Eigen::Index i = 0; i < along.size(); ++i) {
       const double share = along[i] * along[i];
-      if (solver.eigenvalues()[i] > least) {
-        variance += share / solver.eigenvalues()[i];
+      if (solver.values[i] > least) {
+        variance += share / solver.values[i];
       } else if (share > 1e-12 * along.squaredNorm()) {
         variance = std::numeric_limits<double>::infinity();
       }

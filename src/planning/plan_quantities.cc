@@ -2,18 +2,17 @@
 #include "planning/plan_quantities.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
 #include "planning/plan_problem.h"
 #include "problem/parameter_name.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
-
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 // A sensor by its sensing axes, whatever body axes they were mounted along; as limits are judged.
 struct SensingAxes {
@@ -55,12 +54,12 @@ class QuantityList {
     const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
       Eigen::Index from = 0;
       sensing.map.row(col).cwiseAbs().maxCoeff(&from);
-      return RowOf(sensor + ".sensitivity." + kAxes[static_cast<std::size_t>(row)] +
-                   kAxes[static_cast<std::size_t>(from)]) /
+      return RowOf(sensor + ".sensitivity." + kAxisLetters[static_cast<std::size_t>(row)] +
+                   kAxisLetters[static_cast<std::size_t>(from)]) /
              sensing.gain[row];
     };
     for (int i = 0; i < 3; ++i) {
-      const std::string axis = kAxes[static_cast<std::size_t>(i)];
+      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
       Add(sensor + ".bias",
           axis,
           std::string(TruthUnitName(sensing.triad)),
@@ -68,13 +67,18 @@ class QuantityList {
           RowOf(sensor + ".bias." + axis) / sensing.gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
-      Add(sensor + ".scale_error", kAxes[static_cast<std::size_t>(i)], "", 1.0, entry(i, i));
+      Add(sensor + ".scale_error",
+          std::string(1, kAxisLetters[static_cast<std::size_t>(i)]),
+          "",
+          1.0,
+          entry(i, i));
     }
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         if (i == j) continue;
         Add(sensor + ".misalignment_rad",
-            std::string(kAxes[static_cast<std::size_t>(i)]) + kAxes[static_cast<std::size_t>(j)],
+            std::string(1, kAxisLetters[static_cast<std::size_t>(i)]) +
+                kAxisLetters[static_cast<std::size_t>(j)],
             "rad",
             1.0,
             entry(i, j));

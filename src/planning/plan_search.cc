@@ -8,6 +8,7 @@
 
 #include "math/random.h"
 #include "start/start.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -21,7 +22,7 @@ constexpr int kIdleRounds = 3;
 // Starts from which one pose less is tried.
 constexpr int kSparingStarts = 3;
 // A hand does not turn a unit more finely than this.
-constexpr double kFinestTurnRad = 1.0 * std::numbers::pi / 180.0;
+constexpr double kFinestTurnRad = kRadPerDeg;
 // A guard: sweeps end by kLeastRefinement.
 constexpr int kRefineSweeps = 10;
 // Share of what a pose is worth, below which a move is not worth another sweep.

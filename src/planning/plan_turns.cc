@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstdint>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include "math/dense/cholesky.h"
 #include "model/gyro_increment.h"
 #include "truetriad/math/rotation.h"
 
@@ -61,7 +61,7 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   Eigen::Matrix<double, 3, 12> by;
   by.leftCols<9>() = seen.by_sensitivity * gain.replicate<3, 1>().asDiagonal();
   by.rightCols<3>() = seen.by_asymmetry;
-  return by.transpose() * covariance.llt().solve(by);
+  return by.transpose() * Cholesky(covariance).Solve(by);
 }
 
 class Orderer {
@@ -75,12 +75,7 @@ class Orderer {
       sum += information_[order[k] * count_ + order[k + 1]];
     }
     const Eigen::Index size = asymmetry_ ? 12 : 9;
-    return 2.0 * Eigen::LLT<Eigen::MatrixXd>(sum.topLeftCorner(size, size))
-                     .matrixLLT()
-                     .diagonal()
-                     .array()
-                     .log()
-                     .sum();
+    return Cholesky(sum.topLeftCorner(size, size)).LogDeterminant();
   }
 
  private:

@@ -18,7 +18,7 @@ struct ScalarPrior {
   double sigma = 1.0;
 };
 
-// The factor graph of model.md §2: shared parameters, one node a pose, priors.
+// The factor graph (docs/method.md, "Factors"): shared parameters, one node a pose, priors.
 struct PoseGraph {
   SharedLayout layout;
   Eigen::VectorXd shared;
@@ -26,6 +26,7 @@ struct PoseGraph {
   std::vector<IncrementEdge> increments;  // in the order of their nodes
   Eigen::VectorXd integrated_at;          // the shared parameters where the increments were
   std::vector<ScalarPrior> priors;
+  Solver solver = Solver::kEliminated;
   // Attitudes from outside were restated in a level frame by this.
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 

@@ -4,20 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "model/world.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
-#include "model/world.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 // The seat of a six-face rest is never exact: a zero sigma is this.
 constexpr double kSmallestSeatRad = 1e-7;
 
@@ -116,10 +115,10 @@ Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
           return seen.triad == Triad::kGyroscope;
         });
     if (!is_seen || (node.kind != PoseKind::kDirection && !heading_is_held)) continue;
-    return BadInputError(poses.source + ": pose " + std::to_string(node.number) +
-                         " has neither a reading of the magnetometer nor a known attitude, so that "
-                         "nothing tells its heading, which `reference.earth_rate` needs; leave the "
-                         "pose out, or drop the key");
+    return BadInputError(
+        poses.source + ": pose " + std::to_string(node.number) +
+        " has neither a magnetometer reading nor a known attitude, so its heading is unobservable, "
+        "but `reference.earth_rate` needs it; remove the pose or the key");
   }
   return {};
 }
@@ -204,8 +203,8 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     if (options.HasThermal()) {
       if (!pose.temperature_degc) {
         return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
-                             " has no temperature; every pose needs one for `thermal:` terms (a "
-                             "column temperature[degC]); add it, or remove the key");
+                             " has no temperature; `thermal:` terms need one for every pose "
+                             "(column temperature[degC]); add it, or remove the key");
       }
       node.temperature_degc = *pose.temperature_degc;
       node.temperature_rate_degcps = pose.temperature_rate_degcps;
@@ -216,9 +215,9 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                : PoseKind::kRotation;
     if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
       if (!pose.attitude) {
-        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
-                             " has no known attitude; every pose needs one with `attitudes: "
-                             "{file: …}`");
+        return BadInputError(
+            poses.source + ": pose " + std::to_string(pose.number) +
+            " has no known attitude; `attitudes: {file: …}` needs one for every pose");
       }
       const Eigen::Quaterniond& q = pose.attitude->world_from_body;
       node.state = {q.x(), q.y(), q.z(), q.w()};
@@ -273,6 +272,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
 }
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
+  graph->solver = options.solver;
   SharedLayout& layout = graph->layout;
   layout = SharedLayout{};
   const auto wants = [&options](Triad triad) { return options.triads[triad].enabled; };

@@ -16,7 +16,7 @@ namespace truetriad {
 inline constexpr double kLeastNoiseShare = 1e-7;
 
 // The triad that fixes the body frame: the accelerometer where it is calibrated, a gyroscope where
-// it is alone. model.md §1.
+// it is alone. docs/method.md, "Gauge".
 Triad LeadingTriad(const CalibrateOptions& options);
 
 // Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/increment_edge.h"
 
+#include <memory>
+
 #include <Eigen/Cholesky>
 
-#include "truetriad/math/rotation.h"
+#include "problem/graph_rows.h"
+#include "problem/rows/row_evaluation.h"
 
 namespace truetriad {
 namespace {
@@ -59,7 +62,7 @@ Eigen::Quaterniond IncrementEdge::RotationAt(const SharedLayout& layout,
 Eigen::Vector3d IncrementEdge::EarthTurn(const SharedLayout& layout, const double* shared) const {
   if (stated_turn >= 0 || !layout.CountsEarthRate()) return Eigen::Vector3d::Zero();
   const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
-  return increment.duration_s * EarthRate(layout, reference);
+  return increment.duration_s * EarthRate(layout.earth_rate_radps, reference);
 }
 
 void IncrementEdge::Evaluate(const SharedLayout& layout,
@@ -70,62 +73,30 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
                              PoseSharedJacobian* shared_jacobian,
                              Eigen::Matrix3d* first_jacobian,
                              Eigen::Matrix3d* second_jacobian) const {
-  const ThermalFactors factors =
-      layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps);
-  const GyroModel model = ModelAt(layout, shared, factors);
-  const Eigen::Map<const Eigen::Quaterniond> first(first_state), second_in_its_world(second_state);
-  const Eigen::Vector3d earth_turn = EarthTurn(layout, shared);
-  const bool earth_turns = !earth_turn.isZero(0.0);
-  // In the world of the first.
-  Eigen::Quaterniond second = second_in_its_world;
-  if (earth_turns) second = RotationExp(earth_turn) * second_in_its_world;
-  const Eigen::Vector3d change =
-      increment.by_bias * (model.triad.bias - at.triad.bias) +
-      increment.by_sensitivity *
-          Eigen::Matrix3d(model.triad.sensitivity - at.triad.sensitivity).reshaped() +
-      increment.by_g_sensitivity *
-          Eigen::Matrix3d(model.g_sensitivity - at.g_sensitivity).reshaped() +
-      increment.by_asymmetry * (model.triad.asymmetry - at.triad.asymmetry);
-  const Eigen::Quaterniond turned = increment.rotation * RotationExp(change);
-  *residual = RotationLog(turned.conjugate() * first.conjugate() * second);
-
-  const Eigen::Matrix3d from_right = InverseRightJacobian(*residual);
-  if (second_jacobian != nullptr) *second_jacobian = from_right;
-  if (first_jacobian != nullptr) {
-    // (R Exp(d))^T Q = R^T Q Exp(-Q^T R d).
-    *first_jacobian = -from_right * (second.conjugate() * first).toRotationMatrix();
+  const std::unique_ptr<Row> row = RowOf(*this, layout);
+  RowEvaluation evaluation;
+  const bool wants_jacobians = shared_jacobian != nullptr || first_jacobian != nullptr;
+  evaluation.Evaluate(*row, shared, {first_state, second_state}, wants_jacobians);
+  *residual = evaluation.residual();
+  if (shared_jacobian != nullptr) {
+    shared_jacobian->setZero(3, layout.size);
+    for (std::size_t i = 0; i < row->shared_blocks().size(); ++i) {
+      const SharedBlock& block = row->shared_blocks()[i];
+      shared_jacobian->middleCols(block.offset, block.size) = evaluation.BySharedBlock(i);
+    }
   }
-  if (shared_jacobian == nullptr) return;
-  // Exp(-J_r(change) J d) from the left; the inverse left Jacobian is the right one's transpose.
-  const Eigen::Matrix3d by_change = -from_right.transpose() * RightJacobian(change);
-  shared_jacobian->setZero(3, layout.size);
-  layout.SetModelJacobian(kGyroscope,
-                          factors,
-                          by_change * increment.by_bias,
-                          by_change * increment.by_sensitivity,
-                          *shared_jacobian);
-  if (layout.g_sensitivity >= 0) {
-    shared_jacobian->block<3, 9>(0, layout.g_sensitivity) = by_change * increment.by_g_sensitivity;
-  }
-  if (earth_turns) {
-    // Exp(e + d) R = Exp(e) R Exp(R^T J_r(e) d).
-    const Eigen::Map<const ReferenceVector> reference(shared + layout.reference);
-    shared_jacobian->middleCols<kReferenceSize>(layout.reference) =
-        from_right * second_in_its_world.toRotationMatrix().transpose() *
-        RightJacobian(earth_turn) * increment.duration_s * EarthRateJacobian(layout, reference);
-  }
-  if (const int place = layout.asymmetry[kGyroscope]; place >= 0) {
-    shared_jacobian->middleCols<3>(place) = by_change * increment.by_asymmetry;
-  }
+  const auto by_tangent = [&](std::size_t i, const double* state) -> Eigen::Matrix3d {
+    const PoseValues values{state[0], state[1], state[2], state[3]};
+    return evaluation.ByState(i) * PlusJacobianOf(PoseKind::kRotation, values);
+  };
+  if (first_jacobian != nullptr) *first_jacobian = by_tangent(0, first_state);
+  if (second_jacobian != nullptr) *second_jacobian = by_tangent(1, second_state);
 }
 
 Eigen::Matrix3d IncrementEdge::Information() const {
   return weight * Eigen::LLT<Eigen::Matrix3d>(variance).solve(Eigen::Matrix3d::Identity());
 }
 
-Eigen::Matrix3d IncrementEdge::SquareRootInformation() const {
-  const Eigen::LLT<Eigen::Matrix3d> factor(variance / weight);
-  return factor.matrixL().solve(Eigen::Matrix3d::Identity());
-}
+Eigen::Matrix3d IncrementEdge::SquareRootInformation() const { return RootOf(variance, weight); }
 
 }  // namespace truetriad

@@ -7,24 +7,17 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "model/gyro_increment.h"
 #include "problem/parameters.h"
 #include "problem/pose_node.h"
-#include "model/gyro_increment.h"
 
 namespace truetriad {
 
-// What the gyroscope says about the turn from one pose to the next.
-//
-//   rows   Log(dR(b, S, G, a)^T R_k^T R_k+1)        rad, in the body frame of the second pose
-//
-// Where the layout counts the earth's rate w, the world of the second pose has turned against the
-// stars since the first, by w over the time between the first reading and the last:
-//
-//   rows   Log(dR(b, S, G, a)^T R_k^T Exp(w dt) R_k+1)
+// What the gyroscope says about the turn from one pose to the next, dR. How that is compared with
+// the attitudes: rows/turn_row.h.
 //
 // A turn that the operator states leads from one held attitude to another: no turn, and Exp(angle *
-// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up. It
-// is stated against the table: the earth's rate is not counted in it.
+// axis). Both are known but for whole turns, which nobody can tell from where the unit ends up.
 //
 // dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
 // moves that point.

@@ -12,12 +12,12 @@
 #include "base/messages.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
+#include "truetriad/base/units.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 // σ of what is not to count: a turn's angle by a radian, a mean rate by ten times its size.
 constexpr double kNothingRad = 1.0;
 constexpr double kNothingShare = 10.0;
@@ -114,9 +114,8 @@ Status AddKnownMotions(const PoseSet& poses,
     if (!options.HasThermal()) return node;
     if (at == nullptr || !at->temperature_degc) {
       return BadInputError(poses.source +
-                           ": a known turn or rate has no temperature; every one needs it for "
-                           "`thermal:` terms (a column temperature[degC]); add it, or remove the "
-                           "key");
+                           ": a known turn or rate has no temperature; `thermal:` terms need one "
+                           "for each (column temperature[degC]); add it, or remove the key");
     }
     node.temperature_degc = *at->temperature_degc;
     node.temperature_rate_degcps = at->temperature_rate_degcps;
@@ -249,8 +248,8 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
   if (count >= 4) qr.compute(design);
   if (count < 4 || qr.rank() < 4) {
     return NotEnoughError(
-        "gyroscope: the known turns and rates do not show all of its axes and its bias; turn the "
-        "unit about three different axes, each both ways, or add rests");
+        "gyroscope: the known turns and rates do not cover all of its axes and its bias; turn the "
+        "unit about three different axes, each in both directions, or add rests");
   }
   const Eigen::MatrixXd solution = qr.solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose() / largest,
@@ -266,13 +265,13 @@ Status CheckTurnCounts(const PoseSet& poses, const StartValues& start) {
     const double counted = CountedAngle(turn, *gyroscope);
     if (std::abs(counted - turn.stated.angle_rad) < std::numbers::pi) continue;
     const Eigen::Vector3d& axis = turn.stated.axis;
-    return BadInputError(poses.source + ": " + NameOf(turn, i) + " is stated as " +
-                         Format("%.0f deg", kDegPerRad * turn.stated.angle_rad) +
-                         Format(" about (%.3g, ", axis.x()) + Format("%.3g, ", axis.y()) +
-                         Format("%.3g), but the gyroscope counts ", axis.z()) +
-                         Format("%.0f deg about that axis", kDegPerRad * counted) +
-                         "; check the axis, the number of turns and its sign (right hand about "
-                         "the axis)");
+    return BadInputError(
+        poses.source + ": " + NameOf(turn, i) + " is stated as " +
+        Format("%.0f deg", kDegPerRad * turn.stated.angle_rad) +
+        Format(" about (%.3g, ", axis.x()) + Format("%.3g, ", axis.y()) +
+        Format("%.3g), but the gyroscope measures ", axis.z()) +
+        Format("%.0f deg about that axis", kDegPerRad * counted) +
+        "; check the axis, the number of turns and the sign (right-hand rule about the axis)");
   }
   return {};
 }

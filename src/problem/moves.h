@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "truetriad/data/static_pose.h"
 #include "model/gyro_increment.h"
+#include "truetriad/data/static_pose.h"
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "truetriad/problem/options.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,7 +8,6 @@
 #include <tuple>
 
 #include "base/named_values.h"
-#include "truetriad/problem/options.h"
 
 namespace truetriad {
 namespace {
@@ -114,19 +115,18 @@ Status CalibrateOptions::Validate() const {
     const std::string name(TriadName(triad));
     require(sweep || triad != Triad::kGyroscope || triads[Triad::kAccelerometer].enabled ||
                 HasGyroscopeAlone(),
-            "gyroscope: its turns are judged by gravity; calibrate the accelerometer with it, or "
+            "gyroscope: its turns are measured against gravity; enable the accelerometer too, or "
             "calibrate it alone from known turns and rates");
-    require(sensor.g_sensitivity == Wanted::kNo || triads[Triad::kAccelerometer].enabled,
-            name +
-                ": how it follows gravity shows only where gravity is seen; calibrate the "
-                "accelerometer with it, or drop `g_sensitivity`");
+    require(
+        sensor.g_sensitivity == Wanted::kNo || triads[Triad::kAccelerometer].enabled,
+        name + ": g-sensitivity needs the accelerometer; enable it too, or remove `g_sensitivity`");
     for (const auto& [wanted, term, owner] :
          {std::tuple(sensor.g_sensitivity, "g-sensitivity", Triad::kGyroscope),
           std::tuple(sensor.asymmetry, "asymmetry", Triad::kGyroscope),
           std::tuple(sensor.quadratic, "quadratic term", Triad::kAccelerometer)}) {
-      require(
-          wanted == Wanted::kNo || triad == owner,
-          name + ": a " + term + " is estimated of the " + std::string(TriadName(owner)) + " only");
+      require(wanted == Wanted::kNo || triad == owner,
+              name + ": a " + term + " exists only for the " + std::string(TriadName(owner)) +
+                  "; remove it");
     }
     require(sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
             name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
@@ -146,7 +146,7 @@ Status CalibrateOptions::Validate() const {
     require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
     require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
   }
-  require(any, "no sensor is wanted: list at least one under `sensors:`");
+  require(any, "no sensor is enabled: list at least one under `sensors:`");
   require(reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,
           "gravity must be known and positive");
   if (reference.earth_rate && triads[Triad::kGyroscope].enabled) {
@@ -156,55 +156,53 @@ Status CalibrateOptions::Validate() const {
             "finite");
     require(!HasGyroscopeAlone() &&
                 (triads[Triad::kMagnetometer].enabled || attitudes.kind == AttitudeKind::kGiven),
-            "earth rate: nothing tells the heading, which says along which axes of the unit the "
-            "earth turns; calibrate the magnetometer with the gyroscope, give the attitudes "
-            "(`attitudes: { file }`), or drop `reference.earth_rate`");
+            "earth rate: heading is unobservable, so the earth rate in the body frame is unknown; "
+            "enable the magnetometer too, give the attitudes (`attitudes: { file }`), or remove "
+            "`reference.earth_rate`");
     require(!motion,
-            "earth rate: it is not counted in a unit that is tumbled without rests; drop "
+            "earth rate: it is not modelled for a unit that is tumbled without rests; remove "
             "`reference.earth_rate` or `poses: { motion }`");
   }
   require(!reference.field_ut.known() || *reference.field_ut.value > 0.0,
           "field strength must be positive");
   require(gauge != Gauge::kFixture || IsBodyKnown(), "gauge `fixture` needs known attitudes");
   require(attitudes.kind != AttitudeKind::kSixFace || triads[Triad::kAccelerometer].enabled,
-          "six-face attitudes need the accelerometer, which says what face is up");
-  require(
-      !attitudes.unknown_fixture_rotation ||
-          (attitudes.kind == AttitudeKind::kGiven && triads[Triad::kAccelerometer].enabled),
-      "an unknown fixture rotation needs given attitudes, and the accelerometer, which shows it");
+          "six-face attitudes need the accelerometer to tell which face is up; enable it");
+  require(!attitudes.unknown_fixture_rotation ||
+              (attitudes.kind == AttitudeKind::kGiven && triads[Triad::kAccelerometer].enabled),
+          "an unknown fixture rotation needs given attitudes and the accelerometer; enable both");
   require(attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
           "tilt sigma must be > 0 and seat sigma >= 0 degrees");
   require(robust.scale > 0.0, "robust scale " + std::to_string(robust.scale) + " must be > 0");
   if (sweep) {
     require(!motion && attitudes.kind == AttitudeKind::kNone,
-            "sweep: neither a unit in motion nor known attitudes; remove `attitudes:`");
+            "sweep: cannot be combined with motion or known attitudes; remove `attitudes:`");
     require(!reference.earth_rate,
-            "sweep: the earth's rate is part of the bias of a unit that rests; drop "
+            "sweep: the earth rate is part of the bias of a unit at rest; remove "
             "`reference.earth_rate`");
     for (const Triad triad : kTriads) {
       const TriadOptions& sensor = triads[triad];
       require(!sensor.enabled || sensor.thermal.bias_order > 0,
               std::string(TriadName(triad)) +
-                  ": a sweep shows how the bias follows the temperature; state `thermal: { "
-                  "bias_order: … }`, or leave the sensor out");
+                  ": a sweep determines how the bias depends on temperature; state `thermal: { "
+                  "bias_order: … }`, or remove the sensor");
       require(!sensor.enabled || sensor.thermal.matrix_order == 0,
               std::string(TriadName(triad)) +
-                  ": a sweep in few attitudes does not tell a sensitivity from a bias; remove "
-                  "`matrix_order`, or take poses at several temperatures (a soak)");
+                  ": a sweep in few attitudes cannot separate sensitivity from bias; remove "
+                  "`matrix_order`, or record poses at several temperatures (a soak)");
       require(
           !sensor.enabled || (sensor.quadratic == Wanted::kNo && sensor.asymmetry == Wanted::kNo &&
                               sensor.g_sensitivity == Wanted::kNo),
           std::string(TriadName(triad)) +
-              ": a sweep tells only what changes with "
-              "temperature; remove the other terms");
+              ": a sweep determines only terms that change with temperature; remove the others");
     }
   }
   if (motion) {
     require(motion->spacing_s >= 0.0 && std::isfinite(motion->spacing_s),
             "motion: spacing " + std::to_string(motion->spacing_s) + " s must be >= 0");
     require(triads[Triad::kAccelerometer].enabled && triads[Triad::kGyroscope].enabled,
-            "motion: the chain of attitudes needs the accelerometer and the gyroscope; list both "
-            "(`fixed: { matrix: identity }` for what is not to be calibrated)");
+            "motion: needs both the accelerometer and the gyroscope to track the attitude; list "
+            "both (with `fixed: { matrix: identity }` for one that is not to be calibrated)");
     require(attitudes.kind == AttitudeKind::kNone,
             "motion: a tumbling unit has no known attitudes; remove `attitudes:`");
     require(!HasThermal(), "motion: temperature terms need rests; remove `thermal:`");

@@ -5,11 +5,11 @@
 #include <string_view>
 
 #include "base/named_values.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kAxes = "xyz";
 constexpr NamedValues<ParameterKind, 8> kKinds = {{
     {ParameterKind::kBias, "bias"},
     {ParameterKind::kSensitivity, "sensitivity"},
@@ -33,8 +33,8 @@ std::string ParameterName::str() const {
   text.append(".").append(kKinds.Name(kind));
   if (power > 0) text.append(".").append(std::to_string(power));
   text += '.';
-  text += kAxes[static_cast<std::size_t>(row)];
-  if (IsMatrix(kind)) text += kAxes[static_cast<std::size_t>(col)];
+  text += kAxisLetters[static_cast<std::size_t>(row)];
+  if (IsMatrix(kind)) text += kAxisLetters[static_cast<std::size_t>(col)];
   return text;
 }
 
@@ -60,9 +60,9 @@ std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
   const std::string_view axes = std::string_view(text).substr(last + 1);
   if (!kind || axes.size() != (IsMatrix(*kind) ? 2U : 1U)) return std::nullopt;
   name.kind = *kind;
-  if (axes.find_first_not_of(kAxes) != std::string_view::npos) return std::nullopt;
-  name.row = static_cast<int>(kAxes.find(axes.front()));
-  if (IsMatrix(name.kind)) name.col = static_cast<int>(kAxes.find(axes.back()));
+  if (axes.find_first_not_of(kAxisLetters) != std::string_view::npos) return std::nullopt;
+  name.row = static_cast<int>(kAxisLetters.find(axes.front()));
+  if (IsMatrix(name.kind)) name.col = static_cast<int>(kAxisLetters.find(axes.back()));
   return name;
 }
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "model/world.h"
 #include "problem/parameter_name.h"
 #include "truetriad/math/rotation.h"
-#include "model/world.h"
 
 namespace truetriad {
 namespace {
@@ -239,9 +239,9 @@ Eigen::Matrix<double, 3, kReferenceSize> TiltedJacobian(
   return RotationExp(-tilt).toRotationMatrix() * by_reference;
 }
 
-Eigen::Vector3d LevelEarthRate(const SharedLayout& layout,
+Eigen::Vector3d LevelEarthRate(const Eigen::Vector3d& earth_rate_radps,
                                const Eigen::Ref<const ReferenceVector>& reference) {
-  return Eigen::AngleAxisd(reference[kHeading], Eigen::Vector3d::UnitZ()) * layout.earth_rate_radps;
+  return Eigen::AngleAxisd(reference[kHeading], Eigen::Vector3d::UnitZ()) * earth_rate_radps;
 }
 
 }  // namespace
@@ -272,14 +272,14 @@ Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
   return TiltedJacobian(LevelVector(triad, reference), jacobian, reference);
 }
 
-Eigen::Vector3d EarthRate(const SharedLayout& layout,
+Eigen::Vector3d EarthRate(const Eigen::Vector3d& earth_rate_radps,
                           const Eigen::Ref<const ReferenceVector>& reference) {
-  return RotationExp(-FixtureTilt(reference)) * LevelEarthRate(layout, reference);
+  return RotationExp(-FixtureTilt(reference)) * LevelEarthRate(earth_rate_radps, reference);
 }
 
 Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
-    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference) {
-  const Eigen::Vector3d level = LevelEarthRate(layout, reference);
+    const Eigen::Vector3d& earth_rate_radps, const Eigen::Ref<const ReferenceVector>& reference) {
+  const Eigen::Vector3d level = LevelEarthRate(earth_rate_radps, reference);
   Eigen::Matrix<double, 3, kReferenceSize> jacobian;
   jacobian.setZero();
   jacobian.col(kHeading) = Eigen::Vector3d::UnitZ().cross(level);

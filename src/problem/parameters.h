@@ -9,8 +9,8 @@
 
 #include "problem/thermal_block.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/problem/options.h"
 #include "truetriad/model/triad_model.h"
+#include "truetriad/problem/options.h"
 
 namespace truetriad {
 
@@ -115,21 +115,21 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
 // World vectors (true unit): specific force at rest, the magnetic field; of the gyroscope none, see
-// EarthRate. model.md §1. In the frame of the attitudes, which a fixture's tilt t turns
-// against the level one: Exp(-t) v.
+// EarthRate. docs/conventions.md, "Frames". In the frame of the attitudes, which a fixture's tilt t
+// turns against the level one: Exp(-t) v.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 // d WorldVector / d (g, B, dip, heading, tilt).
 Eigen::Matrix<double, 3, kReferenceSize> WorldVectorJacobian(
     Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
-// The layout's earth rate (rad/s) in the frame of the attitudes: turned about the vertical by the
-// heading of magnetic north, then by the fixture's tilt, as the field is.
-Eigen::Vector3d EarthRate(const SharedLayout& layout,
+// The earth's rate (rad/s; SharedLayout) in the frame of the attitudes: turned about the vertical
+// by the heading of magnetic north, then by the fixture's tilt, as the field is.
+Eigen::Vector3d EarthRate(const Eigen::Vector3d& earth_rate_radps,
                           const Eigen::Ref<const ReferenceVector>& reference);
 
 // d EarthRate / d (g, B, dip, heading, tilt).
 Eigen::Matrix<double, 3, kReferenceSize> EarthRateJacobian(
-    const SharedLayout& layout, const Eigen::Ref<const ReferenceVector>& reference);
+    const Eigen::Vector3d& earth_rate_radps, const Eigen::Ref<const ReferenceVector>& reference);
 
 }  // namespace truetriad

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "problem/parameters.h"
+#include "problem/pose_state.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/triad_model.h"
 
@@ -23,13 +24,6 @@ using PoseSharedJacobian =
 using PoseRowMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
 using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 3>;
-
-// What is unknown about the attitude of one pose.
-enum class PoseKind {
-  kHeld,       // known exactly: nothing
-  kDirection,  // seen by one vector sensor: the direction of its field in the body, 2 dof
-  kRotation,   // world <- body, 3 dof
-};
 
 // What a node of the graph stands for.
 enum class PoseRole {
@@ -54,26 +48,14 @@ struct Observation {
   bool rejected = false;
 };
 
-// One pose of the graph: its observations, what is known of its attitude, its attitude.
-//
-// Rows, unwhitened (model.md §2):
-//   static triad      h(S * R^T v) - (y - b)   v: specific force or field in the world; S and b at
-//                                              the pose's temperature; h: higher terms,
-//                                              triad_model.h
-//   attitude prior    Log(R_prior^T R)         about the body axes
-//   static gyroscope  h(S w) + b + G f - y       w: the known rate; at rest that of the earth, if
-//                                              counted; f: specific force in the body
-//   heading           Log(R R_held^T) about the vertical: for the first pose of a chain in which
-//                     nothing tells the heading; with nothing against it, it takes no part in χ²
-//   six-face prior    components of the up direction along the two tangent axes of the face, minus
-//                     the face's own tilt
-// The static rows carry the sign model - reading, so that Jacobians have none.
+// One pose of the graph: what was seen, what is known of its attitude, its attitude. What that
+// means say its rows (graph_rows.h), in this order: those of its observations, three each; of the
+// given attitude, three; of the held heading, one; of the face, two.
 struct PoseNode {
   int number = 0;  // StaticPose::number; known rates go on counting
   PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
-  // Quaternion x, y, z, w (Eigen's order) or direction x, y, z, 0.
-  std::array<double, 4> state{0.0, 0.0, 0.0, 1.0};
+  PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // only read where there are temperature terms
   double temperature_rate_degcps = 0.0;
   std::vector<Observation> observations;
@@ -92,10 +74,7 @@ struct PoseNode {
   int face = -1;  // index of the face that points up, or -1
   double seat_sigma_rad = 0.0;
 
-  int state_size() const { return kind == PoseKind::kDirection ? 3 : 4; }
-  int tangent_size() const {
-    return kind == PoseKind::kHeld ? 0 : kind == PoseKind::kDirection ? 2 : 3;
-  }
+  int tangent_size() const { return TangentSize(kind); }
   int row_count() const {
     return 3 * static_cast<int>(observations.size()) + (has_attitude_prior ? 3 : 0) +
            (holds_heading ? 1 : 0) + (face >= 0 ? 2 : 0);
@@ -140,25 +119,10 @@ struct PoseNode {
   // W^T W, with one block for every three rows on its diagonal.
   PoseRowMatrix Information() const;
 
-  // The state moved along its tangent space, as long as tangent_size().
-  std::array<double, 4> StateAfter(const Eigen::Ref<const Eigen::VectorXd>& tangent) const;
-  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) { state = StateAfter(tangent); }
-
- private:
-  // G f in the static gyroscope's rows.
-  void AddPullOfGravity(const SharedLayout& layout,
-                        const double* shared,
-                        const double* state_values,
-                        int row,
-                        PoseResidual12* residual,
-                        PoseSharedJacobian* shared_jacobian,
-                        PoseStateJacobian* tangent_jacobian) const;
+  // Moves the state along its tangent space.
+  void Step(const Eigen::Ref<const Eigen::VectorXd>& tangent) {
+    state = After(kind, state, tangent);
+  }
 };
-
-// Two unit vectors that complete the unit vector `direction` to a right-handed frame.
-Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
-
-// Outward axis of a face (order +x, -x, +y, …) and its two tangent axes as columns.
-Eigen::Matrix3d FaceAxes(int face);
 
 }  // namespace truetriad

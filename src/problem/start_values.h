@@ -19,7 +19,7 @@ namespace truetriad {
 inline constexpr double kEquatorSine = 0.02;
 
 // Where the optimiser may start: closed-form models of the triads, no guess from the user.
-// model.md §4.
+// docs/method.md, "Start values".
 struct StartValues {
   PerTriad<std::optional<TriadModel<double>>> models;
   ReferenceVector reference = ReferenceVector::Zero();

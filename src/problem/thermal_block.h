@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-#include "truetriad/problem/options.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/triad_model.h"
+#include "truetriad/problem/options.h"
 
 namespace truetriad {
 

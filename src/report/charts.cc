@@ -157,7 +157,7 @@ std::string LimitChart(const std::vector<LimitCheck>& limits) {
   constexpr double kAllowed = 320.0;  // Length of the limit itself.
   constexpr double kRow = 24.0;
   constexpr double kMost = 1.4;  // Of the limit; what is worse ends here.
-  Svg svg(740.0, 30.0 + kRow * static_cast<double>(limits.size()), "Worst values against limits");
+  Svg svg(740.0, 30.0 + kRow * static_cast<double>(limits.size()), "Worst value of each limit");
   svg.Text(kLeft + kAllowed, 14.0, "limit", "middle");
   double y = 22.0;
   for (const LimitCheck& check : limits) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -14,13 +13,14 @@
 #include "report/parameter_table.h"
 #include "report/soak_content.h"
 #include "report/sweep_content.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Below this many, the σ themselves are worth little. model.md §2.
+/// Below this many, the σ are themselves known to a quarter at best: 1 / sqrt(2 dof).
 constexpr double kFewDof = 10.0;
 /// Correlations above this are worth a sentence.
 constexpr double kStrongCorrelation = 0.9;
@@ -40,8 +40,7 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
                                              : "Rest noise is the σ of a pose mean, ") +
                      std::string(NoiseSourceWords(noise.source));
   if (noise.excess_sigma > 0.0) {
-    text += std::string(from_motion ? "; the motion adds another "
-                                    : "; the poses scatter by another ") +
+    text += std::string(from_motion ? "; plus motion noise of " : "; plus pose-to-pose noise of ") +
             Significant(noise.excess_sigma, 2) + " " + TruthUnit(triad);
     if (std::isinf(noise.excess_dof)) {
       text += " (excess σ, as stated)";
@@ -64,11 +63,11 @@ std::string IntervalSentence(double dof) {
 std::string FewDofSentence(double dof, bool is_sweep) {
   if (!(dof > 0.0) || dof >= kFewDof) return "";
   return "CAUTION: only " + Significant(dof, 2) +
-         " degrees of freedom stand behind the σ, which are themselves known to about " +
+         " degrees of freedom support σ, so σ itself is known only to about " +
          Percent(1.0 / std::sqrt(2.0 * dof)) +
-         (is_sweep ? "; what the sweep leaves unexplained goes on for long: repeat it, or make it "
-                     "longer."
-                   : "; take more poses.");
+         (is_sweep
+              ? "; the residual of the sweep varies slowly: repeat the sweep, or make it longer."
+              : "; add poses.");
 }
 
 /// The most correlated pairs in words, or empty.
@@ -97,7 +96,7 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
     return std::abs(a.rho) > std::abs(b.rho);
   });
   constexpr std::size_t kShown = 3;
-  std::string text = "Strongly correlated, so hardly told apart: ";
+  std::string text = "Strongly correlated, so nearly indistinguishable: ";
   for (std::size_t i = 0; i < std::min(strong.size(), kShown); ++i) {
     text += (i ? ", " : "") + strong[i].words;
   }
@@ -119,17 +118,17 @@ std::string LimitUnit(const std::string& name) {
 Section LimitsSection(const Calibration& calibration) {
   Section section{SectionKind::kLimits, "Limits", {}};
   if (!calibration.IsUsable()) {
-    section.blocks.emplace_back(std::string("Not judged: the calibration is not usable."));
+    section.blocks.emplace_back(std::string("Not checked: the calibration is not usable."));
     return section;
   }
   const std::vector<LimitCheck>& limits = calibration.quality.limits;
   if (limits.empty()) {
     section.blocks.emplace_back(
-        std::string("No limits were set, so nothing but usability was judged. State them under "
-                    "`limits:` in the experiment."));
+        std::string("No limits were set, so only usability was checked. To pass or fail units, "
+                    "state `limits:` in the experiment."));
     return section;
   }
-  Table table{{"limit", "allowed", "worst found", "unit", "used", "judged"}, "lrrlrl", {}};
+  Table table{{"limit", "allowed", "worst found", "unit", "used", "result"}, "lrrlrl", {}};
   for (const LimitCheck& check : limits) {
     table.rows.push_back({check.name,
                           Significant(check.limit, 4),
@@ -143,8 +142,8 @@ Section LimitsSection(const Calibration& calibration) {
         return !check.pass && std::abs(check.worst) <= check.limit;
       })) {
     section.blocks.emplace_back(
-        std::string("A guard band was asked for: a value passes only when it is inside its limit "
-                    "by a multiple of its σ."));
+        std::string("A guard band was set: a value passes only if it is within its limit by a "
+                    "multiple of its σ."));
   }
   return section;
 }
@@ -231,16 +230,16 @@ Section ModelChoiceSection(const Quality& quality) {
   if (quality.model_choice.empty()) return section;
   section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
   section.blocks.emplace_back(std::string(
-      "Below the chosen model those that differ from it by one step. A term is there "
-      "where all three say so: p of the likelihood ratio (of how a bias follows temperature: of "
-      "F against what the temperatures have beyond the terms) below 1 %, a lower BIC, a "
-      "lower error of held-out poses and turns (RMS, in units of their noise; where terms in "
-      "temperature are chosen, of one temperature after the other)."));
+      "The table lists the chosen model, then those that differ from it by one step. A term is "
+      "included if three criteria agree: p of the likelihood ratio below 1 % (for thermal terms of "
+      "a bias: p of the F test against the scatter between temperatures), a lower BIC, and a lower "
+      "error on held-out poses and turns (RMS, in units of their noise; for thermal terms, holding "
+      "out one temperature at a time)."));
   section.blocks.emplace_back(ModelTable("model", quality.model_choice));
   if (quality.model_steps.size() > 1) {
-    section.blocks.emplace_back("On the way there from the largest that the poses determine, " +
+    section.blocks.emplace_back("Steps from the largest observable model, " +
                                 quality.model_steps.front().description +
-                                ": what was taken away or came back, and the model after it.");
+                                ": the term removed or restored, and the resulting model.");
     std::vector<ModelAlternative> steps = quality.model_steps;
     steps.front().description = "start";
     section.blocks.emplace_back(ModelTable("step", steps));
@@ -254,17 +253,17 @@ Section HeldOutSection(const Calibration& calibration) {
   if (!quality.sweep.empty()) return section;  // It is in the section of the sweep.
   if (!quality.held_out) {
     if (quality.poses > 0) {
-      section.blocks.emplace_back(std::string(
-          IsFromMotion(calibration) ? "Not computed for a unit that is followed through its motion."
-                                    : "Not computed: no poses were held out."));
+      section.blocks.emplace_back(
+          std::string(IsFromMotion(calibration) ? "Not computed for a unit in motion without rests."
+                                                : "Not computed: no poses were held out."));
     }
     return section;
   }
   const HeldOut& held_out = *quality.held_out;
-  section.blocks.emplace_back("Each of " + std::to_string(held_out.folds) +
-                              " groups of poses was predicted by a calibration that had not seen "
-                              "it: the error to expect on new poses. A ratio well above 1 means "
-                              "that the model follows the noise.");
+  section.blocks.emplace_back(
+      "Each of " + std::to_string(held_out.folds) +
+      " groups of poses was predicted by a calibration from the others: this is the error to "
+      "expect on new poses. A ratio well above 1 means that the model fits the noise.");
   Table table{
       {"RMS of |C(y - b)| - reference", "held out", "in sample", "ratio", "unit"}, "lrrrl", {}};
   for (const Triad triad : kTriads) {
@@ -280,7 +279,7 @@ Section HeldOutSection(const Calibration& calibration) {
   if (held_out.turns) {
     section.blocks.emplace_back(
         "Direction of gravity at the next rest, each of " +
-        std::to_string(held_out.turns->errors_rad.size()) + " turns left out once: median error " +
+        std::to_string(held_out.turns->errors_rad.size()) + " turns held out once: median error " +
         MedianAngles(held_out.turns->median_rad, held_out.turns->nominal_median_rad) + ".");
   }
   return section;
@@ -289,7 +288,6 @@ Section HeldOutSection(const Calibration& calibration) {
 // What the operator stated beside what the gyroscope saw.
 void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   if (turns.empty()) return;
-  constexpr double kDegPerRad = 180.0 / std::numbers::pi;
   section->blocks.emplace_back(Subtitle{"Known turns"});
   Table table{{"turn", "stated", "found", "difference", "σ", "use"}, "lrrrrl", {}};
   for (const TurnCheck& turn : turns) {
@@ -300,14 +298,14 @@ void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
       row.push_back(Significant(kDegPerRad * turn.found_sigma_rad, 2) + "°");
       row.emplace_back(turn.used ? "used" : "predicted only");
     } else {
-      row.insert(row.end(), {"–", "–", "–", "left out: " + turn.fault});
+      row.insert(row.end(), {"–", "–", "–", "skipped: " + turn.fault});
     }
     table.rows.push_back(std::move(row));
   }
   section->blocks.emplace_back(std::move(table));
-  section->blocks.emplace_back(std::string(
-      "σ is that of the angle found. A turn that was used pulled the gyroscope its way; "
-      "one that was predicted only is a test."));
+  section->blocks.emplace_back(
+      std::string("σ is the uncertainty of the angle found. A turn marked `used` took part in the "
+                  "calibration; one marked `predicted only` is an independent check."));
 }
 
 // Sensors' clocks against the gyroscope's.
@@ -315,7 +313,7 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
   if (offsets.empty()) return;
   constexpr double kMsPerS = 1e3;
   section->blocks.emplace_back(Subtitle{"Clocks"});
-  Table table{{"sensor", "later than the gyroscope", "unit", "moves", "p"}, "lrlrr", {}};
+  Table table{{"sensor", "delay relative to the gyroscope", "unit", "moves", "p"}, "lrlrr", {}};
   for (const ClockOffset& offset : offsets) {
     table.rows.push_back({TriadTitle(offset.triad),
                           WithSigma(kMsPerS * offset.later_s, kMsPerS * offset.sigma_s),
@@ -324,6 +322,10 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
                           Significant(offset.p_value, 2)});
   }
   section->blocks.emplace_back(std::move(table));
+  section->blocks.emplace_back(
+      std::string("A delay of minus half a gyroscope sample means that the gyroscope reports mean "
+                  "rates, stamped "
+                  "at the end of each sample."));
 }
 
 Section ResidualsSection(const Calibration& calibration) {
@@ -331,9 +333,9 @@ Section ResidualsSection(const Calibration& calibration) {
   Section section{SectionKind::kResiduals, "Residuals", {}};
   if (quality.pose_residuals.empty() && quality.turns.empty()) return section;
   section.blocks.emplace_back(
-      std::string("A small residual alone proves nothing: a model with much freedom, or poses "
-                  "that cover little, fits well and is still wrong. Judge by the limits, the σ "
-                  "and the held-out error above."));
+      std::string("A small residual alone proves nothing: a model with many terms, or poses with "
+                  "poor coverage, can fit well and still be wrong. Judge by the limits, the σ and "
+                  "the held-out error above."));
   Table table{{"RMS of |C(y - b)| - reference", "before", "after", "unit"}, "lrrl", {}};
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
@@ -348,9 +350,8 @@ Section ResidualsSection(const Calibration& calibration) {
   if (quality.dof > 0.0) {
     fit += ", " + Significant(quality.dof, 4) + " degrees of freedom; reduced χ² ";
     if (std::isfinite(quality.reduced_chi2_before)) {
-      fit += Significant(quality.reduced_chi2_before, 3) +
-             " with the noise inside the rests alone, " + Significant(quality.reduced_chi2, 3) +
-             " with the pose-to-pose excess";
+      fit += Significant(quality.reduced_chi2_before, 3) + " with within-rest noise only, " +
+             Significant(quality.reduced_chi2, 3) + " with pose-to-pose noise";
     } else {
       fit += Significant(quality.reduced_chi2, 3);
     }
@@ -388,13 +389,13 @@ Section CoverageSection(const Quality& quality) {
          spread(0) < 0.05                   ? "nearly in one plane"
          : coverage.largest_gap_deg >= 90.0 ? "one side is missing"
          : spread(0) < 0.15                 ? "uneven"
-         : coverage.largest_gap_deg > 60.0  ? "with a gap"
+         : coverage.largest_gap_deg > 60.0  ? "has a gap"
                                             : "even"});
   }
   section.blocks.emplace_back(std::move(table));
-  section.blocks.emplace_back(std::string(
-      "Spread: eigenvalues of the mean of u uᵀ over the pose directions u, 0.333 each "
-      "when even. Gap: radius of the largest cap of the sphere that holds no direction."));
+  section.blocks.emplace_back(
+      std::string("Spread: eigenvalues of the mean of u uᵀ over the pose directions u; 0.333 each "
+                  "if even. Gap: radius of the largest cap of the sphere without a direction."));
   return section;
 }
 
@@ -411,7 +412,7 @@ std::string FailedLimits(const Quality& quality) {
 std::string_view NoiseSourceWords(NoiseSource source) {
   switch (source) {
     case NoiseSource::kStatic:
-      return "as the recording gives it";
+      return "measured in the recording";
     case NoiseSource::kAllan:
       return "from an Allan deviation";
     case NoiseSource::kDatasheet:
@@ -429,34 +430,34 @@ Verdict VerdictOf(const Calibration& calibration) {
     case Outcome::kConverged:
       if (calibration.covariance.parameters.empty()) {
         return {Grade::kCaution,
-                "START VALUES ONLY, as asked",
-                "Nothing was refined and nothing says how good these numbers are."};
+                "START VALUES ONLY, as requested",
+                "The start values were not refined; no uncertainty available."};
       }
       if (!calibration.within_limits) {
         return {
-            Grade::kGood, "USABLE, no limits set", "Converged and every parameter is determined."};
+            Grade::kGood, "USABLE, no limits set", "Converged, and every parameter is observable."};
       }
       if (*calibration.within_limits) {
         return {Grade::kGood,
                 "USABLE, within limits",
-                "Converged, every parameter is determined, and every limit is kept."};
+                "Converged, every parameter is observable, and every limit is met."};
       }
       return {Grade::kCaution,
               "USABLE, OUTSIDE LIMITS",
-              "Converged and every parameter is determined, but not within limits: " +
+              "Converged, and every parameter is observable, but outside limits: " +
                   FailedLimits(calibration.quality) + "."};
     case Outcome::kNotObservable:
       return {Grade::kBad,
               "NOT USABLE: not observable",
-              "The poses do not determine every parameter that was asked for."};
+              "Some enabled parameters are unobservable from these poses."};
     case Outcome::kNotConverged:
       return {Grade::kBad,
               "NOT USABLE: not converged",
-              "The fit did not converge or does not explain the readings."};
+              "The fit did not converge, or does not match the readings."};
     case Outcome::kNotEnough:
       return {Grade::kBad,
               "NOT USABLE: not enough",
-              "The recording does not hold what the parameters need: " +
+              "The recording is not enough for the enabled parameters: " +
                   (calibration.messages.empty() ? "too few poses." : calibration.messages.front())};
     case Outcome::kNotCalled:
       break;
@@ -544,12 +545,11 @@ Table PoseTable(const Quality& quality) {
 
 std::string MedianAngles(double median_rad, const std::optional<double>& nominal_rad) {
   const auto in_degrees = [](double angle_rad) {
-    return Significant(angle_rad * 180.0 / std::numbers::pi, 3) + " deg";
+    return Significant(angle_rad * kDegPerRad, 3) + " deg";
   };
   std::string text = in_degrees(median_rad);
   if (nominal_rad) {
-    text += "; " + in_degrees(*nominal_rad) +
-            " with the gains that its unit says and its mean at rest as bias";
+    text += "; " + in_degrees(*nominal_rad) + " with nominal gains and the at-rest mean as bias";
   }
   return text;
 }

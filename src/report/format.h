@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 
 namespace truetriad {
+
+inline constexpr std::array<const char*, 3> kAxisLabels = {"x", "y", "z"};
 
 // Numbers as people read them. Independent of the locale, so the same input gives the same bytes.
 // NaN is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.

@@ -22,10 +22,10 @@ namespace truetriad {
 namespace {
 
 /// Beyond this the pose table is of no use to a reader and makes the page slow.
-constexpr std::size_t kMaxPoseRows = 500;
+constexpr std::size_t kMostPoseRows = 500;
 
 /// σ of a pose's norm error from the noise that weighted it, averaged over the directions:
-/// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit. model.md §2.
+/// sqrt(tr(C Σ C^T) / 3 + excess^2), true unit.
 double NormErrorSigma(const std::optional<TriadCalibration>& sensor) {
   if (!sensor) return 0.0;
   const Eigen::Matrix3d sigma = sensor->model.Correction() * sensor->noise.sigma.asDiagonal();
@@ -40,25 +40,25 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
   switch (kind) {
     case SectionKind::kLimits:
       return Figure(LimitChart(calibration.IsUsable() ? quality.limits : std::vector<LimitCheck>()),
-                    "Worst value of each limit (bar) with ±2σ (line) against what is allowed.");
+                    "Worst value for each limit (bar) with ±2σ (line), compared with the limit.");
     case SectionKind::kParameters:
       return Figure(CorrelationChart(calibration.covariance),
-                    "Correlation of the parameters that were free: blue +1, white 0, red -1.");
+                    "Correlation of the estimated parameters: blue +1, white 0, red -1.");
     case SectionKind::kResiduals:
       for (const Triad triad : kTriads) {
         html += Figure(
             ResidualChart(quality, triad, NormErrorSigma(calibration.sensors[triad])),
             TriadTitle(triad) +
-                ": |C(y - b)| - reference of each pose. Shaded: ±2σ of the noise used for the "
-                "weights. Crosses: rejected poses; beyond the scale they sit on its edge.");
+                ": |C(y - b)| - reference for each pose. Shaded: ±2σ of the noise used for the "
+                "weights. Crosses: rejected poses, drawn at the edge if beyond the scale.");
       }
       return html;
     case SectionKind::kSoak:
       for (const Triad triad : kTriads) {
         for (int axis = 0; axis < 3; ++axis) {
           html += Figure(SoakChart(calibration, triad, axis),
-                         "The bias that the poses at one temperature show by themselves (dots, "
-                         "±2σ) and what the terms say (line, ±2σ shaded).");
+                         "Left: bias from the poses at each temperature alone (dots, ±2σ) and from "
+                         "the thermal terms (line, ±2σ shaded). Right: residual.");
         }
       }
       return html;
@@ -66,10 +66,10 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
       for (const SweepAxis& axis : quality.sweep) {
         html += Figure(SweepFitChart(calibration, axis.triad, axis.axis),
                        "Left: windows (dots) and the fit (line) with ±2σ (shaded) against the "
-                       "thermometer. Right: what the fit leaves, over time.");
-        html += Figure(SweepSurfaceChart(calibration, axis.triad, axis.axis),
-                       "The bias that the terms state at the temperatures and rates that the sweep "
-                       "passed.");
+                       "thermometer. Right: residual over time.");
+        html += Figure(
+            SweepSurfaceChart(calibration, axis.triad, axis.axis),
+            "Bias from the thermal terms at the temperatures and rates that the sweep covered.");
       }
       return html;
     case SectionKind::kCoverage:
@@ -88,9 +88,9 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
 std::string PoseDetails(const Quality& quality) {
   const std::size_t count = quality.pose_residuals.size();
   if (count == 0) return "";
-  if (count > kMaxPoseRows) {
+  if (count > kMostPoseRows) {
     return Element(
-        "p", "The table of poses is left out: it would have " + std::to_string(count) + " rows.");
+        "p", "The table of poses is omitted: it would have " + std::to_string(count) + " rows.");
   }
   return Details("Every pose (" + std::to_string(count) + " rows)", HtmlOf(PoseTable(quality)));
 }
@@ -100,7 +100,7 @@ std::string PoseDetails(const Quality& quality) {
 std::string CalibrationHtml(const Calibration& calibration) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
-      calibration.serial.empty() ? "device without serial number" : calibration.serial;
+      calibration.serial.empty() ? "unit without serial number" : calibration.serial;
   const std::string title = "Calibration of " + device;
   std::string html = HtmlOf(IdentityTable(calibration), "identity");
   for (const Section& section : SectionsOf(calibration)) {

@@ -2,24 +2,22 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include "report/content.h"
 #include "report/format.h"
 #include "report/table.h"
+#include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 /// Longer pose tables are cut in the middle.
-constexpr std::size_t kMaxPoseRows = 60;
+constexpr std::size_t kMaxPoseLines = 60;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
 /// Smallest eigenvalue of the mean of u u^T (1/3 when even) of poses that lie near a plane.
@@ -112,8 +110,8 @@ std::string StreamsText(const PoseSet& poses) {
   }
   return "\nStreams\n" + TextOf(counts) + '\n' + TextOf(values) +
          Wrapped(
-             "Noise is one sample's σ inside rests; correlation multiplies the variance of "
-             "means (1 = white).");
+             "Noise is the σ of one sample within rests; correlation is the factor on the variance "
+             "of means (1 = white).");
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
@@ -152,8 +150,8 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   }
   if (table.rows.empty()) return "";
   const std::size_t count = table.rows.size();
-  if (count > kMaxPoseRows) {
-    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseRows / 2);
+  if (count > kMaxPoseLines) {
+    constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseLines / 2);
     table.rows.erase(table.rows.begin() + kHalf, table.rows.end() - kHalf);
     table.rows.insert(table.rows.begin() + kHalf,
                       std::vector<std::string>(table.alignment.size(), "…"));
@@ -161,7 +159,7 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return "\nPoses: " + std::string(TriadName(triad)) +
          (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-         std::to_string(count) + (count > kMaxPoseRows ? ", the middle left out\n" : "\n") +
+         std::to_string(count) + (count > kMaxPoseRows ? ", the middle omitted\n" : "\n") +
          TextOf(table);
 }
 
@@ -173,7 +171,7 @@ std::string Judgement(const Directions& directions, int unknowns) {
     return "no: " + have + " distinct directions for " + need + " unknowns";
   }
   if (directions.coverage.eigenvalues(0) < kPlanar) {
-    return "no: the directions lie near a plane; turn the unit about another axis too";
+    return "no: the directions lie close to one plane; turn the unit about another axis too";
   }
   if (directions.distinct < std::max(2 * unknowns, 6)) {
     return "barely: " + have + " distinct directions for " + need + " unknowns; " +
@@ -224,17 +222,19 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
   }
   std::string text;
   if (!coverage.rows.empty()) {
-    text += "\nCoverage as read, before calibration\n" + TextOf(coverage) +
-            Wrapped("Directions from the middle of the range of the readings, distinct when " +
-                    Significant(kDistinctDeg, 2) +
-                    " deg apart. Spread is 0.333 each when even; the gap is the radius of the "
-                    "largest cap of the sphere that holds no direction.");
+    text += "\nCoverage of the raw readings\n" + TextOf(coverage) +
+            Wrapped(
+                "Directions are seen from the middle of the range of the readings and count as "
+                "distinct if " +
+                Significant(kDistinctDeg, 2) +
+                " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest "
+                "cap of the sphere without a direction.");
   }
   return text + "\nIs it enough?\n" + TextOf(verdicts) +
-         Wrapped("With attitudes unknown each direction gives one equation a sensor; " +
+         Wrapped("With unknown attitudes, each direction gives one equation per sensor; " +
                  std::to_string(kRecommendedPoses) +
                  " or more well-spread directions are recommended for a full matrix, so that the "
-                 "noise can be judged as well.");
+                 "noise can be estimated too.");
 }
 
 /// A recording that could be followed through its motion, and has too few rests for anything else.
@@ -249,7 +249,7 @@ bool IsTumbled(const PoseSet& poses) {
 
 std::string InspectionText(const PoseSet& poses) {
   std::string text =
-      Wrapped(poses.source + (poses.serial.empty() ? "" : ", device " + poses.serial), 0);
+      Wrapped(poses.source + (poses.serial.empty() ? "" : ", unit " + poses.serial), 0);
   std::string found = std::to_string(poses.poses.size()) + " poses";
   if (!poses.how.empty()) found += " by " + poses.how;
   if (poses.has_time) {
@@ -260,13 +260,13 @@ std::string InspectionText(const PoseSet& poses) {
   text += Wrapped(poses.temperature_range_degc
                       ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) + " to " +
                             Fixed(poses.temperature_range_degc->y(), 1) + " °C."
-                      : "No temperature was recorded.",
+                      : "No temperature recorded.",
                   0);
   for (const std::string& warning : poses.warnings) text += Wrapped(warning, 0, "WARNING: ");
   if (IsTumbled(poses)) {
     text += Wrapped(
-        "It hardly rests: if it was tumbled on purpose, calibrate it with `poses: { motion: { "
-        "spacing_s: 0.1 } }`, which follows it through its motion.",
+        "The unit hardly rests: if it was tumbled on purpose, calibrate it with `poses: { motion: "
+        "{ spacing_s: 0.1 } }`.",
         0);
   }
   text += StreamsText(poses);

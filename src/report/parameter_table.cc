@@ -3,22 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
 #include "report/content.h"
 #include "report/format.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
-
-constexpr char kAxisNames[] = "xyz";
-
-std::string AxisName(int axis) { return {kAxisNames[axis]}; }
+std::string AxisName(int axis) { return {kAxisLetters[static_cast<std::size_t>(axis)]}; }
 
 std::string BiasName(Triad triad, int axis) {
   return std::string(TriadName(triad)) + ".bias." + AxisName(axis);
@@ -316,7 +312,7 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
       1.0,
       "m/s²",
       reference.gravity_sigma_mps2 ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2)
-                                   : "taken as exact");
+                                   : "assumed exact");
   const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
   const std::string given =
       reference.field_estimated && !listed ? "strength or dip estimated" : "given";

@@ -33,7 +33,7 @@ std::string Spoken(std::string name) {
 
 /// σ as people judge it: shares in per cent, angles in milliradians.
 std::string SigmaText(double sigma, const std::string& unit) {
-  if (!std::isfinite(sigma)) return "not determined";
+  if (!std::isfinite(sigma)) return "unobservable";
   if (unit.empty()) return Significant(100.0 * sigma, 3);
   if (unit == "rad") return Significant(1000.0 * sigma, 3);
   return Significant(sigma, 3);
@@ -97,21 +97,21 @@ std::vector<Block> NoiseBlocks(const Plan& plan) {
                           std::string(NoiseSourceWords(noise.source))});
     if (!(noise.excess_sigma > 0.0)) continue;
     const std::string excess = Significant(noise.excess_sigma, 3);
-    table.rows.push_back({sensor + ", beside it from pose to pose",
+    table.rows.push_back({sensor + ", plus pose-to-pose noise",
                           excess,
                           excess,
                           excess,
                           TruthUnit(planned.triad),
                           ""});
   }
-  return {"The σ above are for this noise.", table};
+  return {"The σ above assume this noise.", table};
 }
 
 std::string RandomText(const Plan& plan) {
   const RandomComparison& random = *plan.random;
   const std::string count = std::to_string(plan.program.poses.size());
   std::string text =
-      "σ of " + count + " poses taken at random is " + Significant(random.gain, 3) +
+      "σ of " + count + " random poses is " + Significant(random.gain, 3) +
       " times as large (geometric mean over all " + std::to_string(plan.sigmas.size()) +
       " quantities; median of " + std::to_string(random.draws) + " draws, half of them between " +
       Significant(random.gain_low, 3) + " and " + Significant(random.gain_high, 3) + ").";
@@ -129,7 +129,7 @@ Verdict VerdictOf(const Plan& plan) {
   const std::string poses =
       std::to_string(count) + (count == 1 ? " pose" : " poses") +
       (plan.measured_poses > 0
-           ? " beside the " + std::to_string(plan.measured_poses) + " that are measured"
+           ? " in addition to the " + std::to_string(plan.measured_poses) + " measured ones"
            : "");
   // The verb after it, for one pose or for many.
   const auto does = [&](const std::string& plural, const std::string& singular) {
@@ -137,11 +137,11 @@ Verdict VerdictOf(const Plan& plan) {
   };
   if (!plan.determined) {
     verdict.headline = "NOT ENOUGH";
-    verdict.explanation = does("do", "does") + " not determine every wanted parameter.";
+    verdict.explanation = does("do", "does") + " not make every enabled parameter observable.";
   } else if (!plan.rehearsed) {
     verdict.headline = "CANNOT BE CALIBRATED";
     verdict.explanation =
-        does("hold", "holds") + " the information, but the calibration would not start.";
+        does("have", "has") + " enough information, but the calibration finds no start values.";
   } else if (!plan.IsMet()) {
     verdict.headline = "NOT AS GOOD AS WANTED";
     verdict.explanation = does("do", "does") + " not reach every wanted σ.";
@@ -163,24 +163,24 @@ std::string RestText(const Plan& plan) {
   if (plan.rest_s > 0.0) {
     return "Let the unit rest for " + Significant(plan.rest_s, 3) + " s in each pose.";
   }
-  return "Let the unit rest in each pose until its mean has the noise that the plan assumes, see "
-         "below; how long that takes is not stated (plan.rest_s).";
+  return "Let the unit rest in each pose until its mean has the noise assumed below; state "
+         "plan.rest_s to get a time.";
 }
 
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
-  // Where something is not determined anyway, no pose can be told to be idle.
-  if (purpose.name.empty()) return plan.determined ? "nothing that the others do not show" : "–";
+  // Where something is unobservable anyway, no pose can be told to be idle.
+  if (purpose.name.empty()) return plan.determined ? "nothing: the other poses cover it" : "–";
   // What belongs together does not break.
   return Spoken(purpose.name) + ", " +
          (std::isfinite(purpose.sigma_ratio) ? "σ\u00a0×\u00a0" + Fixed(purpose.sigma_ratio, 2)
-                                             : "not determined");
+                                             : "unobservable");
 }
 
 Table ProgramTable(const Plan& plan) {
   const bool temperatures = HasTemperatures(plan);
-  Table table{{"pose", "attitude", "suffers most without it"}, "rll", {}};
-  if (temperatures) table = {{"pose", "attitude", "degC", "suffers most without it"}, "rlrl", {}};
+  Table table{{"pose", "attitude", "most affected if skipped"}, "rll", {}};
+  if (temperatures) table = {{"pose", "attitude", "degC", "most affected if skipped"}, "rlrl", {}};
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) {
     const ProgramPose& pose = plan.program.poses[k];
     std::vector<std::string> row = {std::to_string(k + 1), LabelOf(pose)};
@@ -197,7 +197,7 @@ std::vector<PlanSection> SectionsOf(const Plan& plan) {
   std::vector<PlanSection> sections;
   if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
   if (!plan.weak_directions.empty()) {
-    PlanSection section{"What these poses hardly see", {}};
+    PlanSection section{"Weakly observable with these poses", {}};
     for (const WeakDirection& weak : plan.weak_directions) {
       section.blocks.emplace_back(
           Bullet{weak.description + (weak.advice.empty() ? "" : ": " + weak.advice)});
@@ -212,7 +212,7 @@ std::vector<PlanSection> SectionsOf(const Plan& plan) {
   sections.push_back({"Predicted uncertainty, one sigma", {SigmaTable(plan)}});
   sections.push_back({"Assumed noise", NoiseBlocks(plan)});
   if (plan.random && std::isfinite(plan.random->gain)) {
-    sections.push_back({"Against random poses", {RandomText(plan)}});
+    sections.push_back({"Compared with random poses", {RandomText(plan)}});
   }
   return sections;
 }

@@ -31,7 +31,7 @@ std::string Card(const Plan& plan, std::size_t k) {
   }
   card += Element("b", number) + PosePicture(pose.world_from_body, "pose " + number) +
           Element("div", LabelOf(pose));
-  return card + Element("small", "Suffers most without it: " + PurposeText(plan, k)) + "</li>\n";
+  return card + Element("small", "Most affected if skipped: " + PurposeText(plan, k)) + "</li>\n";
 }
 
 /// Gravity alone does not see which way a unit faces.
@@ -56,11 +56,11 @@ std::string PlanText(const Plan& plan) {
 std::string PlanHtml(const Plan& plan) {
   std::string html =
       "<section>\n<h2>Take these poses, in this order</h2>\n"
-      "<p>Each picture shows the unit from a little above; " +
+      "<p>Each picture shows the unit from slightly above; " +
       std::string(HeadingMatters(plan) ? "the arrow N points to magnetic north"
-                                       : "which way it faces (N) does not matter") +
-      ". x, y and z are the axes of the unit; a face with −x is the one opposite to x. Put it down "
-      "as drawn, hands off, let it rest, tick the box, go on. " +
+                                       : "the heading (N) does not matter") +
+      ". x, y and z are the unit's axes; the face marked −x is opposite x. Place the unit as "
+      "drawn, take your hands off, let it rest, tick the box, continue. " +
       EscapeMarkup(RestText(plan)) +
       "</p>\n"
       "<ol class=\"poses\">\n";

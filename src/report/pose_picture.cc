@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 #include <vector>
 
+#include "report/format.h"
 #include "report/svg.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
@@ -20,9 +22,8 @@ constexpr double kFlat = 0.25;
 constexpr double kScale = 44.0;  // Half an edge of the cube.
 constexpr double kArrow = 1.85;  // Length of an axis from the centre, in half edges.
 // Where the looker stands: turned from north to the west, and down.
-constexpr double kAzimuth = 28.0 * std::numbers::pi / 180.0;
-constexpr double kElevation = 24.0 * std::numbers::pi / 180.0;
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+constexpr double kAzimuth = 28.0 * kRadPerDeg;
+constexpr double kElevation = 24.0 * kRadPerDeg;
 
 /// Parallel projection of the world (x north, y west, z up).
 class Camera {
@@ -128,7 +129,9 @@ class Picture {
     svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
   }
 
-  static const char* Name(int axis) { return kAxes[static_cast<std::size_t>(axis)]; }
+  static std::string_view Name(int axis) {
+    return kAxisLetters.substr(static_cast<std::size_t>(axis), 1);
+  }
 
   Eigen::Matrix3d rotation_;
   Camera camera_;

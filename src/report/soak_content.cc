@@ -10,12 +10,12 @@
 #include "report/chart_frame.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 // Points of a curve.
 constexpr int kCurve = 80;
 
@@ -36,7 +36,7 @@ class BiasCurve {
   BiasAt operator()(double degc) const {
     const ThermalTerms& thermal = *sensor_.thermal;
     const double tau = degc - thermal.reference_degc;
-    const std::string axis = kAxes[static_cast<std::size_t>(axis_)];
+    const std::string axis(1, kAxisLetters[static_cast<std::size_t>(axis_)]);
     std::vector<Propagation::Term> terms = {{name_ + ".bias." + axis, 1.0}};
     for (std::size_t i = 1; i <= thermal.bias.size(); ++i) {
       terms.emplace_back(name_ + ".thermal.bias." + std::to_string(i) + "." + axis,
@@ -72,11 +72,10 @@ Section SoakSection(const Calibration& calibration) {
     const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
     if (section.blocks.empty()) {
       section.blocks.emplace_back(std::string(
-          "The bias that the poses at one temperature show by themselves, everything else held, "
-          "less what the temperature terms say there: differences well beyond their σ need a "
-          "higher order. Before and after: RMS of |C(y - b)| - reference (of a gyroscope at rest, "
-          "of its rate) with the calibration at the reference temperature and with that at each "
-          "pose's own."));
+          "Bias from the poses at each temperature alone, all else fixed, minus the bias from the "
+          "thermal terms: differences well beyond their σ call for a higher order. Before and "
+          "after: RMS of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the "
+          "calibration at the reference temperature and at each pose's own."));
     }
     Table table{{TriadTitle(triad),
                  "poses",
@@ -107,7 +106,7 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
   if (settings.size() < 2) return "";
   const BiasCurve curve(calibration, triad, axis);
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
   const Eigen::Vector2d& span = calibration.sensors[triad]->thermal->range_degc;
   std::vector<std::pair<double, BiasAt>> fit;
   Range degc, bias, rest;
@@ -129,7 +128,7 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
   Frame left(svg, 66.0, 290.0, degc, bias);
   left.Draw(name + ", bias, " + unit, "°C");
   Frame right(svg, 446.0, 290.0, degc, rest);
-  right.Draw("less the terms", "°C");
+  right.Draw("residual", "°C");
   // A band of ±2σ about `centre` of each point of the fit, and the line.
   const auto draw_fit = [&](const Frame& frame, const auto& centre) {
     std::vector<std::pair<double, double>> line, outline;

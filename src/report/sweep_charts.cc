@@ -12,13 +12,12 @@
 #include "report/content.h"
 #include "report/format.h"
 #include "report/svg.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
 
 namespace {
-
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) {
   std::vector<SweepWindow> windows;
@@ -48,7 +47,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   if (windows.empty() || !calibration.sensors[triad]) return "";
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
   Range degc, bias, time, residual;
   for (const SweepWindow& window : windows) {
     degc.Add(window.degc), time.Add(window.time_s / 60.0);
@@ -74,7 +73,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   }
   svg.Polyline(line, "fit");
   Frame right(svg, 446.0, 290.0, time, residual);
-  right.Draw("left by the fit", "min");
+  right.Draw("residual", "min");
   for (const SweepWindow& window : windows) {
     svg.Circle(right.X(window.time_s / 60.0),
                right.Y(window.bias_raw[axis] - window.fit_raw[axis]),
@@ -141,7 +140,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   }
   const double middle = 0.5 * (values.low + values.high);
   const std::string unit = DisplayUnit(sensor->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
   Svg svg(760.0, kTop + kRows * kSize + 40.0, name + ": bias over temperature and rate");
   svg.Text(kLeft,
            kTop - 8.0,
@@ -152,7 +151,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   for (int row = 0; row < kRows; ++row) {
     for (int column = 0; column < kColumns; ++column) {
       if (!is_reached(column, row)) {
-        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not passed");
+        svg.Cell(kLeft + column * kSize, kTop + row * kSize, kSize, "#d9d9d9", "not covered");
         continue;
       }
       const auto [degc, rate, value] = value_at(column, row);

@@ -11,17 +11,17 @@
 
 #include "report/format.h"
 #include "report/sweep_charts.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
 namespace {
 
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 constexpr int kTemperatureRows = 8;
 constexpr int kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
-  return TriadTitle(axis.triad) + " " + kAxes[static_cast<std::size_t>(axis.axis)];
+  return TriadTitle(axis.triad) + " " + kAxisLetters[static_cast<std::size_t>(axis.axis)];
 }
 
 std::string LagText(double lag_s, double sigma_s) {
@@ -133,11 +133,10 @@ void AddRegression(const SweepAxis& axis, Section* section) {
   const SweepRegression& regression = *axis.regression;
   section->blocks.emplace_back(Subtitle{"Second-order regression: " + AxisTitle(axis)});
   section->blocks.emplace_back(
-      std::to_string(regression.windows) + " windows have all factors, and it leaves " +
+      std::to_string(regression.windows) + " windows have all factors; RMS residual " +
       Significant(regression.rms, 3) +
-      ". r: the attitude's own reading; tau: temperature less the "
-      "reference temperature; T': its rate; A, A': the same of the ambient temperature. A term "
-      "enters below p = " +
+      ". r: reading in the attitude; tau: temperature minus reference temperature; T': its rate; "
+      "A, A': the same for the ambient temperature. A term enters below p = " +
       Significant(regression.enter_p, 2) + " and leaves above " +
       Significant(regression.leave_p, 2) + ". The regression is reported, not applied.");
   section->blocks.emplace_back(RegressionSteps(regression));
@@ -158,9 +157,9 @@ std::string MeanText(const std::vector<const SweepWindow*>& windows, int axis, b
 
 Table DataTable(const Calibration& calibration, Triad triad) {
   Table table{{"T, °C"}, "r", {}};
-  for (const char* axis : kAxes) {
+  for (const char axis : kAxisLetters) {
     for (const char* what : {" heating", " cooling", " fit"}) {
-      table.header.push_back(std::string(axis) + what);
+      table.header.push_back(std::string(1, axis) + what);
       table.alignment += 'r';
     }
   }
@@ -228,7 +227,7 @@ Table SurfaceTable(const Calibration& calibration,
   for (int axis = 0; axis < 3; ++axis) {
     if (follows_past[static_cast<std::size_t>(axis)]) continue;
     for (const double shown : rates) {
-      table.header.push_back(std::string(kAxes[static_cast<std::size_t>(axis)]) + ", " +
+      table.header.push_back(std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]) + ", " +
                              Significant(shown, 2) + " °C/s");
       table.alignment += 'r';
     }
@@ -259,14 +258,14 @@ Section SweepSection(const Calibration& calibration) {
   section.blocks.emplace_back(
       std::to_string(quality.poses) + " windows of time. Held out: each of " +
       std::to_string(quality.sweep.front().folds) +
-      " blocks of time predicted by the others, lags found anew each time; beside it a plain cubic "
-      "in temperature. Heating minus cooling: what a polynomial in temperature alone leaves "
-      "between the two, and what the terms below leave.");
+      " blocks of time predicted from the others, with lags estimated each time; for comparison, a "
+      "plain cubic in temperature. Heating minus cooling: the difference between the two that "
+      "remains with a polynomial in temperature alone, and with the terms below.");
   section.blocks.emplace_back(ErrorTable(calibration));
   section.blocks.emplace_back(TermsTable(quality));
   for (const SweepAxis& axis : quality.sweep) {
     for (const std::string& words : axis.left_out) {
-      section.blocks.emplace_back(Bullet{AxisTitle(axis) + ": left out " + words});
+      section.blocks.emplace_back(Bullet{AxisTitle(axis) + ": dropped " + words});
     }
   }
   for (const Triad triad : kTriads) {
@@ -286,10 +285,10 @@ Section SweepSection(const Calibration& calibration) {
     }
     for (int axis = 0; axis < 3; ++axis) {
       if (!follows_past[static_cast<std::size_t>(axis)]) continue;
-      section.blocks.emplace_back(
-          TriadTitle(triad) + " " + kAxes[static_cast<std::size_t>(axis)] +
-          ": its lag is long: the bias depends on the temperatures before, and no table or map of "
-          "the present ones shows it.");
+      section.blocks.emplace_back(TriadTitle(triad) + " " +
+                                  kAxisLetters[static_cast<std::size_t>(axis)] +
+                                  ": its lag is long, so the bias depends on past temperatures and "
+                                  "no table or map over present ones can show it.");
     }
   }
   for (const SweepAxis& axis : quality.sweep) {

@@ -92,17 +92,19 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
   }
   std::string text;
   if (table.rows.empty()) {
-    text = "NOT EVALUATED: the recording holds no poses of the calibrated sensors\n";
+    text = "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
   } else if (!worst_ratio) {
-    text = "EVALUATED, without a prediction to compare with\n";
+    text = "EVALUATED, but no prediction to compare with\n";
   } else if (*worst_ratio <= kExpectedRatio) {
-    text = "AS PREDICTED: the errors on these poses are what noise and parameter σ let expect\n";
+    text =
+        "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
+        "uncertainty\n";
   } else {
     text = "WORSE THAN PREDICTED: up to " + Significant(*worst_ratio, 3) +
-           " times the error that noise and parameter σ let expect\n";
+           " times the error expected from noise and parameter uncertainty\n";
   }
   text += Wrapped("Calibration of " +
-                      (calibration.serial.empty() ? "a device without serial number"
+                      (calibration.serial.empty() ? "a unit without serial number"
                                                   : calibration.serial) +
                       " tested on " + std::to_string(evaluation.poses) + " poses.",
                   0) +
@@ -111,14 +113,13 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
   if (!calibration.quality.sweep.empty() && accelerometer &&
       accelerometer->bias_sigma.isZero(0.0)) {
     text += '\n' + Wrapped(
-                       "The calibration holds bias and gain of the accelerometer at its reference "
-                       "temperature: its error is that about the mean.");
+                       "The accelerometer's bias and gain at the reference temperature are not "
+                       "calibrated, so its error is stated about the mean.");
   }
   if (evaluation.clamped_poses > 0) {
-    text +=
-        '\n' + Wrapped(std::to_string(evaluation.clamped_poses) +
-                       " poses lie outside of the calibrated temperatures; they were judged with "
-                       "the terms at the end of that range.");
+    text += '\n' + Wrapped(std::to_string(evaluation.clamped_poses) +
+                           " poses lie outside the calibrated temperature range; they were "
+                           "evaluated with the terms at its nearest end.");
   }
   if (evaluation.angle_std_deg) {
     text += '\n' + Wrapped("Angle between field and gravity: spread " +
@@ -140,21 +141,21 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
 std::string ComparisonText(const Comparison& comparison) {
   std::string text;
   if (comparison.dof <= 0) {
-    text = "NOT COMPARED: the two calibrations share no parameter with a σ\n";
+    text = "NOT COMPARED: the two calibrations have no common parameter with a σ\n";
   } else if (comparison.p_value >= kSignificance) {
     text = comparison.not_compared.empty()
                ? "AGREE: the differences are within their uncertainty\n"
-               : "AGREE in what both hold: the differences are within their uncertainty\n";
+               : "AGREE in common parameters: the differences are within their uncertainty\n";
   } else {
     text = "DIFFER: the differences are larger than their uncertainty\n";
   }
   if (comparison.dof > 0) {
-    text += Wrapped(
-        "χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
-            " degrees of freedom, p = " + Significant(comparison.p_value, 2) + " (agreement from " +
-            Significant(kSignificance, 1) + " up); largest difference " +
-            Significant(comparison.largest_in_sigmas, 3) + " σ.",
-        0);
+    text +=
+        Wrapped("χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
+                    " degrees of freedom, p = " + Significant(comparison.p_value, 2) +
+                    " (they agree if at least " + Significant(kSignificance, 1) +
+                    "); largest difference " + Significant(comparison.largest_in_sigmas, 3) + " σ.",
+                0);
   }
   if (!comparison.not_compared.empty()) {
     std::string names;
@@ -165,9 +166,8 @@ std::string ComparisonText(const Comparison& comparison) {
   }
   if (comparison.field_scale_taken_out) {
     text += Wrapped(
-        "The strength of the field was a convention in one of them: the magnetometer's common "
-        "scale "
-        "was taken out.",
+        "The field strength was nominal in one of them, so the magnetometer's common scale was "
+        "removed before comparing.",
         0);
   }
   Table table{{"parameter", "a", "b", "difference b - a", "in σ"}, "lrrrr", {}};
@@ -181,7 +181,9 @@ std::string ComparisonText(const Comparison& comparison) {
   }
   if (table.rows.empty()) return text;
   return text + '\n' + TextOf(table) + '\n' +
-         Wrapped("The gauge is taken out before comparing; the two are taken as independent.");
+         Wrapped(
+             "The body frames are aligned before comparing; the two are assumed to be "
+             "independent.");
 }
 
 }  // namespace truetriad

@@ -52,9 +52,9 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibratePoses(loaded, experiment));
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   if (!loaded.poses.serial.empty() && calibration.serial != loaded.poses.serial) {
-    calibration.messages.push_back("the recording is of `" + loaded.poses.serial +
-                                   "`, the experiment says `" + experiment.serial +
-                                   "`: check which unit this is");
+    calibration.messages.push_back("the recording is from unit `" + loaded.poses.serial +
+                                   "`, but the experiment states `" + experiment.serial +
+                                   "`; check which unit this is");
   }
   calibration.model = experiment.model;
   calibration.software_version = Version();

@@ -2,17 +2,15 @@
 #include <charconv>
 #include <limits>
 #include <memory>
-#include <numbers>
 #include <utility>
 
 #include "io/known_motion_file.h"
+#include "truetriad/base/units.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 Result<PoseSelection> SelectionOf(const PosesConfig& config) {
   PoseSelection selection;
@@ -41,7 +39,7 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
         found = turn.held_out = true;
       }
       if (found) continue;
-      return BadInputError("turns.held_out: `" + id + "` is the id of no turn in " +
+      return BadInputError("turns.held_out: `" + id + "` is not the id of a turn in " +
                            config.turns_file);
     }
     selection->turns = std::move(turns);
@@ -135,8 +133,8 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   if (!selection.turns.empty()) {
     return BadInputError(input +
-                         ": is a table of means, in which no turn can be followed; give the "
-                         "recording, or remove `turns:`");
+                         ": is a pose table, so turns cannot be integrated; give the recording "
+                         "itself, or remove `turns:`");
   }
   TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
   return loaded;
@@ -178,7 +176,7 @@ Result<PosesConfig> ParsePoses(const std::string& text) {
     if (failure == std::errc() && stop == end && config.sweep.window_s > 0.0) return config;
   }
   return UsageError("--poses=" + text +
-                    " is not known; expected detect, every_row, every:N (N >= 1), column:NAME, "
+                    " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "
                     "file:PATH, sweep or sweep:SECONDS");
 }
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "io/pose_program_file.h"
 #include "model/attitude_sets.h"
 #include "session/settle_experiment.h"
+#include "truetriad/base/units.h"
 #include "truetriad/session/session.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// What a recording of the nominal unit would be, before any pose is taken.
 LoadedPoses NothingMeasured(const Experiment& experiment) {
@@ -35,7 +33,7 @@ Result<Plan> PlanExperiment(Experiment experiment,
                             const ProgressCallback& progress) {
   if (!experiment.plan) {
     return UsageError(experiment.path +
-                      ": has no `plan:`; say what to plan for, as in `plan: { poses: 12 }`");
+                      ": has no `plan:`; state what to plan for, as in `plan: { poses: 12 }`");
   }
   const PlanConfig& config = *experiment.plan;
   LoadedPoses loaded = NothingMeasured(experiment);

@@ -2,20 +2,18 @@
 #include "session/settle_experiment.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "allan/allan_file.h"
+#include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 /// Each row of the table `file` for the pose of the same number, to be read by `assign`.
 template <typename Assign>
@@ -25,8 +23,8 @@ Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assig
   if (rows.size() != poses->size()) {
     return BadInputError(file + ": has " + std::to_string(rows.size()) +
                          " rows, but the recording has " + std::to_string(poses->size()) +
-                         " poses; expected one row a pose, in the same order (`truetriad inspect` "
-                         "lists the poses)");
+                         " poses; expected one row per pose, in the same order (`truetriad "
+                         "inspect` lists the poses)");
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
     TRUETRIAD_RETURN_IF_ERROR(assign(table.poses, rows[k], &(*poses)[k]));
@@ -100,18 +98,20 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   const std::string name(TriadName(triad));
   const AllanTriad* found = allan.Find(triad);
   if (found == nullptr) {
-    return BadInputError(file + ": holds no " + name + ", whose noise is to come from here");
+    return BadInputError(file + ": contains no " + name +
+                         ", but its noise is to be read from here; give an Allan deviation of it, "
+                         "or state its noise");
   }
   if (!found->at_rest()) {
     return BadInputError(file + ": the " + name + " was not at rest (" + found->disturbance +
-                         "), so its noise is not known; analyse a log of the unit at rest, or "
-                         "state `noise: { sigma: [x, y, z] }`");
+                         "), so its noise is unknown; analyse a log of the unit at rest, or state "
+                         "`noise: { sigma: [x, y, z] }`");
   }
   const Unit& unit = poses.Find(triad)->unit;
   if (found->unit.is_counts != unit.is_counts) {
     return BadInputError(file + ": the " + name + " is in " + found->unit.name + ", but " +
                          poses.source + " is in " + unit.name +
-                         "; counts convert to nothing: analyse a recording in the same unit");
+                         "; counts cannot be converted: analyse a recording in the same unit");
   }
   for (const AllanAxis& axis : found->axes) {
     if (axis.white_density && axis.white_density->value > 0.0 && axis.instability) continue;
@@ -144,8 +144,8 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
   const std::string& serial = experiment->serial.empty() ? loaded.poses.serial : experiment->serial;
   if (!known.serial.empty() && !serial.empty() && known.serial != serial) {
-    return BadInputError(experiment->static_file + ": is of device " + known.serial +
-                         ", but this is a sweep of " + serial + "; give the calibration of " +
+    return BadInputError(experiment->static_file + ": is the calibration of " + known.serial +
+                         ", but this sweep is of " + serial + "; give the calibration of " +
                          serial + " at one temperature");
   }
   const double wanted = options.reference.temperature_degc;
@@ -155,8 +155,7 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
     return BadInputError(
         experiment->static_file + ": was made at " + std::to_string(stated) +
         " degC, but reference.temperature_degc is " + std::to_string(wanted) +
-        "; its bias holds at its own temperature: leave reference.temperature_degc "
-        "out");
+        "; its bias is valid only at its own temperature: remove reference.temperature_degc");
   }
   const Knowledge& gravity = options.reference.gravity_mps2;
   const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
@@ -164,12 +163,11 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   // Gravity that nobody stated is the standard one. Another place's is off by up to 0.05.
   constexpr double kNotable = 1e-3;
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
-    return BadInputError(
-        experiment->static_file + ": was made with gravity " +
-        std::to_string(known.reference.gravity_mps2) + " m/s^2, but this experiment states " +
-        std::to_string(stated_mps2) +
-        "; its sensitivity holds with its own: leave reference.gravity out, or calibrate it again "
-        "with the gravity of its place");
+    return BadInputError(experiment->static_file + ": was made with gravity " +
+                         std::to_string(known.reference.gravity_mps2) +
+                         " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
+                         "; its sensitivity is valid only with its own: remove reference.gravity, "
+                         "or repeat that calibration with the gravity at its site");
   }
   options.sweep->static_calibration = std::move(known);
   options.sweep->static_file = experiment->static_file;

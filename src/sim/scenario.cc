@@ -10,6 +10,7 @@
 #include "base/rounded_text.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
+#include "truetriad/base/units.h"
 #include "truetriad/model/thermal.h"
 
 namespace truetriad {
@@ -72,7 +73,7 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
   constexpr double kFastestHz = 1e6;
   problems->Require(
       sampling.rate_hz > 0.0 && sampling.rate_hz <= kFastestHz,
-      name + " rate is " + Number(sampling.rate_hz) + " Hz; it must be above zero, up to 1e6");
+      name + " rate is " + Number(sampling.rate_hz) + " Hz; it must be above zero and at most 1e6");
   const double longest_jitter_s = 0.2 / sampling.rate_hz;
   problems->Require(sampling.jitter_s >= 0.0 && sampling.jitter_s <= longest_jitter_s,
                     name + " jitter is " + Number(sampling.jitter_s) +
@@ -85,7 +86,7 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
       1e6;  // Twelve days: a clock that was never set starts at zero.
   problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestClockS,
                     name + " clock offset is " + Number(sampling.clock_offset_s) +
-                        " s; at most 1e6 s either way are expected");
+                        " s; expected at most 1e6 s in either direction");
 }
 
 /// Terms that bend the straight line, and do not replace it.
@@ -108,10 +109,9 @@ void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
   const std::string name(TriadName(triad));
   problems->Require(sensor.nominal.sensitivity.allFinite() && sensor.nominal.bias.allFinite(),
                     name + ": bias and sensitivity must be finite");
-  problems->Require(
-      (sensor.nominal.sensitivity.diagonal().array() != 0.0).all() &&
-          std::abs(sensor.nominal.sensitivity.determinant()) > 0.0,
-      name + ": the sensitivity cannot be inverted, or has a zero on its diagonal (its gains)");
+  problems->Require((sensor.nominal.sensitivity.diagonal().array() != 0.0).all() &&
+                        std::abs(sensor.nominal.sensitivity.determinant()) > 0.0,
+                    name + ": the sensitivity is singular, or has a zero gain on its diagonal");
   problems->Require(!sensor.si_per_count || sensor.unit.is_counts,
                     name + ": si_per_count needs readings in counts");
   problems->Require(!sensor.si_per_count || *sensor.si_per_count > 0.0,
@@ -148,31 +148,30 @@ void CheckSeesWorld(Triad triad,
   const Eigen::Vector3d reach = strengths[triad] * sensor.nominal.sensitivity.rowwise().norm();
   const double low = (sensor.nominal.bias - reach).minCoeff();
   const double high = (sensor.nominal.bias + reach).maxCoeff();
-  problems->Require(
-      std::isfinite(low) && std::isfinite(high),
-      name + ": its readings at rest are beyond all numbers; lower its bias or gains");
+  problems->Require(std::isfinite(low) && std::isfinite(high),
+                    name + ": its readings at rest overflow; lower its bias or gains");
   problems->Require(
       !sensor.range_raw || ((*sensor.range_raw)[0] <= low && high <= (*sensor.range_raw)[1]),
       name + " range is " + RangeText(sensor.range_raw.value_or(Eigen::Vector2d::Zero())) +
           " in readings; at rest they reach from " + Number(low) + " to " + Number(high) +
-          ", so that it would saturate");
+          ", so it would saturate");
   problems->Require(strengths[triad] == 0.0 || sensor.resolution_raw < reach.minCoeff(),
                     name + " resolution is " + Number(sensor.resolution_raw) +
                         " in readings; at rest they differ by no more than " +
-                        Number(reach.minCoeff()) + " from the bias, so that nothing would be seen");
+                        Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
 /// Mistakes in the unit are powers of ten away from what there is on a planet.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
-  problems->Require(world.gravity_mps2 >= 1.5 && world.gravity_mps2 <= 30.0,
-                    "gravity is " + Number(world.gravity_mps2) +
-                        " m/s^2; 1.5 to 30 are expected: 1 g, 980.665 Gal and 980665 mGal are "
-                        "9.80665 m/s^2");
+  problems->Require(
+      world.gravity_mps2 >= 1.5 && world.gravity_mps2 <= 30.0,
+      "gravity is " + Number(world.gravity_mps2) +
+          " m/s^2; expected 1.5 to 30: 1 g, 980.665 Gal and 980665 mGal are 9.80665 m/s^2");
   problems->Require(world.field_ut == 0.0 || (world.field_ut >= 1.0 && world.field_ut <= 1000.0),
                     "field strength is " + Number(world.field_ut) +
-                        " uT; 1 to 1000 are expected: 48000 nT, 480 mG and 0.48 G are 48 uT");
+                        " uT; expected 1 to 1000: 48000 nT, 480 mG and 0.48 G are 48 uT");
   problems->Require(std::abs(world.dip_rad) <= 0.5 * std::numbers::pi,
-                    "the dip is beyond 90 degrees");
+                    "the dip must lie between -90 and 90 degrees");
   problems->Finite(!world.earth_rate || (std::isfinite(world.earth_rate->latitude_rad) &&
                                          std::isfinite(world.earth_rate->declination_rad)),
                    "latitude and declination");
@@ -193,9 +192,9 @@ struct CheckStep {
 
   void operator()(const PosesStep& step) const {
     problems->Require(!step.poses.empty(), name + " has no poses");
-    problems->Require(step.rest_s > 0.0,
-                      name + " rests for " + Number(step.rest_s) +
-                          " s; poses that never rest cannot be measured");
+    problems->Require(
+        step.rest_s > 0.0,
+        name + " rests for " + Number(step.rest_s) + " s; poses without rest cannot be measured");
     problems->Positive(step.move_s, name + " time of a move");
     problems->Require(step.rest_spread >= 0.0 && step.rest_spread <= 0.9,
                       name + " spread of the rests is " + Number(step.rest_spread) +
@@ -203,7 +202,7 @@ struct CheckStep {
     const double shortest_s = step.rest_s * (1.0 - step.rest_spread);
     problems->Require(!(shortest_s * slowest_hz < 2.0),
                       name + " rests for as little as " + Number(shortest_s) +
-                          " s, which is no two samples at " + Number(slowest_hz) +
+                          " s, which is less than two samples at " + Number(slowest_hz) +
                           " Hz; rest longer or sample faster");
     problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
     problems->NotNegative(step.travel_m, name + " travel");
@@ -211,12 +210,12 @@ struct CheckStep {
       // Quaternions that people write have four digits.
       constexpr double kFarFromUnit = 1e-3;
       problems->Require(std::abs(step.poses[k].world_from_body.norm() - 1.0) < kFarFromUnit,
-                        name + " pose " + std::to_string(k + 1) + " is no unit quaternion");
+                        name + " pose " + std::to_string(k + 1) + " is not a unit quaternion");
     }
   }
   void operator()(const TurnStep& step) const {
     CheckAxis(step.axis_in_body);
-    problems->Require(step.turns != 0.0 && std::isfinite(step.turns), name + " turns by nothing");
+    problems->Require(step.turns != 0.0 && std::isfinite(step.turns), name + " turns by zero");
     problems->Positive(step.duration_s, name + " duration");
     problems->NotNegative(step.rest_s, name + " rest");
     constexpr double kPeakOfMinimumJerk = 1.875;  // Over the mean.
@@ -228,7 +227,7 @@ struct CheckStep {
     for (const double rate_radps : step.rates_radps) {
       problems->Require(
           rate_radps != 0.0 && std::isfinite(rate_radps),
-          name + " has a rate of " + Number(rate_radps) + "; a turntable at rest is a pose");
+          name + " has a rate of " + Number(rate_radps) + "; use a pose for a turntable at rest");
       CheckFastest(rate_radps);
     }
     problems->Positive(step.hold_s, name + " hold");
@@ -245,13 +244,12 @@ struct CheckStep {
 
  private:
   void CheckAxis(const Eigen::Vector3d& axis) const {
-    problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis without length");
+    problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis of zero length");
   }
 
   /// Attitudes alone do not tell a turn by an angle from one the other way round to the same end.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
-    constexpr double kDegPerRad = 180.0 / std::numbers::pi;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
     problems->Require(turn_rad < std::numbers::pi,
                       name + " turns at up to " + Number(std::abs(rate_radps) * kDegPerRad) +
@@ -287,10 +285,9 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
     std::visit(CheckSegment{problems}, segment);
   }
   const bool has_profile = !temperature.profile.empty();
-  problems->Require(
-      !has_profile || temperature.soak_degc.empty(),
-      "a temperature profile and soak temperatures exclude each other; to drop that of a base, "
-      "write `profile: []` or `soak_degc: []`");
+  problems->Require(!has_profile || temperature.soak_degc.empty(),
+                    "a temperature profile and soak temperatures exclude each other; to remove the "
+                    "base's, write `profile: []` or `soak_degc: []`");
   for (std::size_t k = 0; k < scenario.motion.size(); ++k) {
     const auto* const poses = std::get_if<PosesStep>(&scenario.motion[k]);
     const bool asks_for_temperature =
@@ -301,13 +298,12 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
     const std::string name = "motion step " + std::to_string(k + 1);
     problems->Require(!has_profile,
                       name +
-                          " has poses with temperatures of their own; that and a temperature "
-                          "profile exclude each other");
+                          " has poses with their own temperatures, which excludes a temperature "
+                          "profile; remove one");
     problems->Require(temperature.soak_degc.empty(),
                       name +
-                          " has poses with temperatures of their own, and `soak_degc` would go "
-                          "through all of them at each soak; remove `soak_degc`, or write "
-                          "`soak_degc: []` to drop that of a base");
+                          " has poses with their own temperatures, which excludes `soak_degc`; "
+                          "remove it, or write `soak_degc: []` to remove the base's");
   }
   for (const double degc : temperature.soak_degc) {
     problems->Finite(std::isfinite(degc), "a soak temperature");
@@ -325,7 +321,7 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
                         "resolution of the ambient thermometer");
   problems->Require(
       temperature.element_ambient_share >= 0.0 && temperature.element_ambient_share <= 1.0,
-      "share of the ambient temperature in that of the elements, which must lie between 0 and 1");
+      "share of the ambient temperature in the elements' temperature must lie between 0 and 1");
 }
 
 struct CheckDisturbance {
@@ -347,7 +343,7 @@ struct CheckDisturbance {
     CheckTime(stuck.when, stuck.duration_s);
     problems->Require(
         scenario.sensors[stuck.triad].has_value(),
-        name + " stops a " + std::string(TriadName(stuck.triad)) + ", which is not simulated");
+        name + " affects the " + std::string(TriadName(stuck.triad)) + ", which is not simulated");
   }
   void operator()(const UnsettledPose& unsettled) const {
     problems->Positive(unsettled.decay_s, name + " decay");
@@ -360,7 +356,7 @@ struct CheckDisturbance {
     problems->NotNegative(step.when.offset_s, name + " offset");
     problems->Finite(step.change_ut.allFinite(), name + " change");
     problems->Require(scenario.sensors[Triad::kMagnetometer].has_value(),
-                      name + " changes a field that no simulated magnetometer sees");
+                      name + " changes the field, but no magnetometer is simulated");
   }
   void CheckTime(const DisturbanceTime& when, double duration_s) const {
     problems->NotNegative(when.offset_s, name + " offset");
@@ -395,8 +391,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
   for (const MotionStep& step : scenario.motion) rests += std::visit(Count(), step);
   problems->Require(rests * soaks <= kMostSimulatedRests,
                     "the motion has " + std::to_string(rests) + " rests, " + std::to_string(soaks) +
-                        " times over; at most " + std::to_string(kMostSimulatedRests) +
-                        " are simulated");
+                        " times over; the limit is " + std::to_string(kMostSimulatedRests));
 }
 
 /// A gain that is zero at some temperature measures nothing there.
@@ -414,8 +409,8 @@ void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Pro
       problems->Require(false,
                         std::string(TriadName(triad)) + ": a gain is " + Number(share.minCoeff()) +
                             " of its nominal size at " + Number(degc) +
-                            " degC, which is reached (" + RangeText(range_degc) +
-                            "); a gain keeps its sign: lower its temperature terms");
+                            " degC, within the simulated range (" + RangeText(range_degc) +
+                            "); lower its temperature terms so that the gain keeps its sign");
       break;
     }
   }
@@ -427,15 +422,15 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
   constexpr double kLongestS = 1e8;  // Three years; far below the end of int64 nanoseconds.
   problems->Require(timeline.motion.duration_s() <= kLongestS,
                     "the recording would last " + Number(timeline.motion.duration_s()) +
-                        " s; at most 1e8 s are simulated");
+                        " s; the limit is 1e8 s");
   const int rests = static_cast<int>(timeline.rests.size());
   for (std::size_t k = 0; k < scenario.disturbances.size(); ++k) {
     const std::string name = "disturbance " + std::to_string(k + 1);
     const DisturbanceTime when = TimeOf(scenario.disturbances[k]);
     const bool has_rest = !when.rest || (*when.rest >= 1 && *when.rest <= rests);
     problems->Require(has_rest,
-                      name + " happens in rest " + std::to_string(when.rest.value_or(0)) +
-                          "; there are rests 1 to " + std::to_string(rests));
+                      name + " is set for rest " + std::to_string(when.rest.value_or(0)) +
+                          "; expected rests 1 to " + std::to_string(rests));
     if (!has_rest) continue;
     const double begin_s = SpanOf(when, 0.0, timeline.rests).begin_s;
     problems->Require(begin_s < timeline.motion.duration_s(),
@@ -451,18 +446,19 @@ Status Scenario::Validate() const {
   Problems problems;
   // Their folders are numbered with four digits.
   constexpr int kMostUnits = 9999;
-  problems.Require(description.find_first_of("\r\n") == std::string::npos,
-                   "the description is to be one line; it stands in the first line of recordings");
+  problems.Require(
+      description.find_first_of("\r\n") == std::string::npos,
+      "the description must be one line; it is written to the first line of recordings");
   problems.Require(count >= 1 && count <= kMostUnits,
                    "count is " + std::to_string(count) + "; it must be 1 to 9999 units");
-  problems.Require(!serial.empty() && serial != "." && serial != ".." &&
-                       serial.find_first_of("/\\\n\"") == std::string::npos,
-                   "the serial names files; it must not be empty, or have a slash or a quote");
+  problems.Require(
+      !serial.empty() && serial != "." && serial != ".." &&
+          serial.find_first_of("/\\\n\"") == std::string::npos,
+      "the serial is used as a file name; it must not be empty or contain a slash or a quote");
   problems.Require(
       std::any_of(
           sensors.begin(), sensors.end(), [](const auto& sensor) { return sensor.has_value(); }),
-      "no sensor is simulated; at least one of accelerometer, gyroscope and "
-      "magnetometer is needed");
+      "no sensor is enabled; list at least one of accelerometer, gyroscope and magnetometer");
   Problems of_world;
   CheckWorld(world, &of_world);
   problems.Add(of_world);

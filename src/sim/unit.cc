@@ -3,6 +3,7 @@
 
 #include "sim/seeds.h"
 #include "sim/timeline.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/sim/simulation.h"
 
 namespace truetriad {
@@ -53,13 +54,12 @@ TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
 
 /// The entries of one triad in the names and the order of a calibration's covariance.
 void NameParameters(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
-  constexpr std::string_view kAxes = "xyz";
   const auto vector = [&](const std::string& name) {
-    for (const char axis : kAxes) names->push_back(name + "." + axis);
+    for (const char axis : kAxisLetters) names->push_back(name + "." + axis);
   };
   const auto matrix = [&](const std::string& name) {
-    for (const char row : kAxes) {
-      for (const char col : kAxes) names->push_back(name + "." + row + col);
+    for (const char row : kAxisLetters) {
+      for (const char col : kAxisLetters) names->push_back(name + "." + row + col);
     }
   };
   const std::string name(TriadName(triad));
@@ -110,7 +110,7 @@ Calibration TruthOf(const Scenario& scenario, int index) {
   truth.serial = unit.serial;
   truth.model = scenario.model;
   truth.outcome = Outcome::kConverged;
-  truth.messages = {"the truth behind a simulated recording: every sigma is zero"};
+  truth.messages = {"the truth of a simulated recording: every sigma is zero"};
   truth.reference.gravity_mps2 = scenario.world.gravity_mps2;
   truth.reference.temperature_degc = scenario.temperature.start_degc;
   std::optional<Triad> leading;

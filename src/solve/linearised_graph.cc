@@ -7,8 +7,6 @@
 namespace truetriad {
 namespace {
 
-using Block = TridiagonalChain::Block;
-
 // What is not zero of the basis of the free coordinates: hardly more than one entry a column.
 struct BasisEntry {
   Eigen::Index row = 0;
@@ -28,27 +26,21 @@ std::vector<BasisEntry> EntriesOf(const Eigen::MatrixXd& basis) {
 
 }  // namespace
 
-PairBlock PoseBlock(const LinearisedGraph::Factor& factor,
-                    const std::vector<Block>& own,
-                    const std::vector<Block>& with_next) {
-  if (factor.own == factor.A.cols()) return own[factor.node];
-  const Block& first = own[factor.node];
-  const Block& second = own[factor.node + 1];
-  PairBlock block(first.rows() + second.rows(), first.cols() + second.cols());
-  block << first, with_next[factor.node], with_next[factor.node].transpose(), second;
+PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks) {
+  const std::size_t k = factor.node;
+  if (!factor.sees_next()) return blocks.own[k];
+  PairBlock block(6, 6);
+  block << blocks.own[k], blocks.with_next[k], blocks.with_next[k].transpose(), blocks.own[k + 1];
   return block;
 }
 
 void AddPoseBlock(const LinearisedGraph::Factor& factor,
                   const PairBlock& block,
-                  std::vector<Block>* own,
-                  std::vector<Block>* with_next) {
-  const Eigen::Index first = factor.own;
-  const Eigen::Index second = factor.A.cols() - first;
-  if (first > 0) (*own)[factor.node] += block.topLeftCorner(first, first);
-  if (second == 0) return;
-  (*own)[factor.node + 1] += block.bottomRightCorner(second, second);
-  if (first > 0) (*with_next)[factor.node] = block.topRightCorner(first, second);
+                  ChainFactor::Blocks* blocks) {
+  blocks->own[factor.node] += block.topLeftCorner<3, 3>();
+  if (!factor.sees_next()) return;
+  blocks->own[factor.node + 1] += block.bottomRightCorner<3, 3>();
+  blocks->with_next[factor.node] += block.topRightCorner<3, 3>();
 }
 
 LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
@@ -80,8 +72,8 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
     PoseStateJacobian by_state;
     node.Evaluate(
         layout, graph.shared.data(), node.state.data(), &residual, &shared_jacobian, &by_state);
-    factor.A = by_state;
-    factor.own = by_state.cols();
+    factor.A.setZero(by_state.rows(), 3);
+    factor.A.leftCols(by_state.cols()) = by_state;
     tangent_sizes_.push_back(node.tangent_size());
     take(std::move(factor), residual);
   }
@@ -98,10 +90,11 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
                   &shared_jacobian,
                   &by_first,
                   &by_second);
-    factor.own = graph.nodes[edge.from].tangent_size();
-    const int next = graph.nodes[edge.from + 1].tangent_size();
-    factor.A.resize(3, factor.own + next);
-    factor.A << by_first.leftCols(factor.own), by_second.leftCols(next);
+    factor.A.setZero(3, 6);
+    const int first = graph.nodes[edge.from].tangent_size();
+    const int second = graph.nodes[edge.from + 1].tangent_size();
+    factor.A.leftCols(first) = by_first.leftCols(first);
+    factor.A.middleCols(3, second) = by_second.leftCols(second);
     take(std::move(factor), residual);
   }
   residual_ = columns_.col(n);
@@ -119,14 +112,16 @@ LinearisedGraph::LinearisedGraph(const PoseGraph& graph) {
 
 // A^T V^-1 A from the factors' information.
 void LinearisedGraph::FormChain() {
-  std::vector<Block> diagonal;
-  std::vector<Block> coupling(tangent_sizes_.empty() ? 0 : tangent_sizes_.size() - 1);
-  for (const int size : tangent_sizes_) diagonal.push_back(Block::Zero(size, size));
+  ChainFactor::Blocks blocks = ChainFactor::Blocks::Zero(tangent_sizes_.size());
   for (const Factor& factor : factors_) {
-    if (factor.A.cols() == 0) continue;
-    AddPoseBlock(factor, factor.A.transpose() * factor.weighted, &diagonal, &coupling);
+    AddPoseBlock(factor, factor.A.transpose() * factor.weighted, &blocks);
   }
-  chain_ = TridiagonalChain(diagonal, coupling);
+  chain_ = ChainFactor();
+  chain_.Reserve(tangent_sizes_.size());
+  for (std::size_t k = 0; k < tangent_sizes_.size(); ++k) {
+    for (int i = tangent_sizes_[k]; i < 3; ++i) blocks.own[k](i, i) = 1.0;
+    chain_.Append(blocks.own[k], blocks.with_next[k]);
+  }
 }
 
 // With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
@@ -197,7 +192,7 @@ void LinearisedGraph::TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* gr
   const Eigen::VectorXd pose_steps = PoseSteps(shared_step);
   for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
     PoseNode& node = graph->nodes[k];
-    node.Step(pose_steps.segment(chain_.offset(k), node.tangent_size()));
+    node.Step(pose_steps.segment<3>(3 * static_cast<Eigen::Index>(k)));
   }
   graph->shared += graph->layout.basis * shared_step;
 }

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 
 #include "problem/graph.h"
+#include "solve/chain_factor.h"
 #include "solve/row_products.h"
-#include "solve/tridiagonal_chain.h"
 
 namespace truetriad {
 
@@ -21,7 +21,8 @@ namespace truetriad {
 //   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
 //
 // so that the reduced information is M = prior + J^T D J. Only the blocks of one factor are ever
-// formed: A^T V^-1 A is block tridiagonal, and everything is linear in the number of poses.
+// formed: A^T V^-1 A is block tridiagonal (chain_factor.h), and everything is linear in the number
+// of poses. ChainElimination solves; this keeps all rows, for what is to be said about them.
 class LinearisedGraph {
  public:
   using PoseColumns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, 6>;
@@ -29,12 +30,12 @@ class LinearisedGraph {
   struct Factor {
     std::size_t node = 0;       // the pose that it sees, or the first of the two
     Eigen::Index row = 0;       // where its rows begin among those of all factors
-    PoseColumns A;              // of its pose, and of the next where that is seen
-    Eigen::Index own = 0;       // columns of A that belong to its pose
+    PoseColumns A;              // three columns of its pose, and of the next where that is seen
     PoseRowMatrix information;  // V^-1, blocks of three rows on its diagonal
     PoseColumns weighted;       // V^-1 A
 
     Eigen::Index rows() const { return A.rows(); }
+    bool sees_next() const { return A.cols() > 3; }
   };
 
   // Linearises all factors: those of the poses in their order, then the increments in theirs.
@@ -70,10 +71,11 @@ class LinearisedGraph {
   StackedRows Project(const StackedRows& y) const;
 
  protected:
-  Eigen::Index PoseRow(const Factor& factor) const { return chain_.offset(factor.node); }
-  const TridiagonalChain& chain() const { return chain_; }
+  static Eigen::Index PoseRow(const Factor& factor) {
+    return 3 * static_cast<Eigen::Index>(factor.node);
+  }
+  const ChainFactor& chain() const { return chain_; }
   const StackedRows& projected_columns() const { return projected_columns_; }
-  const std::vector<int>& tangent_sizes() const { return tangent_sizes_; }
 
  private:
   void FormChain();
@@ -83,7 +85,7 @@ class LinearisedGraph {
   StackedRows projected_columns_;  // D J, D r
   Eigen::VectorXd residual_;
   std::vector<int> tangent_sizes_;
-  TridiagonalChain chain_;
+  ChainFactor chain_;
   Eigen::MatrixXd prior_information_;
   Eigen::VectorXd prior_gradient_;
   double prior_cost_ = 0.0;
@@ -94,14 +96,11 @@ class LinearisedGraph {
 
 // The block of a symmetric matrix that belongs to the poses a factor sees, from its own blocks.
 using PairBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
-PairBlock PoseBlock(const LinearisedGraph::Factor& factor,
-                    const std::vector<TridiagonalChain::Block>& own,
-                    const std::vector<TridiagonalChain::Block>& with_next);
+PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks);
 
 // Adds a factor's block to where its poses stand.
 void AddPoseBlock(const LinearisedGraph::Factor& factor,
                   const PairBlock& block,
-                  std::vector<TridiagonalChain::Block>* own,
-                  std::vector<TridiagonalChain::Block>* with_next);
+                  ChainFactor::Blocks* blocks);
 
 }  // namespace truetriad

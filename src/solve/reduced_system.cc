@@ -4,7 +4,6 @@
 namespace truetriad {
 namespace {
 
-using Block = TridiagonalChain::Block;
 using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 6>;
 
 }  // namespace
@@ -17,13 +16,12 @@ void ReducedSystem::Eliminate(const PoseGraph& graph) {
 }
 
 void ReducedSystem::Complete(const PoseGraph& graph) {
+  pose_covariance_ = chain().Inverse();
   D_.resize(factors().size());
   for (std::size_t f = 0; f < D_.size(); ++f) {
     const Factor& factor = factors()[f];
     D_[f] = factor.information;
-    if (factor.A.cols() == 0) continue;
-    const PoseColumns half = factor.weighted.lazyProduct(
-        PoseBlock(factor, chain().covariances(), chain().covariances_with_next()));
+    const PoseColumns half = factor.weighted.lazyProduct(PoseBlock(factor, pose_covariance_));
     D_[f].noalias() -= half.lazyProduct(factor.weighted.transpose());
   }
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
@@ -48,41 +46,30 @@ std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(
   const auto rows_of = [&](const VarianceChange& at) -> ThreeRows {
     return factors()[at.factor].weighted.middleRows<3>(at.row);
   };
-  std::vector<Block> diagonal, coupling(tangent_sizes().empty() ? 0 : tangent_sizes().size() - 1);
-  for (const int size : tangent_sizes()) diagonal.push_back(Block::Zero(size, size));
-  for (std::size_t k = 0; k < coupling.size(); ++k) {
-    coupling[k].setZero(chain().CovarianceWithNext(k).rows(), chain().CovarianceWithNext(k).cols());
-  }
+  ChainFactor::Blocks changes = ChainFactor::Blocks::Zero(chain().states());
   std::vector<std::vector<const VarianceChange*>> of_factor(factors().size());
   for (const VarianceChange& at : dV) {
     of_factor[at.factor].push_back(&at);
     const Factor& factor = factors()[at.factor];
-    if (factor.A.cols() == 0) continue;
     const ThreeRows E = rows_of(at);
     const ThreeRows changed = at.change.lazyProduct(E);
-    AddPoseBlock(factor, PairBlock(-E.transpose().lazyProduct(changed)), &diagonal, &coupling);
+    AddPoseBlock(factor, PairBlock(-E.transpose().lazyProduct(changed)), &changes);
   }
-  std::vector<Block> own, with_next;
-  chain().CovarianceDerivative(diagonal, coupling, &own, &with_next);
+  const ChainFactor::Blocks derivative = chain().InverseDerivative(pose_covariance_, changes);
   std::vector<Eigen::Matrix3d> blocks;
   blocks.reserve(wanted.size());
   for (const VarianceChange& at : wanted) {
     const Factor& factor = factors()[at.factor];
     Eigen::Matrix3d& block = blocks.emplace_back(Eigen::Matrix3d::Zero());
     const ThreeRows E = rows_of(at);
-    ThreeRows by_poses(3, E.cols());
-    if (E.cols() > 0) {
-      const ThreeRows changed = E.lazyProduct(PoseBlock(factor, own, with_next));
-      block.noalias() -= changed.lazyProduct(E.transpose());
-      by_poses.noalias() =
-          E.lazyProduct(PoseBlock(factor, chain().covariances(), chain().covariances_with_next()));
-    }
+    const ThreeRows changed = E.lazyProduct(PoseBlock(factor, derivative));
+    block.noalias() -= changed.lazyProduct(E.transpose());
+    const ThreeRows by_poses = E.lazyProduct(PoseBlock(factor, pose_covariance_));
     for (const VarianceChange* const cause : of_factor[at.factor]) {
       const Eigen::Matrix3d W = factor.information.block<3, 3>(at.row, cause->row);
-      const Eigen::Matrix3d changed = W * cause->change;
-      block.noalias() -= changed * W.transpose();
-      if (E.cols() == 0) continue;
-      const Eigen::Matrix3d half = changed * rows_of(*cause).lazyProduct(by_poses.transpose());
+      const Eigen::Matrix3d weighted = W * cause->change;
+      block.noalias() -= weighted * W.transpose();
+      const Eigen::Matrix3d half = weighted * rows_of(*cause).lazyProduct(by_poses.transpose());
       block += half + half.transpose();
     }
   }

@@ -55,6 +55,7 @@ class ReducedSystem : public LinearisedGraph {
  private:
   void Complete(const PoseGraph& graph);
 
+  ChainFactor::Blocks pose_covariance_;
   std::vector<PoseRowMatrix> D_;
   StackedRows BM_;
   Eigen::VectorXd projected_;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/solve_graph.h"
 
-#include <array>
 #include <cmath>
-#include <optional>
-#include <vector>
+#include <cstddef>
+#include <utility>
 
-#include "solve/linearised_graph.h"
-#include "solve/shared_problem.h"
+#include "solve/ceres_problem.h"
+#include "solve/chain_elimination.h"
+#include "solve/eliminated.h"
 
 namespace truetriad {
 namespace {
@@ -17,72 +17,33 @@ constexpr int kMaxIntegrations = 10;
 // Of the tolerance: an increment that is linear to this needs no integration.
 constexpr double kStillLinear = 1e-2;
 
-// The poses eliminated; `graph` stands where it was linearised last.
-class PoseElimination final : public EliminatedProblem {
- public:
-  explicit PoseElimination(PoseGraph* graph) : graph_(*graph) {}
-
-  void Linearise(const Eigen::VectorXd& shared) override {
-    if (system_) system_->TakeStep(StepTo(shared), &graph_);
-    graph_.shared = shared;
-    system_.emplace(graph_);
-  }
-
-  double CostAt(const Eigen::VectorXd& shared) const override {
-    Eigen::VectorXd pose_steps;
-    if (system_) pose_steps = system_->PoseSteps(StepTo(shared));
-    double sum = 0.0;
-    PoseResidual12 residual;
-    std::vector<std::array<double, 4>> states;
-    Eigen::Index at = 0;
-    for (const PoseNode& node : graph_.nodes) {
-      const int size = node.tangent_size();
-      states.push_back(system_ ? node.StateAfter(pose_steps.segment(at, size)) : node.state);
-      at += size;
-      if (node.row_count() == 0) continue;
-      node.Evaluate(
-          graph_.layout, shared.data(), states.back().data(), &residual, nullptr, nullptr);
-      sum += residual.dot(node.Information() * residual);
-    }
-    for (const IncrementEdge& edge : graph_.increments) {
-      Eigen::Vector3d turn;
-      edge.Evaluate(graph_.layout,
-                    shared.data(),
-                    states[edge.from].data(),
-                    states[edge.from + 1].data(),
-                    &turn,
-                    nullptr,
-                    nullptr,
-                    nullptr);
-      sum += turn.dot(edge.Information() * turn);
-    }
-    for (const ScalarPrior& prior : graph_.priors) {
-      const double off = (shared[prior.index] - prior.mean) / prior.sigma;
-      sum += off * off;
-    }
-    return 0.5 * sum;
-  }
-
-  double cost() const override { return system_->cost(); }
-  const Eigen::VectorXd& gradient() const override { return system_->gradient(); }
-  const Eigen::MatrixXd& information() const override { return system_->matrix(); }
-
- private:
-  Eigen::VectorXd StepTo(const Eigen::VectorXd& shared) const {
-    return graph_.layout.basis.transpose() * (shared - graph_.shared);
-  }
-
-  PoseGraph& graph_;
-  std::optional<LinearisedGraph> system_;
-};
-
 SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance) {
-  PoseElimination problem(graph);
-  Eigen::VectorXd shared = graph->shared;
-  return SolveEliminated(graph->layout, tolerance, kMaxIterations, &problem, &shared);
+  ChainProblem problem = ChainOf(*graph);
+  const SolveOutcome outcome =
+      SolveChain(graph->solver, tolerance, kMaxIterations, &problem, &graph->shared);
+  for (std::size_t k = 0; k < graph->nodes.size(); ++k) {
+    graph->nodes[k].state = problem.states[k].values;
+  }
+  return outcome;
 }
 
 }  // namespace
+
+SolveOutcome SolveChain(Solver solver,
+                        double tolerance,
+                        int max_iterations,
+                        ChainProblem* problem,
+                        Eigen::VectorXd* shared) {
+  if (solver == Solver::kCeres) return SolveByCeres(tolerance, max_iterations, problem, shared);
+  const SharedLayout& layout = *problem->layout;
+  ChainElimination elimination(std::move(*problem));
+  Eigen::VectorXd solved = *shared;
+  const SolveOutcome outcome =
+      SolveEliminated(layout, tolerance, max_iterations, &elimination, &solved);
+  *shared = elimination.shared();
+  *problem = std::move(elimination).TakeProblem();
+  return outcome;
+}
 
 SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
   const auto integrate = [graph] {

@@ -1,25 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+
 #include "problem/graph.h"
+#include "solve/chain_problem.h"
+#include "solve/outcome.h"
 
 namespace truetriad {
 
-// How an optimisation ended.
-struct SolveOutcome {
-  bool converged = false;
-  int iterations = 0;
-  double initial_cost = 0.0;
-  double final_cost = 0.0;
-};
+// Minimises the whitened sum of squares over `shared` and the states of `problem`, which on return
+// stand where it was linearised last.
+SolveOutcome SolveChain(Solver solver,
+                        double tolerance,
+                        int max_iterations,
+                        ChainProblem* problem,
+                        Eigen::VectorXd* shared);
 
-// Minimises the whitened sum of squares with Ceres, the poses eliminated: the cost of a step is
-// linear in their number, those that turns hang together in chains included. Turns are integrated
-// again until the optimum stays.
-// It stops when a step lowers the cost by less than `tolerance` of it: a cost of χ² size then
-// stands within sqrt(tolerance * χ²) σ of the optimum.
-inline constexpr double kFinalTolerance = 1e-13;
-inline constexpr double kRoundTolerance = 1e-8;  // between rounds of weights and noise
+// Minimises the whitened sum of squares, with the solver that the graph states. Turns are
+// integrated again until the optimum stays.
 SolveOutcome SolveGraph(PoseGraph* graph, double tolerance = kFinalTolerance);
 
 }  // namespace truetriad

@@ -16,10 +16,15 @@
 #include "init/frame_alignment.h"
 #include "init/gyro_start.h"
 #include "init/six_position.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
+#include "problem/pose_state.h"
 #include "start/triad_fits.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
@@ -51,7 +56,7 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
   if (poses >= needed) return {};
   return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
                         " poses, but " + model + " needs at least " + std::to_string(needed) +
-                        "; add poses, or ask for a smaller model");
+                        "; add poses, or choose a smaller model");
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
@@ -69,8 +74,8 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
   return BadInputError(poses.source + ": the accelerometer reads " + std::to_string(Median(norms)) +
                        " " + stream->unit.name + " at rest (median norm), and its fitted gain is " +
                        std::to_string(gain) +
-                       " times what that unit means; the unit in the header or manifest is "
-                       "probably wrong (mg given as g? counts?)");
+                       " times the nominal gain of that unit; the unit in the header or manifest "
+                       "is probably wrong (mg stated as g? counts?)");
 }
 
 // The six-position solution with known forces: the analytic one, which takes each column from one
@@ -81,8 +86,8 @@ Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
                                             double gravity) {
   if (forces.size() != readings.size()) {
     return BadInputError(poses.source + ": " + std::to_string(readings.size()) +
-                         " poses, but `initialise.forces` names " + std::to_string(forces.size()) +
-                         " forces; one row a pose is needed, in the same order");
+                         " poses, but `initialise.forces` has " + std::to_string(forces.size()) +
+                         " forces; expected one row per pose, in the same order");
   }
   const auto faces = AssignFaces(forces);
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
@@ -292,9 +297,9 @@ Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double
   for (const StaticPose& pose : poses.poses) {
     if (!pose.triads[triad]) continue;
     if (!pose.attitude) {
-      return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
-                           " has no known attitude; every pose needs one with `attitudes: "
-                           "{file: …}`");
+      return BadInputError(
+          poses.source + ": pose " + std::to_string(pose.number) +
+          " has no known attitude; `attitudes: {file: …}` needs one for every pose");
     }
     attitudes.push_back(pose.attitude->world_from_body);
   }
@@ -392,8 +397,8 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
                          options.initialise.method == InitialiseMethod::kSixPosition;
   if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
     return NotEnoughError(
-        "gyroscope: alone it shows nothing but its bias; state known `turns:` or `rates:`, or "
-        "calibrate the accelerometer with it, which judges its turns by gravity");
+        "gyroscope: alone, only its bias is observable; state known `turns:` or `rates:`, or "
+        "enable the accelerometer, so that its turns are measured against gravity");
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const TriadOptions& sensor = options.triads[triad];
@@ -408,7 +413,6 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
 
 std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
                                                     const CalibrateOptions& options) {
-  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::vector<WeakDirection> weak;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
@@ -420,12 +424,12 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     for (const Eigen::Vector3d& reading : readings) {
       scatter += (reading - mean) * (reading - mean).transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-    const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+    const SymmetricEigen3 solver = EigenOfSymmetric3(scatter);
+    const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
     solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
-    const std::string name = kAxes[static_cast<std::size_t>(axis)];
+    const std::string name(1, kAxisLetters[static_cast<std::size_t>(axis)]);
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
     direction.description.append(sensor)
@@ -433,7 +437,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
         .append(name)
         .append(" and scale ")
         .append(name);
-    direction.description.append(" cannot be told apart: the readings vary too little along their ")
+    direction.description.append(" cannot be told apart: the readings vary too little along the ")
         .append(name)
         .append(" axis");
     direction.advice.append("add poses with body ")
@@ -460,8 +464,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
       TRUETRIAD_ASSIGN_OR_RETURN(
           auto fit, FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]));
       const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
-      start.level_from_fixture = Eigen::Quaterniond::FromTwoVectors(
-          Eigen::Vector3d(sign * fit.direction), Eigen::Vector3d::UnitZ());
+      start.level_from_fixture = RotationBetween(sign * fit.direction, Eigen::Vector3d::UnitZ());
       fit.model.sensitivity *= sign;
       *model = fit.model;
     }

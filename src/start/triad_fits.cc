@@ -5,9 +5,10 @@
 #include <utility>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "init/ellipsoid_fit.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "problem/start_values.h"
 
@@ -45,7 +46,7 @@ TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
     design.row(k) << 2.0 * point.transpose(), 1.0;
     squares[k] = point.squaredNorm();
   }
-  const Eigen::Vector4d solution = design.colPivHouseholderQr().solve(squares);
+  const Eigen::Vector4d solution = LeastSquares(design).SolveVector(squares);
   return {sensitivity, sensitivity * (centre + solution.head<3>())};
 }
 
@@ -59,8 +60,8 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
     errors.reserve(readings.size());
     for (const auto& reading : readings)
       errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // 1.4826 median |e| estimates σ; the fit absorbs part of the noise, hence the wide 6 σ.
-    const double limit = 6.0 * 1.4826 * Median(errors);
+    // The fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * kMadToSigma * Median(errors);
     std::vector<Eigen::Vector3d> kept;
     for (std::size_t k = 0; k < readings.size(); ++k) {
       if (errors[k] <= limit) kept.push_back(readings[k]);
@@ -82,13 +83,13 @@ Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& rea
     design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
     values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
+  const LeastSquares qr(design);
   if (qr.rank() < 4) {
     return NotEnoughError(
-        "the known attitudes lie in one plane: they do not determine gains and biases; add poses "
+        "the known attitudes lie in one plane, so gains and biases are unobservable; add poses "
         "with every axis up and down");
   }
-  const Eigen::MatrixXd solution = qr.solve(values);
+  const Eigen::MatrixXd solution = qr.Solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
 }
 

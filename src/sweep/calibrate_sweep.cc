@@ -19,6 +19,7 @@
 #include "sweep/sweep_fit.h"
 #include "sweep/sweep_problem.h"
 #include "sweep/sweep_regression.h"
+#include "truetriad/base/triad.h"
 #include "verdict/reference_temperature.h"
 #include "verdict/verdict.h"
 
@@ -36,7 +37,6 @@ constexpr double kOtherUnitShare = 0.01;
 constexpr double kSameDegc = 0.5;
 // What a recording at one temperature may go over.
 constexpr double kMostStaticRangeDegc = 5.0;
-constexpr std::string_view kAxes = "xyz";
 
 // One triad of a sweep.
 struct SweptTriad {
@@ -106,7 +106,7 @@ std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& 
 // Of knots and lags, in the order of ListedTerms.
 std::vector<std::string> OtherNames(Triad triad, int axis, const SweepFit& fit) {
   const std::string head = std::string(TriadName(triad)) + ".thermal.";
-  const std::string tail = std::string(".") + kAxes[static_cast<std::size_t>(axis)];
+  const std::string tail = std::string(".") + kAxisLetters[static_cast<std::size_t>(axis)];
   std::vector<std::string> names;
   for (std::size_t k = 1; k <= fit.terms.knots_degc.size(); ++k) {
     const std::string knot = head + "knot." + std::to_string(k);
@@ -514,7 +514,7 @@ void SayUnexplained(const Quality& quality, std::vector<std::string>* messages) 
             ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
             : "drift, a unit that was moved, or a thermometer that does not follow";
     messages->push_back(std::string(TriadName(axis.triad)) + " " +
-                        kAxes[static_cast<std::size_t>(axis.axis)] +
+                        kAxisLetters[static_cast<std::size_t>(axis.axis)] +
                         Format(": the terms leave %.0f times its noise: ", times) + gap);
   }
 }
@@ -524,8 +524,8 @@ void SayLeftOut(const Quality& quality, std::vector<std::string>* messages) {
   std::vector<std::pair<std::string, std::string>> said;
   for (const SweepAxis& axis : quality.sweep) {
     for (const std::string& words : axis.left_out) {
-      const std::string name =
-          std::string(TriadName(axis.triad)) + " " + kAxes[static_cast<std::size_t>(axis.axis)];
+      const std::string name = std::string(TriadName(axis.triad)) + " " +
+                               kAxisLetters[static_cast<std::size_t>(axis.axis)];
       const auto same = std::find_if(
           said.begin(), said.end(), [&](const auto& entry) { return entry.second == words; });
       if (same == said.end()) {

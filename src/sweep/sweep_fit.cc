@@ -7,6 +7,10 @@
 
 #include <Eigen/Dense>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "sweep/temperature_error.h"
 
@@ -76,14 +80,14 @@ Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlat
   const Eigen::Index rows = scores.rows();
   const double limit = 2.0 / std::sqrt(static_cast<double>(rows));
   const double rho = correlation > limit ? std::min(correlation, kMostCorrelation) : 0.0;
-  if (rho == 0.0) return scores.transpose() * scores;
+  if (rho == 0.0) return TransposeTimes(scores, scores);
   const Eigen::MatrixXd freed = scores.bottomRows(rows - 1) - rho * scores.topRows(rows - 1);
-  Eigen::MatrixXd sum = freed.transpose() * freed;
+  Eigen::MatrixXd sum = TransposeTimes(freed, freed);
   const auto reach =
       static_cast<Eigen::Index>(4.0 * std::pow(static_cast<double>(rows) / 100.0, 2.0 / 9.0));
   for (Eigen::Index lag = 1; lag <= reach; ++lag) {
     const Eigen::MatrixXd product =
-        freed.bottomRows(freed.rows() - lag).transpose() * freed.topRows(freed.rows() - lag);
+        TransposeTimes(freed.bottomRows(freed.rows() - lag), freed.topRows(freed.rows() - lag));
     const double share = 1.0 - static_cast<double>(lag) / static_cast<double>(reach + 1);
     sum += share * (product + product.transpose());
   }
@@ -101,8 +105,8 @@ ColumnFit FitColumns(const Eigen::MatrixXd& columns,
   ColumnFit fit;
   const Eigen::VectorXd root = weights.cwiseSqrt();
   fit.coefficients =
-      (root.asDiagonal() * columns).colPivHouseholderQr().solve(root.cwiseProduct(readings));
-  fit.fitted = columns * fit.coefficients;
+      LeastSquares(ScaledRows(root, columns)).SolveVector(root.cwiseProduct(readings));
+  fit.fitted = TimesVector(columns, fit.coefficients);
   fit.residuals = readings - fit.fitted;
   fit.weighted_square = (weights.array() * fit.residuals.array().square()).sum();
   return fit;
@@ -117,16 +121,15 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd inverse =
-      (scaled.transpose() * weights.asDiagonal() * scaled)
-          .ldlt()
-          .solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+      PivotedCholesky(TransposeTimes(ScaledRows(weights, scaled), scaled)).Inverse();
   const Eigen::VectorXd weighted_residuals = weights.cwiseProduct(residuals);
-  const Eigen::MatrixXd scores = weighted_residuals.asDiagonal() * scaled;
+  const Eigen::MatrixXd scores = ScaledRows(weighted_residuals, scaled);
   const auto n = static_cast<double>(count);
   const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
   const Eigen::MatrixXd covariance =
-      few * inverse * LongRunCovariance(scores, CorrelationOf(residuals, attitudes)) * inverse;
-  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+      Times(Times(few * inverse, LongRunCovariance(scores, CorrelationOf(residuals, attitudes))),
+            inverse);
+  return ScaledBothSides(size.cwiseInverse(), covariance);
 }
 
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
@@ -137,40 +140,38 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const ForEachError& for_each_error) {
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
-  const Eigen::MatrixXd weighted = weights.asDiagonal() * scaled;
-  const auto normal = (scaled.transpose() * weighted).ldlt();
+  const Eigen::MatrixXd weighted = ScaledRows(weights, scaled);
+  const PivotedCholesky normal(TransposeTimes(scaled, weighted));
   const double correlation = CorrelationOf(residuals, attitudes);
   const auto omega = [&](const Eigen::VectorXd& left) {
-    return LongRunCovariance(left.asDiagonal() * weighted, correlation);
+    return LongRunCovariance(ScaledRows(left, weighted), correlation);
   };
   Eigen::MatrixXd told = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
   for_each_error([&](const Eigen::VectorXd& error) {
-    const Eigen::VectorXd one = weighted.transpose() * error;
+    const Eigen::VectorXd one = TransposeTimesVector(weighted, error);
     told += one * one.transpose();
   });
   Eigen::MatrixXd others = omega(residuals);
   const bool matters = (told.diagonal().array() > kErrorsMatter * others.diagonal().array()).any();
   if (matters) {
     for_each_error([&](const Eigen::VectorXd& error) {
-      others -= omega(error - scaled * normal.solve(weighted.transpose() * error));
+      const Eigen::VectorXd right = TransposeTimesVector(weighted, error);
+      others -= omega(error - TimesVector(scaled, normal.SolveVector(right)));
     });
   }
   // What the readings' own noise makes is in `others`; a difference of estimates may say less.
-  const Eigen::MatrixXd least = weighted.transpose() * variances.asDiagonal() * weighted;
-  const Eigen::LLT<Eigen::MatrixXd> root(least);
-  if (matters && root.info() == Eigen::Success) {
-    const Eigen::MatrixXd half = root.matrixL();
-    const Eigen::MatrixXd white = root.matrixL().solve(root.matrixL().solve(others).transpose());
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(white);
-    const Eigen::MatrixXd vectors = half * eigen.eigenvectors();
-    others = vectors * eigen.eigenvalues().cwiseMax(1.0).asDiagonal() * vectors.transpose();
+  const Cholesky root(TransposeTimes(ScaledRows(variances, weighted), weighted));
+  if (matters && root.is_positive()) {
+    const SymmetricEigen eigen =
+        EigenOfSymmetric(root.SolveLower(root.SolveLower(others).transpose()));
+    const Eigen::MatrixXd vectors = Times(root.Root(), eigen.vectors);
+    others = TimesTranspose(vectors * eigen.values.cwiseMax(1.0).asDiagonal(), vectors);
   }
   const auto n = static_cast<double>(columns.rows());
   const double few = n / std::max(1.0, n - static_cast<double>(columns.cols()));
-  const Eigen::MatrixXd inverse =
-      normal.solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
-  const Eigen::MatrixXd covariance = inverse * (few * others + told) * inverse;
-  return size.cwiseInverse().asDiagonal() * covariance * size.cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd inverse = normal.Inverse();
+  const Eigen::MatrixXd covariance = Times(Times(inverse, few * others + told), inverse);
+  return ScaledBothSides(size.cwiseInverse(), covariance);
 }
 
 namespace {
@@ -259,11 +260,11 @@ double WeightedSquareAt(const SweepProblem& problem,
                         const SweepLags& lags) {
   const Eigen::VectorXd root = problem.weights().cwiseSqrt();
   const Eigen::MatrixXd X =
-      root.asDiagonal() * Pick(problem.Columns(problem.States(lags)), ColumnsOf(problem, terms));
+      ScaledRows(root, Pick(problem.Columns(problem.States(lags)), ColumnsOf(problem, terms)));
   const Eigen::VectorXd y = root.cwiseProduct(problem.readings().row(axis).transpose());
-  const Eigen::MatrixXd normal = X.transpose() * X;
-  const Eigen::VectorXd solved = normal.ldlt().solve(X.transpose() * y);
-  return (y - X * solved).squaredNorm();
+  const Eigen::VectorXd solved =
+      PivotedCholesky(TransposeTimes(X, X)).SolveVector(TransposeTimesVector(X, y));
+  return (y - TimesVector(X, solved)).squaredNorm();
 }
 
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
@@ -271,7 +272,7 @@ double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       int axis,
                       int but) {
   const NormalEquations sum = SumOf(blocks, columns, axis, but);
-  return sum.square - sum.right.dot(sum.matrix.ldlt().solve(sum.right));
+  return sum.square - sum.right.dot(PivotedCholesky(sum.matrix).SolveVector(sum.right));
 }
 
 double HeldOutSquare(const std::vector<SweepBlock>& blocks,
@@ -280,7 +281,7 @@ double HeldOutSquare(const std::vector<SweepBlock>& blocks,
                      int axis,
                      int fold) {
   const NormalEquations others = SumOf(blocks, columns, axis, fold);
-  Eigen::VectorXd solved = others.matrix.ldlt().solve(others.right);
+  Eigen::VectorXd solved = PivotedCholesky(others.matrix).SolveVector(others.right);
   const SweepBlock& own = blocks[static_cast<std::size_t>(fold)];
   const auto size = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd matrix(size, size);
@@ -301,7 +302,7 @@ double HeldOutSquare(const std::vector<SweepBlock>& blocks,
     solved[a] = 0.0;
     solved[a] = (right[a] - matrix.row(a).dot(solved)) / matrix(a, a);
   }
-  return own.plain_square[axis] - 2.0 * solved.dot(right) + solved.dot(matrix * solved);
+  return own.plain_square[axis] - 2.0 * solved.dot(right) + QuadraticForm(matrix, solved);
 }
 
 double HeldOutRms(SweepProblem* problem,
@@ -328,7 +329,8 @@ double WaldProbability(const SweepFit& fit, const std::vector<int>& tested) {
   const auto size = static_cast<Eigen::Index>(places.size());
   const Eigen::VectorXd effect = fit.coefficients(places);
   const Eigen::MatrixXd covariance = fit.covariance(places, places);
-  const double wald = effect.dot(covariance.ldlt().solve(effect)) / static_cast<double>(size);
+  const double wald =
+      effect.dot(PivotedCholesky(covariance).SolveVector(effect)) / static_cast<double>(size);
   const double dof =
       std::max(1.0,
                EffectiveCount(static_cast<double>(fit.residuals.size()), fit.correlation) -

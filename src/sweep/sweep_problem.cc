@@ -8,6 +8,9 @@
 
 #include <Eigen/Dense>
 
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
+
 namespace truetriad {
 namespace {
 
@@ -231,7 +234,7 @@ double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,
   const Eigen::VectorXd root = weights_.cwiseSqrt();
   const Eigen::VectorXd own = root.asDiagonal() * columns.col(rate_column(rate));
   const Eigen::MatrixXd weighted = root.asDiagonal() * others;
-  const Eigen::VectorXd left = own - weighted * weighted.colPivHouseholderQr().solve(own);
+  const Eigen::VectorXd left = own - TimesVector(weighted, LeastSquares(weighted).SolveVector(own));
   return own.norm() > 0.0 ? left.norm() / own.norm() : 0.0;
 }
 

@@ -14,6 +14,8 @@
 #include <Eigen/Dense>
 
 #include "base/messages.h"
+#include "math/dense/products.h"
+#include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "sweep/sweep_fit.h"
 
@@ -235,9 +237,9 @@ class Regression {
   std::vector<PartialTest> TestBeside(const std::vector<int>& others,
                                       const std::vector<int>& tested) const {
     const Eigen::MatrixXd beside = root_.asDiagonal() * With(others);
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(beside);
+    const LeastSquares qr(beside);
     const auto left = [&](const Eigen::VectorXd& weighted) -> Eigen::VectorXd {
-      return weighted - beside * qr.solve(weighted);
+      return weighted - TimesVector(beside, qr.SolveVector(weighted));
     };
     const Eigen::VectorXd reading = left(root_.cwiseProduct(reading_));
     std::vector<PartialTest> tests;

@@ -10,6 +10,7 @@
 
 #include <Eigen/Dense>
 
+#include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "thermometer/coarse_thermometer.h"
 #include "thermometer/thermometer.h"
@@ -17,8 +18,6 @@
 namespace truetriad {
 namespace {
 
-// MAD of normal noise to σ.
-constexpr double kMadToSigma = 1.4826;
 // Steps finer than this share of the range are noise like any other.
 constexpr double kCoarseShare = 1.0 / 400.0;
 // Noise may add this share of the typical rate.
@@ -119,7 +118,7 @@ void FitAbout(
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
   Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
   wanted(0, 0) = 1.0, wanted(1, 1) = 1.0 / reach;
-  const Eigen::Matrix<double, 3, 2> solved = normal.ldlt().solve(wanted);
+  const Eigen::Matrix<double, 3, 2> solved = SolveSymmetric32(normal, wanted);
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (std::size_t j = begin; j < end; ++j) {
     Eigen::Vector2d& weight = local->weights[j - begin];
@@ -265,7 +264,7 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double span = SpanOf(degc);
   if (!(span > 0.0) || !(duration > 0.0)) {
     return NotEnoughError("the temperature is " + std::to_string(degc.front()) +
-                          " degC all the time; a sweep needs one that goes up and down");
+                          " degC throughout; a sweep needs a temperature that goes up and down");
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;

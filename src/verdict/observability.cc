@@ -13,6 +13,8 @@
 #include <Eigen/LU>
 
 #include "base/messages.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 #include "math/distributions.h"
 #include "model/attitude_sets.h"
 #include "problem/parameter_name.h"
@@ -198,15 +200,15 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   for (Eigen::Index i = 0; i < count; ++i) {
     selected.row(i) = vectors.row(wanted[static_cast<std::size_t>(i)]);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(selected * variances.asDiagonal() *
-                                                              selected.transpose());
-  marginal.sigmas = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const SymmetricEigen solver =
+      EigenOfSymmetric(TimesTranspose(selected * variances.asDiagonal(), selected));
+  marginal.sigmas = solver.values.cwiseMax(0.0).cwiseSqrt();
   for (double& sigma : marginal.sigmas) {
     if (sigma * sigma > 0.01 / least) sigma = std::numeric_limits<double>::infinity();
   }
   marginal.directions = Eigen::MatrixXd::Zero(system.size(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    marginal.directions.row(wanted[static_cast<std::size_t>(i)]) = solver.eigenvectors().row(i);
+    marginal.directions.row(wanted[static_cast<std::size_t>(i)]) = solver.vectors.row(i);
   }
   return marginal;
 }
@@ -269,7 +271,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
     WeakDirection weak;
     weak.sigma = sigma;
     const Eigen::VectorXd free = system.scale().asDiagonal() * marginal.directions.col(i);
-    const Eigen::VectorXd loading = typical.asDiagonal().inverse() * (graph.layout.basis * free);
+    const Eigen::VectorXd loading = TimesVector(graph.layout.basis, free).cwiseQuotient(typical);
     weak.description = Describe(names, loading, determined);
     if (alone) {
       weak.advice = "add known rates or turns about body x, y and z, each both ways, and rests";

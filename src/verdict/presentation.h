@@ -36,7 +36,7 @@ int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 // Restates in `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases, higher terms and reference
 // unchanged. Q is that of the reference temperature for the temperature terms too. The covariance
 // goes through the full derivative of this map, dQ/dS_lead included, for all triads and their cross
-// terms. Entries that the gauge fixes or ties are exactly so. model.md §1.
+// terms. Entries that the gauge fixes or ties are exactly so. docs/method.md, "Gauge".
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
 
 }  // namespace truetriad

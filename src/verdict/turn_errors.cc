@@ -6,6 +6,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 #include "problem/start_values.h"
 #include "start/start.h"
 #include "truetriad/math/rotation.h"
@@ -52,24 +55,24 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
   // which what is missing went to the parameters and not to the attitudes.
   constexpr double kNothing = 1e-6;
   const Eigen::Index row = system.factors()[at].row;
-  const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(variance).matrixL();
+  const Eigen::Matrix3d root = CholeskyRoot(variance);
   const Eigen::Matrix3d projector = root.transpose() * system.ProjectorBlock(at) * root;
   const Eigen::Matrix3d beside_attitudes = root.transpose() * system.D(at) * root;
   const Eigen::Vector3d projected = root.transpose() * system.projected().segment<3>(row);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(projector);
+  const SymmetricEigen3 solver = EigenOfSymmetric3(projector);
   Eigen::Vector3d deletion = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
-    const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
-    const double eigenvalue = solver.eigenvalues()[axis];
+    const Eigen::Vector3d direction = solver.vectors.col(axis);
+    const double eigenvalue = solver.values[axis];
     if (eigenvalue > kNothing) {
       deletion += direction * (direction.dot(projected) / eigenvalue);
     } else if (direction.dot(beside_attitudes * direction) > 2.0 * kNothing) {
       return std::nullopt;
     }
   }
-  const Eigen::VectorXd shift =
-      system.covariance() * (system.B().middleRows<3>(row).transpose() * (root * deletion));
-  return graph.shared + graph.layout.basis * shift;
+  const Eigen::VectorXd shift = TimesVector(
+      system.covariance(), system.B().middleRows<3>(row).transpose() * (root * deletion));
+  return graph.shared + TimesVector(graph.layout.basis, shift);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@
 namespace truetriad {
 namespace {
 
-// Below this the noise level itself is hardly known. model.md §2.
+// Below this the noise level itself is hardly known: to 1 / sqrt(2 dof) of itself.
 constexpr double kFewDof = 10.0;
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.1;

@@ -10,12 +10,12 @@
 
 #include "accuracy/shared_recordings.h"
 #include "math/distributions.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 constexpr Triad kGyro = Triad::kGyroscope;
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 class GyroscopeRecordings : public SharedRecordings {};
 

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -16,12 +15,11 @@
 
 #include "accuracy/shared_recordings.h"
 #include "init/frame_alignment.h"
+#include "truetriad/base/units.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace {
-
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 
 /// The calibrated readings of both triads at one pose, in one frame.
 struct Pair {

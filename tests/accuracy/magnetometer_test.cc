@@ -61,7 +61,7 @@ TEST_F(MagnetometerRecordings, ASmallCapOfDirectionsIsRefusedWithTheReason) {
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_EQ(run.calibration.outcome, Outcome::kNotObservable);
   EXPECT_FALSE(run.calibration.sensors[Triad::kMagnetometer].has_value());
-  EXPECT_THAT(run.text, HasSubstr("too small a part of the sphere"));
+  EXPECT_THAT(run.text, HasSubstr("cover too little of the sphere"));
 }
 
 }  // namespace

@@ -94,7 +94,7 @@ TEST(AllanFile, HoldsNoCoefficientsOfASensorThatWasNotAtRest) {
   EXPECT_THAT(text, HasSubstr("status: not_at_rest\n"));
   const auto refused = ReadAllanFile(folder.Write("allan.yaml", text));
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("coefficients of a sensor that was not at rest"));
+  EXPECT_THAT(refused.error().message, HasSubstr("coefficients for a sensor that was not at rest"));
 
   AllanAxis& x = disturbed.triads[0].axes[0];
   const std::vector<AllanPoint> points = x.points;
@@ -122,7 +122,7 @@ TEST(AllanFile, RejectsACoefficientInAnotherUnitThanItsSensor) {
   text.replace(text.find("unit: \"deg/s\""), 13, "unit: \"rad/s\"");
   const auto read = ReadAllanFile(folder.Write("allan.yaml", text));
   ASSERT_FALSE(read);
-  EXPECT_THAT(read.error().message, HasSubstr("`rad/s/sqrt(Hz)` is expected"));
+  EXPECT_THAT(read.error().message, HasSubstr("expected `rad/s/sqrt(Hz)`"));
 }
 
 TEST(AllanFile, RejectsUnknownKeysAndIntervalsThatAreNone) {

@@ -271,7 +271,7 @@ TEST(AnalyseAllan, DifferencesNothingAcrossLongGaps) {
   const AllanTriad& triad = result->triads[0];
   EXPECT_EQ(triad.breaks, 1);
   EXPECT_DOUBLE_EQ(triad.rate_hz, 100.0);
-  EXPECT_THAT(Warnings(result), HasSubstr("1 gap(s) in time, the longest 3600.01 s"));
+  EXPECT_THAT(Warnings(result), HasSubstr("longest 3600.01 s"));
   EXPECT_LE(triad.axes[0].points.back().tau_s, 12000.0 / 4.0 / 100.0);
   EXPECT_NEAR(triad.axes[0].white_density->value, 0.1, 0.1 * 5.0 / std::sqrt(20000.0));
   EXPECT_FALSE(triad.axes[0].random_walk);
@@ -378,8 +378,8 @@ TEST(AnalyseAllan, WarnsOfADeadAClippedAndACoarseAxis) {
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(Warnings(result), HasSubstr("the x axis reads 5 counts throughout"));
   EXPECT_THAT(Warnings(result), HasSubstr("y axis: 1"));
-  EXPECT_THAT(Warnings(result), HasSubstr("is the axis clipped?"));
-  EXPECT_THAT(Warnings(result), HasSubstr("below the step of 10 counts"));
+  EXPECT_THAT(Warnings(result), HasSubstr("check for clipping"));
+  EXPECT_THAT(Warnings(result), HasSubstr("below the resolution of 10 counts"));
   EXPECT_THAT(result->triads[0].axes[0].points, IsEmpty());
   EXPECT_FALSE(result->triads[0].axes[0].white_density);
 }
@@ -523,7 +523,8 @@ TEST(AnalyseAllan, TellsReadingsThatAreHeld) {
   }
   const auto result = Analyse(stream);
   ASSERT_TRUE(result) << result.error().message;
-  EXPECT_THAT(Warnings(result), HasSubstr("held for 4 samples on average: the sensor gives 25 Hz"));
+  EXPECT_THAT(Warnings(result),
+              HasSubstr("held for 4 samples on average: the sensor updates at 25 Hz"));
   // Sigma one at 25 Hz.
   EXPECT_GE(Holding(result->triads[0], 0.2), 2);
 }
@@ -534,7 +535,7 @@ TEST(AnalyseAllan, TellsReadingsThatFroze) {
   const auto result = Analyse(stream);
   ASSERT_TRUE(result) << result.error().message;
   // 6000 samples are 23 windows of 256, 22 of them whole.
-  EXPECT_THAT(Warnings(result), HasSubstr("y axis: 22 of 78 windows of 256 samples stand still"));
+  EXPECT_THAT(Warnings(result), HasSubstr("y axis: 22 of 78 windows of 256 samples"));
   EXPECT_EQ(Warnings(result).find("x axis:"), std::string::npos);
   EXPECT_EQ(Warnings(result).find("held"), std::string::npos);
 }

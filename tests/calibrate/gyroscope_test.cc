@@ -6,8 +6,6 @@
 #include <memory>
 #include <ostream>
 
-#include <ceres/gradient_checker.h>
-#include <ceres/manifold.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +13,6 @@
 #include "math/random.h"
 #include "sim/scenario_samples.h"
 #include "solve/shared_blocks.h"
-#include "support/pose_cost.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/data/pose_collection.h"
@@ -389,65 +386,6 @@ INSTANTIATE_TEST_SUITE_P(EachSet,
                                            Parts{false, true, true},
                                            Parts{true, true, true}),
                          ::testing::PrintToStringParamName());
-
-// The earth's rate is counted, as large as can be seen in a double, when `earth_rate_radps` > 0.
-void ExpectIncrementJacobiansMatch(double earth_rate_radps) {
-  const Scenario scenario = GyroscopeScenario({true, false, true});
-  const PoseSet poses = Collect(scenario);
-  SharedLayout layout;
-  layout.bias[kGyro] = 0;
-  layout.sensitivity[kGyro] = 3;
-  layout.g_sensitivity = 12;
-  layout.asymmetry[kGyro] = 21;
-  layout.reference = 24;
-  layout.size = 24 + kReferenceSize;
-  layout.earth_rate_radps = earth_rate_radps * Eigen::Vector3d(0.6, 0.3, 0.7);
-  Eigen::VectorXd shared = Eigen::VectorXd::Zero(layout.size);
-  const SimulatedTriad& gyroscope = *scenario.sensors[kGyro];
-  shared.segment<3>(0) = gyroscope.nominal.bias;
-  shared.segment<9>(3) = gyroscope.nominal.sensitivity.reshaped();
-  shared.segment<9>(12) = gyroscope.g_sensitivity->reshaped();
-  shared.segment<3>(21) = gyroscope.nominal.asymmetry;
-  shared.segment<kReferenceSize>(24) << 9.8, 48.0, 1.1, 0.7, 0.2, -0.1;
-  IncrementEdge edge;
-  const RecordedMove& recorded = poses.moves.front();
-  for (std::size_t i = 0; i < recorded.time_ns.size(); ++i) {
-    edge.move.time_s.push_back(1e-9 * static_cast<double>(recorded.time_ns[i]));
-    edge.move.reading_raw.push_back(recorded.gyroscope_raw[i]);
-    edge.move.force_mps2.push_back(recorded.accelerometer_raw[i]);
-  }
-  edge.Integrate(layout, shared.data());
-  edge.variance *= 1e-4;
-  // Away from where it was integrated, and with a residual.
-  shared.segment<3>(0) += Eigen::Vector3d(20.0, -30.0, 10.0);
-  shared[4] += 50.0;
-  shared[22] += 0.02;
-  const Eigen::Quaterniond first = RotationExp(Eigen::Vector3d(0.3, -0.2, 0.5));
-  const Eigen::Quaterniond second =
-      first * edge.increment.rotation * RotationExp(Eigen::Vector3d(0.05, 0.1, -0.08));
-  const IncrementCost cost(layout, edge);
-  const ceres::EigenQuaternionManifold quaternion;
-  std::vector<const ceres::Manifold*> manifolds;
-  std::vector<const double*> parameters;
-  for (const SharedBlock& block : GyroscopeBlocks(layout)) {
-    manifolds.push_back(nullptr);
-    parameters.push_back(&shared[block.offset]);
-  }
-  for (const Eigen::Quaterniond* attitude : {&first, &second}) {
-    manifolds.push_back(&quaternion);
-    parameters.push_back(attitude->coeffs().data());
-  }
-  ceres::NumericDiffOptions numeric;
-  ceres::GradientChecker checker(&cost, &manifolds, numeric);
-  ceres::GradientChecker::ProbeResults results;
-  EXPECT_TRUE(checker.Probe(parameters.data(), 1e-6, &results)) << results.error_log;
-}
-
-TEST(IncrementCost, JacobiansMatchFiniteDifferences) { ExpectIncrementJacobiansMatch(0.0); }
-
-TEST(IncrementCost, JacobiansMatchFiniteDifferencesWhileTheEarthTurns) {
-  ExpectIncrementJacobiansMatch(0.2);
-}
 
 // ------------------------------------------------------------------------------------ earth's rate
 

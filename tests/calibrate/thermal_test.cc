@@ -10,15 +10,12 @@
 #include <string>
 #include <vector>
 
-#include <ceres/gradient_checker.h>
-#include <ceres/manifold.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "problem/parameter_name.h"
 #include "problem/thermal_block.h"
 #include "solve/shared_blocks.h"
-#include "support/pose_cost.h"
 #include "support/soak_trials.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
@@ -301,75 +298,6 @@ TEST(ParameterName, ReadsBackWhatItWrites) {
                            "accelerometer.thermal.rate.3.x",
                            "accelerometer.thermal..x"}) {
     EXPECT_FALSE(ParameterName::Parse(text)) << text;
-  }
-}
-
-// A layout whose two triads have every term, at a point that is nobody's optimum.
-struct Layout {
-  SharedLayout layout;
-  Eigen::VectorXd shared;
-};
-
-Layout WithEveryTerm(Random* random) {
-  ThermalOptions terms;
-  terms.bias_order = ThermalOptions::kMaxBiasOrder;
-  terms.matrix_order = ThermalOptions::kMaxMatrixOrder;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
-  Layout fixture;
-  int size = 0;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    fixture.layout.bias[triad] = size;
-    fixture.layout.sensitivity[triad] = size + 3;
-    fixture.layout.thermal[triad] = {size + 12, terms};
-    size += 12 + fixture.layout.thermal[triad].size();
-  }
-  fixture.layout.thermal_scale = {25.0, 10.0, 40.0, 0.02};
-  fixture.layout.reference = size;
-  fixture.layout.size = size + kReferenceSize;
-  fixture.layout.basis.setIdentity(fixture.layout.size, fixture.layout.size);
-  fixture.shared.resize(fixture.layout.size);
-  for (double& value : fixture.shared) value = random->Normal();
-  fixture.shared.tail<kReferenceSize>() << 9.8, 48.0, 1.1, 0.3, 0.1, -0.2;
-  return fixture;
-}
-
-// Ceres differentiates the cost along the manifolds, block by block.
-TEST(PoseCost, JacobianOfTemperatureTermsMatchesFiniteDifferences) {
-  Random random(18);
-  for (int repeat = 0; repeat < 10; ++repeat) {
-    const Layout fixture = WithEveryTerm(&random);
-    PoseNode node;
-    node.kind = PoseKind::kRotation;
-    node.temperature_degc = random.Uniform(-30.0, 50.0);
-    node.temperature_rate_degcps = random.Uniform(-0.02, 0.02);
-    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-      Observation observation;
-      observation.triad = triad;
-      observation.mean_raw = 10.0 * random.Normal3();
-      node.observations.push_back(observation);
-    }
-    const Eigen::Quaterniond q = random.Rotation();
-    node.state = {q.x(), q.y(), q.z(), q.w()};
-    const PoseCost cost(fixture.layout, node);
-    const ceres::EigenQuaternionManifold rotation;
-    std::vector<const ceres::Manifold*> manifolds;
-    std::vector<const double*> parameters;
-    for (const SharedBlock& block : SharedBlocks(fixture.layout)) {
-      manifolds.push_back(nullptr);
-      parameters.push_back(fixture.shared.data() + block.offset);
-    }
-    manifolds.push_back(&rotation);
-    parameters.push_back(node.state.data());
-    const ceres::GradientChecker checker(&cost, &manifolds, ceres::NumericDiffOptions());
-    ceres::GradientChecker::ProbeResults results;
-    checker.Probe(parameters.data(), 1.0, &results);
-    for (std::size_t i = 0; i < parameters.size(); ++i) {
-      const double size = 1.0 + results.local_numeric_jacobians[i].norm();
-      // Ridders' method in double precision: about nine digits.
-      EXPECT_LT((results.local_jacobians[i] - results.local_numeric_jacobians[i]).norm(),
-                1e-7 * size)
-          << "block " << i;
-    }
   }
 }
 

@@ -120,7 +120,7 @@ TEST_F(CalibrateVerb, RefusesAnAllanResultInCountsForARecordingInUnits) {
   const Finished run =
       Calibrate(LogText(kEnough), {"--set=sensors.accelerometer.noise={ allan: allan.yaml }"});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, AllOf(HasSubstr(allan), HasSubstr("counts convert to nothing")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr(allan), HasSubstr("counts cannot be converted")));
 }
 
 TEST_F(CalibrateVerb, RefusesTheAllanResultOfAUnitThatWasNotAtRest) {
@@ -304,8 +304,7 @@ INSTANTIATE_TEST_SUITE_P(
     Each,
     NotEnoughData,
     ::testing::Values(
-        TooLittle{
-            "NoRests", {.rests = 40, .rest_s = 0.0, .magnetometer = false}, "no rest was found"},
+        TooLittle{"NoRests", {.rests = 40, .rest_s = 0.0, .magnetometer = false}, "no rest found"},
         TooLittle{"FewerPosesThanParameters", {.rests = 6, .magnetometer = false}, "6 poses"},
         TooLittle{"PosesInOnePlane",
                   {.rests = 24, .in_one_plane = true, .magnetometer = false},

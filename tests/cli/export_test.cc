@@ -76,7 +76,7 @@ TEST(ImportVerb, WritesWhatCompareAndApplyTake) {
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   // Neither has a σ; the values are the same to the last digit.
   EXPECT_THAT(compared.out,
-              AllOf(HasSubstr("share no parameter with a σ"),
+              AllOf(HasSubstr("no common parameter with a σ"),
                     HasSubstr("accelerometer.sensitivity.zx        -0.009        -0.009")));
 }
 
@@ -108,7 +108,7 @@ TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
     return run.err;
   };
   EXPECT_THAT(error("--to=px5"), HasSubstr("did you mean `px4`?"));
-  EXPECT_THAT(error("--units=g"), HasSubstr("is in m/s^2 and nothing else"));
+  EXPECT_THAT(error("--units=g"), HasSubstr("is in m/s^2 and cannot be changed"));
   EXPECT_THAT(error("--units=furlong"), HasSubstr("`furlong` is not a unit"));
   EXPECT_THAT(error("--instance=4"), HasSubstr("px4 has sensors 0 to 3"));
   EXPECT_THAT(error("--id=compass:3"), HasSubstr("`compass` is not a sensor"));

@@ -42,7 +42,7 @@ TEST_F(PlanVerb, WritesAProgramWithPicturesAndPredictsItsSigmas) {
               AllOf(HasSubstr("GOOD PLAN"),
                     HasSubstr("accelerometer bias x"),
                     HasSubstr("x up, z 45 deg above level"),
-                    HasSubstr("how long that takes is not stated (plan.rest_s)"),
+                    HasSubstr("state plan.rest_s"),
                     HasSubstr("Assumed noise"),
                     HasSubstr("as stated in the configuration"),
                     HasSubstr("random ones")));
@@ -102,7 +102,7 @@ TEST_F(PlanVerb, RefusesWhatItCannotPlanFor) {
   const Finished no_noise =
       RunTruetriad({"plan", "--config=" + Experiment("{ poses: 12 }", "{ excess: none }")});
   EXPECT_EQ(no_noise.exit_code, 2);
-  EXPECT_THAT(no_noise.err, HasSubstr("noise is not stated"));
+  EXPECT_THAT(no_noise.err, HasSubstr("noise is unknown"));
 
   const Finished no_gain =
       RunTruetriad({"plan",
@@ -118,7 +118,7 @@ TEST_F(PlanVerb, RefusesWhatItCannotPlanFor) {
 
   const Finished no_count = RunTruetriad({"plan", "--config=" + Experiment("{ rotations: hand }")});
   EXPECT_EQ(no_count.exit_code, 1);
-  EXPECT_THAT(no_count.err, HasSubstr("how many poses"));
+  EXPECT_THAT(no_count.err, HasSubstr("number of poses"));
 }
 
 // Planned with the noise that the simulator draws: means of 400 samples of 0.03 m/s^2 and 0.4 uT.

@@ -176,7 +176,7 @@ TEST_F(SimulateVerb, RefusesWhatNoDiskHasRoomFor) {
                     "motion: [{ poses: { attitudes: { spread: 1 }, rest_s: 7.0e+7 } }]\n");
   const Finished run = Simulate(scenario, "out");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, AllOf(HasSubstr("7e+16 rows"), HasSubstr("there is room for")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr("7e+16 rows"), HasSubstr("are free")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.Path("out")), {}), 0);
 }
 
@@ -290,7 +290,7 @@ TEST_F(SimulateVerb, GivesARateTableWhoseRampsAreNoRates) {
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err,
               AllOf(HasSubstr("rates.yaml"),
-                    HasSubstr("the first eighth of its stretch"),
+                    HasSubstr("the first eighth of its time"),
                     HasSubstr("begin it later")));
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("found")));
 }
@@ -355,11 +355,11 @@ TEST_F(SimulateVerb, ReplacesNeitherItsScenarioNorItsPoseProgram) {
   folder_.Write("poses.yaml", program);
   const Finished beside = Simulate(folder_.Write("scenario.yaml", text), ".");
   EXPECT_EQ(beside.exit_code, 1);
-  EXPECT_THAT(beside.err, HasSubstr("is a pose program, which the rows of the rests would"));
+  EXPECT_THAT(beside.err, HasSubstr("is a pose program"));
   EXPECT_EQ(Read("poses.yaml"), program);
   const Finished over = Simulate(folder_.Write("truth.yaml", text), ".");
   EXPECT_EQ(over.exit_code, 1);
-  EXPECT_THAT(over.err, HasSubstr("would replace the scenario by its truth.yaml"));
+  EXPECT_THAT(over.err, HasSubstr("would overwrite the scenario with its truth.yaml"));
   EXPECT_EQ(Read("truth.yaml"), text);
 }
 

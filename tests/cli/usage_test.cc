@@ -48,7 +48,8 @@ INSTANTIATE_TEST_SUITE_P(
         Misuse{"HelpForAnUnknownVerb", {"help", "aply"}, "did you mean `apply`?"},
         Misuse{"UnknownFlag", {"inspect", "--inptu=x"}, "--inptu is not a flag (did you mean"},
         Misuse{"FlagOfALibrary", {"inspect", "--logtostderr"}, "--logtostderr is not a flag"},
-        Misuse{"FlagOfAnotherVerb", {"inspect", "--config=x"}, "--config is a flag of other verbs"},
+        Misuse{
+            "FlagOfAnotherVerb", {"inspect", "--config=x"}, "--config does not apply to this verb"},
         Misuse{"RepeatedFlag", {"inspect", "--input=a", "--input=b"}, "--input is given twice"},
         Misuse{"FlagWithoutValue", {"inspect", "--input"}, "--input has no value"},
         Misuse{"EmptyValue", {"inspect", "--input="}, "--input has no value"},
@@ -57,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
         Misuse{"StrayWord", {"inspect", "log.csv"}, "`log.csv` is not a flag"},
         Misuse{"BooleanThatIsNone",
                {"calibrate", "--config=x", "--output=y", "--report=maybe"},
-               "`--report=maybe` is wrong; expected true or false"},
+               "`--report=maybe` is invalid; expected true or false"},
         Misuse{"PosesThatAreNone", {"inspect", "--input=x", "--poses=every:0"}, "--poses=every:0"}),
     [](const auto& test) { return test.param.name; });
 
@@ -124,12 +125,19 @@ TEST_P(CommandLineHelp, OpensWithAnExampleThatWorks) {
   EXPECT_GE(examples, 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    OfEach,
-    CommandLineHelp,
-    ::testing::Values(
-        "inspect", "calibrate", "apply", "evaluate", "compare", "export", "import", "report", "help", "version"),
-    [](const auto& test) { return test.param; });
+INSTANTIATE_TEST_SUITE_P(OfEach,
+                         CommandLineHelp,
+                         ::testing::Values("inspect",
+                                           "calibrate",
+                                           "apply",
+                                           "evaluate",
+                                           "compare",
+                                           "export",
+                                           "import",
+                                           "report",
+                                           "help",
+                                           "version"),
+                         [](const auto& test) { return test.param; });
 
 }  // namespace
 }  // namespace truetriad

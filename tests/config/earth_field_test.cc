@@ -2,7 +2,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "config/field_check.h"
+#include "truetriad/base/units.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/model/earth.h"
@@ -23,7 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr const char* kPlace =
     "latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-01";
 constexpr const char* kSouthPlace =
@@ -172,11 +171,11 @@ TEST_F(EarthFieldInExperiment, ChecksTheFieldThatWasFound) {
   Calibration strong = WithField(62.0, 63.0);
   CheckField(experiment, &strong);
   EXPECT_THAT(strong.messages,
-              ElementsAre(AllOf(HasSubstr("62.0 uT, not 48.2"), Not(HasSubstr("dip")))));
+              ElementsAre(AllOf(HasSubstr("62.0 uT, expected 48.2"), Not(HasSubstr("dip")))));
 
   Calibration tilted = WithField(62.0, -63.0);
   CheckField(experiment, &tilted);
-  EXPECT_THAT(tilted.messages, ElementsAre(HasSubstr("dip of -63.0 deg, not 63.1")));
+  EXPECT_THAT(tilted.messages, ElementsAre(HasSubstr("dip of -63.0 deg, expected 63.1")));
 
   Calibration counts = WithField(500.0, 63.0);
   counts.sensors[Triad::kMagnetometer]->input_unit = "counts";

@@ -227,7 +227,7 @@ TEST_F(ExperimentConfig, LoadsBackFromACalibration) {
 }
 
 TEST_F(ExperimentConfig, TakesNormalGravityFromThePosition) {
-  // Check values of formats.md §4, given to 8 decimals.
+  // Normal gravity of WGS84, to 8 decimals.
   for (const auto& [latitude_deg, height_m, expected_mps2] :
        {std::tuple("45", "0", 9.80619777), std::tuple("52.5", "1000", 9.80982840)}) {
     const Knowledge gravity =
@@ -275,7 +275,8 @@ TEST_F(ExperimentConfig, StatesTheResultInTheFixtureWhenAttitudesAreGiven) {
   const std::string attitudes = "attitudes: { six_face: {} }\n";
   EXPECT_EQ(LoadWell(kMinimal + attitudes).options.gauge, Gauge::kFixture);
   EXPECT_EQ(LoadWell(kMinimal + attitudes + "gauge: symmetric\n").options.gauge, Gauge::kSymmetric);
-  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: fixture\n"), HasSubstr("needs attitudes"));
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: fixture\n"),
+              HasSubstr("needs known attitudes"));
 }
 
 TEST_F(ExperimentConfig, RejectsUnknownKeyWithItsLine) {
@@ -310,7 +311,7 @@ TEST_F(ExperimentConfig, RejectsWrongTypeAndRangeSayingWhatIsExpected) {
   EXPECT_THAT(error("attitudes: {}\n"), HasSubstr("one of six_face, file"));
   EXPECT_THAT(error("cross_validation: { folds: 1 }\n"), HasSubstr("at least 2"));
   EXPECT_THAT(error("observable_sigma: 1\n"), HasSubstr("between 0 and 1"));
-  EXPECT_THAT(error("robust:\n"), HasSubstr(": robust: a map is expected"));
+  EXPECT_THAT(error("robust:\n"), HasSubstr(": robust: expected a map"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { noise: { sigma: [1, 2] } } }\n"),
               HasSubstr("three numbers"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { magnetometer: { sign: gravity } }\n"),
@@ -382,10 +383,10 @@ TEST_F(ExperimentConfig, ReadsKnownTurnsAndRatesAndResolvesToTheSame) {
     EXPECT_EQ(motions.rate_axis_sigma_deg, 0.3);
   }
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\nrates: { file: a.yaml }\n"),
-              HasSubstr("not among the sensors"));
+              HasSubstr("gyroscope, which is not enabled"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {}, gyroscope: {} }\n"
                       "poses: { motion: {} }\nturns: { file: a.yaml }\n"),
-              HasSubstr("recordings with rests"));
+              HasSubstr("need rests"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { gyroscope: {} }\nturns: { sigma_deg: 1 }\n"),
               HasSubstr("`file:` with the turns"));
 }
@@ -463,7 +464,7 @@ TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {
       AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: an order of 0 (none) to 7"),
             HasSubstr(":6: sensors.accelerometer.thermal.matrix_order: an order of 0 (none) to 3"),
             HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
-            HasSubstr("`cubic` is not known; one of linear, quadratic, cross"),
+            HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
             HasSubstr("thermal.order")));
 }
 
@@ -501,7 +502,7 @@ TEST_F(ExperimentConfig, NamesTheOverrideInsteadOfALine) {
       AllOf(HasSubstr("--set=robust.scal=2: robust.scal"), Not(HasSubstr("experiment.yaml"))));
   EXPECT_THAT(ErrorOf(kMinimal, {"gauge=left"}), HasSubstr("--set=gauge=left: gauge"));
   EXPECT_THAT(ErrorOf(kMinimal, {"sensors.gyroscope.model=left"}), HasSubstr("--set=sensors.gyr"));
-  EXPECT_THAT(ErrorOf(kMinimal, {"gauge"}), HasSubstr("key.sub=value is expected"));
+  EXPECT_THAT(ErrorOf(kMinimal, {"gauge"}), HasSubstr("key.sub=value"));
   EXPECT_THAT(ErrorOf(kMinimal, {"gauge=[1"}), HasSubstr("--set=gauge=[1"));
 }
 
@@ -576,11 +577,11 @@ TEST_F(ExperimentConfig, ReadsTemperatureSweeps) {
   EXPECT_THAT(ErrorOf(sensors), HasSubstr("knots, lags and a regression need a sweep"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: { window_s: 10, window_samples: 5 } }\n"),
               HasSubstr("exclude each other"));
-  EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: hourly }\n"), HasSubstr("`auto` is expected"));
+  EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: hourly }\n"), HasSubstr("expected `auto`"));
   EXPECT_THAT(ErrorOf(sensors + "poses: { sweep: auto }\nattitudes: { six_face: {} }\n"),
-              HasSubstr("belong to recordings of poses"));
+              HasSubstr("apply to poses"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: {} }\nstatic: a.yaml\n"),
-              HasSubstr("static: belongs to"));
+              HasSubstr("static: applies only to"));
 }
 
 TEST(ShippedConfigs, Load) {

@@ -68,10 +68,9 @@ TEST_F(PlanBlock, TakesChamberTemperaturesInAnyOrderOnceEach) {
   EXPECT_EQ(experiment->plan->grid.attitudes.size(), 24U);
   const auto twice = Read("  poses: 12\n  temperatures_degc: [20, 20, hot]\n");
   ASSERT_FALSE(twice);
-  EXPECT_THAT(
-      twice.error().message,
-      AllOf(HasSubstr("plan.yaml:5: plan.temperatures_degc: a temperature stands here twice"),
-            HasSubstr("plan.temperatures_degc[2]: `hot`")));
+  EXPECT_THAT(twice.error().message,
+              AllOf(HasSubstr("plan.yaml:5: plan.temperatures_degc: a temperature is listed twice"),
+                    HasSubstr("plan.temperatures_degc[2]: `hot`")));
 }
 
 TEST_F(PlanBlock, RefusesWrongValuesWithTheirLines) {

@@ -60,6 +60,13 @@ if(NOT printed MATCHES "gain 1\\.0009.*gain 1\\.0013.*gain 1\\.006[78]")
   message(FATAL_ERROR "wrong gains:\n${printed}")
 endif()
 
+# A known angle of a tenth of a degree moves a bias by less than its sigma of 0.6 mm/s^2.
+run(COMMAND ${WORK}/build/examples/known_angle
+  ${prefix}/share/truetriad/datasets/demo/recording.csv 90 10 OUTPUT printed)
+if(NOT printed MATCHES "without +bias 0\\.309.*with +bias 0\\.309")
+  message(FATAL_ERROR "wrong biases:\n${printed}")
+endif()
+
 # The program, with its examples and data.
 set(truetriad ${prefix}/bin/truetriad)
 run(COMMAND ${truetriad} version OUTPUT printed)

@@ -129,7 +129,7 @@ def main():
                 code, seconds, memory = run(
                     [converter, path, f"--output={folder}/out", *more], errors)
             said = open(os.path.join(folder, "stderr"), "rb").read().decode("utf-8", "replace")
-            ended += "had to be ended" in said
+            ended += "the reader crashed on it" in said
             wrong = complaint(code, memory, said, folder, name)
             if not wrong and code == 0 and inspect:
                 wrong = unreadable(inspect, folder)

@@ -118,7 +118,8 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
     stream->Add(row * kStepNs, Rate(row).cwiseMin(row < 300 ? 1e9 : 90.0).cwiseMin(95.0));
   });
   ASSERT_TRUE(saturated);
-  EXPECT_THAT(saturated->moves[0].fault, HasSubstr("gyroscope z reads its extreme of 95 counts"));
+  EXPECT_THAT(saturated->moves[0].fault,
+              HasSubstr("gyroscope z is saturated: it reads its limit of 95 counts"));
 
   // An axis that only turns one way, read in steps as coarse as its noise: its other extreme is its
   // reading at rest.
@@ -205,7 +206,7 @@ TEST(MoveRecorder, HoldsNoMoreThanATurnMayTakeHoweverLongNothingRestsOrOneRestLa
   set.streams.emplace_back().triad = Triad::kGyroscope;
   const std::vector<RecordedMove> moves = recorder.Moves(set);
   ASSERT_EQ(moves.size(), 1U);
-  EXPECT_THAT(moves[0].fault, HasSubstr("longer than the 300 s that a turn may take"));
+  EXPECT_THAT(moves[0].fault, HasSubstr("more than the longest turn of 300 s"));
   EXPECT_THAT(moves[0].gyroscope_raw, IsEmpty());
 }
 
@@ -230,7 +231,7 @@ TEST_F(RecordedMoves, OfOrdinaryLengthStayWholeBesideALongOne) {
   EXPECT_THAT(set->moves[0].fault, HasSubstr("longer"));
   EXPECT_THAT(
       set->warnings,
-      ::testing::Contains(HasSubstr("the turn from pose 1 to pose 2 is left out: it takes")));
+      ::testing::Contains(HasSubstr("the turn from pose 1 to pose 2 is skipped: it takes")));
   EXPECT_THAT(set->moves[1].fault, IsEmpty());
   // Both ends of the turn are readings at rest: rows 499 to 600.
   ASSERT_EQ(set->moves[1].time_ns.size(), 102U);
@@ -248,8 +249,7 @@ TEST_F(RecordedMoves, ThatAreLeftOutForOneReasonAreNamedTogether) {
   for (const std::string& warning : stuck->warnings) {
     if (warning.find("left out") == std::string::npos) continue;
     ++lines;
-    EXPECT_THAT(warning,
-                HasSubstr("2 turns into the next pose are left out, those from poses 1, 2"));
+    EXPECT_THAT(warning, HasSubstr("2 turns are skipped, those starting at poses 1, 2"));
   }
   EXPECT_EQ(lines, 1);
 }

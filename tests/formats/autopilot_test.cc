@@ -224,11 +224,13 @@ TEST_P(Autopilots, StateTheLossThatTheirEquationReallyHas) {
     }
     EXPECT_THAT(
         result.notes,
-        AllOf(Contains("accelerometer: bias by temperature of order 5 lowered to 3"),
-              Contains("accelerometer: dropped: matrix by temperature; it is that at 25 degC"),
-              Contains("gyroscope: dropped: g-sensitivity"),
-              Contains("gyroscope: dropped: gains and misalignment; offsets only"),
-              Contains(HasSubstr("magnetometer: dropped: a rotation by"))));
+        AllOf(
+            Contains("accelerometer: thermal terms of the bias reduced from order 5 to 3"),
+            Contains(
+                "accelerometer: dropped: thermal terms of the matrix; used the values at 25 degC"),
+            Contains("gyroscope: dropped: g-sensitivity"),
+            Contains("gyroscope: dropped: gains and misalignment; offsets only"),
+            Contains(HasSubstr("magnetometer: dropped: a rotation by"))));
     EXPECT_THAT(result.files[0].text, HasSubstr("# gyroscope: dropped: g-sensitivity."));
   }
 }
@@ -260,8 +262,9 @@ TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
   const Eigen::Vector3d found = GetParam().equation(parameters, Triad::kMagnetometer)(
       at_60.RawFromTruth(truth), Eigen::Vector3d::Zero(), 25.0);
   EXPECT_LT((found - truth).norm() / truth.norm(), kFloat32);
-  EXPECT_THAT(result.notes,
-              Contains("magnetometer: dropped: bias by temperature; it is that at 60 degC"));
+  EXPECT_THAT(
+      result.notes,
+      Contains("magnetometer: dropped: thermal terms of the bias; used the values at 60 degC"));
   const Result<Export> outside =
       ExportCalibration(unit, GetParam().name, {.temperature_degc = 80.0});
   ASSERT_FALSE(outside);
@@ -315,14 +318,13 @@ TEST_P(Autopilots, WarnWhenMoreIsLostThanTheCalibrationIsUncertainBy) {
   unit.covariance.matrix = Eigen::MatrixXd::Constant(1, 1, 1e-6);  // 1 mm/s^2
   const Export fine = Exported(unit);
   EXPECT_GT(*fine.loss[Triad::kAccelerometer]->in_sigmas, 1.0);
-  EXPECT_THAT(fine.warnings,
-              Contains(HasSubstr("loses more than the calibration is uncertain by")));
+  EXPECT_THAT(fine.warnings, Contains(HasSubstr("loses more than the calibration's uncertainty")));
   EXPECT_FALSE(fine.loss[Triad::kGyroscope]->in_sigmas);
 
   unit.covariance.matrix *= 1e8;
   const Export coarse = Exported(unit);
   EXPECT_LT(*coarse.loss[Triad::kAccelerometer]->in_sigmas, 1.0);
-  EXPECT_THAT(coarse.warnings, Not(Contains(HasSubstr("is uncertain by"))));
+  EXPECT_THAT(coarse.warnings, Not(Contains(HasSubstr("calibration's uncertainty"))));
 }
 
 INSTANTIATE_TEST_SUITE_P(Of,
@@ -343,7 +345,7 @@ TEST(Px4, WritesTheIdOnlyWhenItIsTold) {
               AllOf(HasSubstr("1\t1\tCAL_ACC2_ID\t1310988\t6\n"),
                     HasSubstr("1\t1\tTC_A2_ID\t1310988\t6\n"),
                     Not(HasSubstr("CAL_GYRO2_ID"))));
-  EXPECT_THAT(result->warnings, Contains(HasSubstr("CAL_GYRO2_ID is already that of the sensor")));
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("CAL_GYRO2_ID already matches the sensor")));
 }
 
 TEST(Px4, WarnsOfOffsetsThatItIgnores) {
@@ -385,7 +387,7 @@ TEST(ArduPilot, RefusesAReferenceTemperatureOutsideOfTheCalibratedOnes) {
   const Result<Export> result = ExportCalibration(unit, "ardupilot");
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
-  EXPECT_THAT(result.error().message, HasSubstr("inside the calibrated range (30 to 60 degC"));
+  EXPECT_THAT(result.error().message, HasSubstr("within the calibrated range (30 to 60 degC"));
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ TEST(Betaflight, WritesOffsetsOnly) {
                     HasSubstr("\nset mag_calibration = -33,250,17\nsave\n")));
   EXPECT_THAT(result.notes,
               Contains("accelerometer: dropped: gains and misalignment; offsets only"));
-  EXPECT_THAT(result.notes, Contains("gyroscope: left out: betaflight has no place for it"));
+  EXPECT_THAT(result.notes, Contains("gyroscope: dropped: betaflight does not support it"));
   // Gains of 4000 and 4200 of 4096 are dropped.
   EXPECT_NEAR(result.loss[Triad::kAccelerometer]->share(), 104.0 / 4200, 3e-4);
 }
@@ -120,7 +120,7 @@ TEST(CountsFormats, RefuseNumbersThatFirmwareCannotHold) {
   unit.sensors[Triad::kAccelerometer]->model.bias.z() = 40000.0;
   const Result<Export> offset = ExportCalibration(unit, "betaflight");
   ASSERT_FALSE(offset);
-  EXPECT_THAT(offset.error().message, HasSubstr("would be 40000, outside of -32768 to 32767"));
+  EXPECT_THAT(offset.error().message, HasSubstr("would be 40000, outside -32768 to 32767"));
   unit = WholeUnit();
   unit.sensors[Triad::kAccelerometer]->model.sensitivity /= 4.0;
   const Result<Export> gain = ExportCalibration(unit, "inav");
@@ -132,7 +132,7 @@ TEST(CountsFormats, TakeTheMeanGainWhenTheSizeOfACountIsNotStated) {
   Calibration unit = WholeUnit();
   unit.sensors[Triad::kAccelerometer]->si_per_count.reset();
   const Export result = Exported(unit, "inav");
-  EXPECT_THAT(result.notes, Contains(HasSubstr("the size of a count is not stated")));
+  EXPECT_THAT(result.notes, Contains(HasSubstr("the count size is not stated")));
   EXPECT_LT(result.loss[Triad::kAccelerometer]->share(),
             3e-4);  // gains rounded to 1/4096, offsets whole
 }

@@ -229,19 +229,19 @@ std::string ErrorOf(const std::string& format,
 TEST(Import, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(ErrorOf("px4", "a.params", "# nothing\n1\t1\tCAL_ACC0_XOFF\tmuch\t9\n"),
               HasSubstr("a.params:2: CAL_ACC0_XOFF: `much` is not a number"));
-  EXPECT_THAT(ErrorOf("px4", "a.params", "1\t1\tCAL_ACC0_XOFF\n"), HasSubstr("is no parameter"));
+  EXPECT_THAT(ErrorOf("px4", "a.params", "1\t1\tCAL_ACC0_XOFF\n"), HasSubstr("is not a parameter"));
   EXPECT_THAT(ErrorOf("px4", "a.params", "1\t1\tBAT_N\t4\t6\n"),
-              HasSubstr("holds no calibration of a sensor in the form of px4"));
+              HasSubstr("contains no sensor calibration in the format px4"));
   EXPECT_THAT(
       ErrorOf("px4", "a.params", "1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XSCALE\t0\t9\n"),
       HasSubstr("the matrix of the accelerometer is singular"));
   EXPECT_THAT(ErrorOf("ardupilot", "a.param", "INS_ACCOFFS_X,1\nINS_ACCOFFS_X,2\n"),
-              HasSubstr("a.param:2: INS_ACCOFFS_X is there twice"));
+              HasSubstr("a.param:2: INS_ACCOFFS_X occurs twice"));
   EXPECT_THAT(
       ErrorOf("kalibr", "imu.yaml", "imu0:\n  model: calibrated\n"),
-      AllOf(HasSubstr("imu.yaml:2: imu0.model"), HasSubstr("`calibrated` holds no matrices")));
+      AllOf(HasSubstr("imu.yaml:2: imu0.model"), HasSubstr("`calibrated` has no matrices")));
   EXPECT_THAT(ErrorOf("imu-tk", "x_acc.calib", "1 0 0\n0 1 0\n"), HasSubstr("holds 6 numbers"));
-  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("does not say which sensor"));
+  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("cannot tell the sensor"));
   EXPECT_THAT(ErrorOf("matlab", "a.m", "accel.C = [1 2; 3 4];\n"),
               HasSubstr("`accel.C` is not a 3x3 matrix"));
   EXPECT_THAT(ErrorOf("basalt", "a.json", "{}", ErrorCode::kUsage),
@@ -270,9 +270,8 @@ TEST(Import, SaysThatAKalibrFileHoldsNoBias) {
           "}\n  gyroscopes: {M: " + unit + ", A: " + unit + ", C_gyro_i: " + unit + "}\n");
   const Result<Import> result = ImportCalibration("kalibr", {path});
   ASSERT_TRUE(result) << result.error().message;
-  EXPECT_THAT(result->notes,
-              Contains("accelerometer: the file holds no bias; it is taken as zero"));
-  EXPECT_THAT(result->calibration.messages, Contains(HasSubstr("holds no bias")));
+  EXPECT_THAT(result->notes, Contains("accelerometer: the file contains no bias; assumed zero"));
+  EXPECT_THAT(result->calibration.messages, Contains(HasSubstr("contains no bias")));
 }
 
 TEST(Import, TakesWhatMagcalReturned) {

@@ -97,7 +97,8 @@ TEST(CalibrationRecord, SaysThatANominalFieldMakesGainsRelative) {
   const YAML::Node record = YAML::Load(Record(unit, "unit.json"));
   EXPECT_THAT(record["references"]["field strength"]["source"].as<std::string>(),
               HasSubstr("relative"));
-  EXPECT_THAT(record["traceability"].as<std::string>(), HasSubstr("gains of the magnetometer"));
+  EXPECT_THAT(record["traceability"].as<std::string>(),
+              HasSubstr("magnetometer's gains are relative"));
 }
 
 }  // namespace

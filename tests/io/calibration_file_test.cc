@@ -232,7 +232,7 @@ TEST(CalibrationFile, LeavesOutThousandsOfPoseResidualsAndSaysSo) {
   Calibration calibration = Awkward();
   calibration.quality.pose_residuals.assign(2001, PoseResidual());
   const std::string text = CalibrationToYaml(calibration);
-  EXPECT_THAT(text, HasSubstr("# Left out: 2001 rows"));
+  EXPECT_THAT(text, HasSubstr("# Omitted: 2001 rows"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
   EXPECT_TRUE(reread->quality.pose_residuals.empty());
@@ -267,7 +267,7 @@ TEST(CalibrationFile, RefusesTemperatureTermsThatNoCalibrationWrites) {
   EXPECT_THAT(error_with([](ThermalTerms* terms) {
                 terms->range_degc = {60.0, -10.0};
               }),
-              HasSubstr("from the lowest to the highest"));
+              HasSubstr("[lowest, highest]"));
   EXPECT_THAT(error_with([](ThermalTerms* terms) { terms->reference_degc = -300.0; }),
               HasSubstr("-273.15"));
 }
@@ -326,13 +326,13 @@ TEST_F(FileWriting, SaysThatTheDirectoryIsMissing) {
   const Status status = WriteFileAtomically((folder_ / "no/such/file.yaml").string(), "text");
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kBadInput);
-  EXPECT_THAT(status.error().message, HasSubstr("there is no directory"));
+  EXPECT_THAT(status.error().message, HasSubstr("there is no folder"));
 }
 
 TEST_F(FileWriting, RefusesADirectoryAsTarget) {
   const Status status = WriteFileAtomically(folder_.string(), "text");
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("is a directory"));
+  EXPECT_THAT(status.error().message, HasSubstr("is a folder"));
   EXPECT_EQ(FileCount(), 0U);
 }
 

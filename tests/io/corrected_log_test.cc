@@ -178,7 +178,7 @@ TEST_F(CorrectedLog, RefusesRatesOfTemperatureThatNobodySaysHowToFind) {
                        "0,1,1,1,20\n")
                   .error()
                   .message,
-              HasSubstr("says nothing of how to find it"));
+              HasSubstr("does not state how to compute it"));
 }
 
 TEST_F(CorrectedLog, TakesTheGSensitivityOutOfTheGyroscope) {
@@ -214,7 +214,7 @@ TEST_F(CorrectedLog, LeavesOutTriadsWithoutCalibration) {
   EXPECT_THAT(summary->left_out, ElementsAre(Triad::kMagnetometer));
   EXPECT_EQ(Output(), "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n1,2,3\n");
   EXPECT_THAT(WriteCsv("mag_x[uT],mag_y[uT],mag_z[uT]\n4,5,6\n").error().message,
-              HasSubstr("holds magnetometer, and the calibration has none"));
+              HasSubstr("contains magnetometer, but the calibration includes none"));
 }
 
 TEST_F(CorrectedLog, IsNotWrittenAtAllWhenAnythingFails) {
@@ -225,7 +225,7 @@ TEST_F(CorrectedLog, IsNotWrittenAtAllWhenAnythingFails) {
   EXPECT_EQ(folder_.FileCount(), 1U);  // The input alone.
   output_ = folder_.Path("no/such/folder.csv");
   EXPECT_THAT(WriteCsv("accel_x[g],accel_y[g],accel_z[g]\n1,2,3\n").error().message,
-              HasSubstr("folder.csv: cannot be written: there is no directory"));
+              HasSubstr("folder.csv: cannot be written: there is no folder"));
   output_ = folder_.Path("corrected.csv");
   calibration_.outcome = Outcome::kNotObservable;
   EXPECT_THAT(WriteCsv("accel_x[g],accel_y[g],accel_z[g]\n1,2,3\n").error().message,

@@ -8,14 +8,13 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 
 class KnownMotionFile : public ::testing::Test {
  protected:
@@ -83,7 +82,7 @@ TEST_F(KnownMotionFile, ReadsPlacesByTime) {
   ASSERT_FALSE(wrong);
   EXPECT_THAT(wrong.error().message,
               AllOf(HasSubstr("motions.yaml:2"),
-                    HasSubstr("start_s < end_s is expected"),
+                    HasSubstr("expected start_s < end_s"),
                     HasSubstr("motions.yaml:3"),
                     HasSubstr("end_s"),
                     HasSubstr("motions.yaml:4"),
@@ -100,8 +99,8 @@ TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
   EXPECT_THAT(turns.error().message,
               AllOf(HasSubstr("motions.yaml:2"),
                     HasSubstr("10 to 5"),
-                    HasSubstr("says not where"),
-                    HasSubstr("`w` is none of"),
+                    HasSubstr("has no place in the recording"),
+                    HasSubstr("`w` is not among"),
                     HasSubstr("either `turns` or `degrees`"),
                     HasSubstr("exclude each other"),
                     HasSubstr("angle is zero")));

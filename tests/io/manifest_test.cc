@@ -156,8 +156,8 @@ TEST_F(Manifest, RejectsValuesItDoesNotKnow) {
   const auto error = [&](const std::string& keys) {
     return ReadingError(WriteStream(keys + axes_));
   };
-  EXPECT_THAT(error("    separator: '|'\n"), HasSubstr("separator: `|` is none of"));
-  EXPECT_THAT(error("    header: maybe\n"), HasSubstr("is none of true, false, auto"));
+  EXPECT_THAT(error("    separator: '|'\n"), HasSubstr("separator: `|` is not among"));
+  EXPECT_THAT(error("    header: maybe\n"), HasSubstr("is not among true, false, auto"));
   EXPECT_THAT(error("    ragged: yes\n"), HasSubstr("neither allow nor refuse"));
   EXPECT_THAT(error("    skip_lines: -1\n"), HasSubstr("must not be negative"));
   EXPECT_THAT(error("    si_per_count: 2\n"), HasSubstr("counts"));
@@ -173,7 +173,7 @@ TEST_F(Manifest, NamesColumnsAndFilesThatAreNotThere) {
   EXPECT_THAT(ReadingError(WriteStream("    x: q\n    y: b\n    z: a\n    unit: g\n")),
               HasSubstr("recording.yaml:5: streams.accelerometer.x: "));
   EXPECT_THAT(ReadingError(WriteStream("    x: q\n    y: b\n    z: a\n    unit: g\n")),
-              HasSubstr("has no column `q`; its header is a, b, c, c, and columns 0 to 3"));
+              HasSubstr("has no column `q`; its header is a, b, c, c; use"));
   EXPECT_THAT(ReadingError(WriteStream(axes_)), HasSubstr("more than one column `c`"));
   EXPECT_THAT(ReadingError(WriteStream("    x: a\n    y: 0\n    z: b\n    unit: g\n")),
               HasSubstr("is the same column as another axis"));
@@ -188,10 +188,11 @@ TEST_F(Manifest, RefusesReadingsThatWereCorrectedAlready) {
       "recording: 1\nstreams:\n  accelerometer: {file: log.csv, x: a, y: b, "
       "z: c, unit: g}\n";
   EXPECT_EQ(ReadingError(Write(rest + "applied: none\n")), "");
-  EXPECT_THAT(ReadingError(Write(rest + "applied: unknown\n")), HasSubstr("it is unknown which"));
-  EXPECT_THAT(
-      ReadingError(Write(rest + "applied: {accelerometer: unknown}\n")),
-      AllOf(HasSubstr("applied.accelerometer: it is unknown which"), HasSubstr("state them")));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: unknown\n")),
+              HasSubstr("already applied to these readings are unknown"));
+  EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: unknown}\n")),
+              AllOf(HasSubstr("applied.accelerometer: the corrections already applied"),
+                    HasSubstr("state them")));
   EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {offset: 1}}\n")),
               HasSubstr("applied.accelerometer.offset"));
   EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {gain: [1, 1, 1]}}\n")),
@@ -200,7 +201,7 @@ TEST_F(Manifest, RefusesReadingsThatWereCorrectedAlready) {
               HasSubstr("singular"));
   EXPECT_THAT(ReadingError(Write(rest + "applied: {accelerometer: {thermal: {reference_degc: 25, "
                                         "range_degc: [0, 50], coefficients: [[1, 1, 1]]}}}\n")),
-              HasSubstr("give the stream a `temperature`"));
+              HasSubstr("add `temperature` to the stream"));
 }
 
 // The equation of ArduPilot's accelerometer, with a board mounted upside down: what the firmware
@@ -312,7 +313,7 @@ TEST_F(Manifest, RefusesPoseRangesThatMakeNoSense) {
   EXPECT_THAT(error("poses: [{first: 5, last: 4}]\n"), HasSubstr("are not a range"));
   EXPECT_THAT(error("poses: [{first: 0, last: 4}, {first: 4, last: 9}]\n"),
               HasSubstr("inside or before"));
-  EXPECT_THAT(error("poses: [{first: 0, last: 4, face: up}]\n"), HasSubstr("none of +x -x"));
+  EXPECT_THAT(error("poses: [{first: 0, last: 4, face: up}]\n"), HasSubstr("not among +x -x"));
   EXPECT_THAT(error("poses: []\n"), HasSubstr("empty"));
 }
 

@@ -57,9 +57,9 @@ TEST_F(PoseProgramFile, TakesQuaternionsAsPeopleWriteThem) {
 TEST_F(PoseProgramFile, SaysWhatIsWrongWithItsLine) {
   EXPECT_THAT(ErrorOf("program: 1\nposes: []\n"), HasSubstr("poses.yaml:2: poses: has no poses"));
   EXPECT_THAT(ErrorOf("program: 2\nposes: [{attitude: [1, 0, 0, 0]}]\n"),
-              HasSubstr("poses.yaml:1: program: version 2 cannot be read; 1 is expected"));
+              HasSubstr("poses.yaml:1: program: version 2 is not supported"));
   EXPECT_THAT(ErrorOf("poses: [{attitude: [1, 0, 0, 0]}]\n"), HasSubstr("program: is missing"));
-  EXPECT_THAT(ErrorOf("program: 1\nposes: 3\n"), HasSubstr("poses: a list is expected"));
+  EXPECT_THAT(ErrorOf("program: 1\nposes: 3\n"), HasSubstr("poses: expected a list"));
   EXPECT_THAT(ErrorOf("program: 1\n"
                       "poses:\n"
                       "  - { attitude: [90, 0, 0, 0] }\n"
@@ -69,7 +69,7 @@ TEST_F(PoseProgramFile, SaysWhatIsWrongWithItsLine) {
                       "  - { attitude: [1, 0, 0, 0], temperature: 20 }\n"
                       "  - { attitude: [0, 0, 0, 0] }\n"),
               AllOf(HasSubstr(":3: poses[0].attitude: is not a rotation"),
-                    HasSubstr(":4: poses[1].attitude: has 3 numbers; four are expected"),
+                    HasSubstr(":4: poses[1].attitude: has 3 numbers; expected four"),
                     HasSubstr(":5: poses[2].attitude: is missing"),
                     HasSubstr(":6: poses[3].temperature_degc: is below absolute zero"),
                     HasSubstr(":7: poses[4].temperature: is not a known key"),

@@ -98,7 +98,7 @@ TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
   ASSERT_EQ(table->poses.warnings.size(), 1U);
   EXPECT_THAT(table->poses.warnings[0], HasSubstr("(lines 2 and 6)"));
   EXPECT_THAT(ErrorOf(accel_ + "\n" + distinct + "1,2,3\n1,2,3\n4,5,6\n"),
-              HasSubstr("3 rows repeat the readings of another row"));
+              HasSubstr("3 rows repeat another row's readings"));
 }
 
 TEST_F(PoseTables, AreRefusedWhenReadingsPileUpAtAnExtreme) {
@@ -118,7 +118,7 @@ TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {
               HasSubstr("column `accel_sigma`: has no unit"));
   EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[counts]\n1,2,3,4\n"), HasSubstr("is in counts"));
   EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[g]\n1,2,3,0\n"), HasSubstr("must be above zero"));
-  EXPECT_THAT(ErrorOf(accel_ + ",face\n1,2,3,top\n"), HasSubstr("`top` is none of +x"));
+  EXPECT_THAT(ErrorOf(accel_ + ",face\n1,2,3,top\n"), HasSubstr("`top` is not among +x"));
   EXPECT_THAT(ErrorOf(accel_ + ",colour\n1,2,3,4\n"), HasSubstr("column `colour`: is not known"));
   EXPECT_THAT(ErrorOf("temperature[degC]\n20\n"), HasSubstr("no sensor columns"));
 }
@@ -126,7 +126,7 @@ TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {
 TEST_F(PoseTables, RefuseALogThatLacksItsTime) {
   std::string text = accel_ + "\n";
   for (int i = 0; i <= 100'001; ++i) text += std::to_string(i) + ",2,3\n";
-  EXPECT_THAT(ErrorOf(text), HasSubstr("a log needs `time[s]`"));
+  EXPECT_THAT(ErrorOf(text), HasSubstr("add `time[s]`"));
 }
 
 }  // namespace

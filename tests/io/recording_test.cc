@@ -152,9 +152,10 @@ TEST_F(Recording, ReadsTheSameFromGzip) {
 
 TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
   EXPECT_EQ(ErrorOfRows("1,1,1,1\n1,1,1,1\n"), "");
-  EXPECT_THAT(ErrorOfRows("1,1,1,1\n2,1,1,1\n1.5,1,1,1\n"),
-              HasSubstr("log.csv:4: column `time[s]`: time goes backwards, to 1500000000 ns after "
-                        "2000000000 ns"));
+  EXPECT_THAT(
+      ErrorOfRows("1,1,1,1\n2,1,1,1\n1.5,1,1,1\n"),
+      HasSubstr(
+          "log.csv:4: column `time[s]`: time goes backwards to 1500000000 ns after 2000000000 ns"));
 }
 
 TEST_F(Recording, NamesLineAndColumnOfWhatIsNoNumber) {
@@ -163,10 +164,10 @@ TEST_F(Recording, NamesLineAndColumnOfWhatIsNoNumber) {
   EXPECT_THAT(ErrorOfRows("0,1,2,12ab\n"), HasSubstr("column `accel_z[m/s^2]`: `12ab` is not"));
   EXPECT_THAT(ErrorOfRows("0,1,-inf,3\n"), HasSubstr("log.csv:2: column `accel_y[m/s^2]`: `-inf`"));
   EXPECT_THAT(ErrorOfRows("0,1,1e999,3\n"), HasSubstr("too large for a reading"));
-  EXPECT_THAT(ErrorOfRows("1e30,1,1,3\n"), HasSubstr("out of the range of times"));
+  EXPECT_THAT(ErrorOfRows("1e30,1,1,3\n"), HasSubstr("out of range for a time"));
   EXPECT_THAT(ErrorOfRows("0,1 2,2,3\n"), HasSubstr("`1 2` is not a number"));
   EXPECT_THAT(ErrorOf("time[s];accel_x[g];accel_y[g];accel_z[g]\n0;1,5;2;3\n"),
-              HasSubstr("decimals need a point"));
+              HasSubstr("use a decimal point"));
 }
 
 TEST_F(Recording, SaysThatNulBytesComeFromALogThatWasNotClosed) {
@@ -177,7 +178,7 @@ TEST_F(Recording, SaysThatNulBytesComeFromALogThatWasNotClosed) {
 
 TEST_F(Recording, RefusesRaggedRows) {
   EXPECT_THAT(ErrorOfRows("0,1,2,3\n1,1,2\n2,1,2,3\n"),
-              HasSubstr("log.csv:3: has 3 fields, 4 are expected as in the header (line 1)"));
+              HasSubstr("log.csv:3: has 3 fields; expected 4 as in the header (line 1)"));
   EXPECT_THAT(ErrorOfRows("0,1,2,3,4\n"), HasSubstr("log.csv:2: has 5 fields, 4 are expected"));
 }
 
@@ -201,11 +202,11 @@ TEST_F(Recording, RefusesHeadersThatItWouldHaveToGuess) {
               HasSubstr("`uT` is not a unit of the accelerometer"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g]\n0,1,2\n"), HasSubstr("`accel_z` is not"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_x[g],accel_z[g]\n0,1,2,3\n"),
-              HasSubstr("column `accel_x` is there twice"));
+              HasSubstr("column `accel_x` occurs twice"));
   EXPECT_THAT(ErrorOf("time[min],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n"),
               HasSubstr("`min` is not a unit of time"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g],accel_z[g],status\n0,1,2,3,4\n"),
-              HasSubstr("column `status`: is not known here; the known ones are time, temperature, "
+              HasSubstr("column `status`: is unknown; rename it to one of time, temperature, "
                         "ambient_temperature, pose, accel_x"));
   EXPECT_THAT(ErrorOf("time[s],temperature[degC]\n0,1\n"), HasSubstr("no sensor columns"));
   EXPECT_THAT(ErrorOf("0,1,2,3\n"), HasSubstr("has no header"));
@@ -219,8 +220,8 @@ TEST_F(Recording, RefusesALogWithoutRows) {
 TEST_F(Recording, RefusesPosesThatAreNotNumbersOfPoses) {
   const std::string header = "pose,accel_x[g],accel_y[g],accel_z[g]\n";
   EXPECT_THAT(ErrorOf(header + "1,1,2,3\n1.5,1,2,3\n"), HasSubstr("log.csv:3: column `pose`"));
-  EXPECT_THAT(ErrorOf(header + "-1,1,2,3\n"), HasSubstr("whole numbers are expected"));
-  EXPECT_THAT(ErrorOf(header + ",1,2,3\n"), HasSubstr("whole numbers are expected"));
+  EXPECT_THAT(ErrorOf(header + "-1,1,2,3\n"), HasSubstr("expected whole numbers"));
+  EXPECT_THAT(ErrorOf(header + ",1,2,3\n"), HasSubstr("expected whole numbers"));
 }
 
 TEST_F(Recording, FindsThePoseColumnByTheNameGiven) {

@@ -77,7 +77,7 @@ TEST(TextFile, NamesAGzipThatEndsEarly) {
   const TemporaryFolder folder;
   const std::string whole = TemporaryFolder::Read(folder.WriteGzip("whole", ManyLines()));
   const std::string cut = folder.Write("cut.csv.gz", whole.substr(0, whole.size() / 2));
-  EXPECT_THAT(ReadAll(cut).error, HasSubstr("cut.csv.gz: is a gzip file that ends early"));
+  EXPECT_THAT(ReadAll(cut).error, HasSubstr("cut.csv.gz: is an incomplete gzip file"));
 }
 
 TEST(TextFile, NamesADamagedGzip) {

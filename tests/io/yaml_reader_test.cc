@@ -65,7 +65,7 @@ TEST(YamlReader, RejectsUnknownKeysAndListsTheKnownOnes) {
   sub.Child("b");
   sub.RejectUnknown();
   EXPECT_EQ(sub.status().error().message,
-            "file.yaml:4: sub.bb: is not a known key; the known ones are b (did you mean `b`?)");
+            "file.yaml:4: sub.bb: is not a known key; expected one of b (did you mean `b`?)");
 }
 
 TEST(YamlReader, CollectsAllErrors) {

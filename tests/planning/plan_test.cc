@@ -385,7 +385,7 @@ TEST(MakePlan, RefusesWhatItCannotPlanFor) {
   options.calibrate.triads[Triad::kAccelerometer].noise_sigma_raw.reset();
   const auto no_noise = MakePlan({}, options);
   ASSERT_FALSE(no_noise);
-  EXPECT_NE(no_noise.error().message.find("noise is not stated"), std::string::npos);
+  EXPECT_NE(no_noise.error().message.find("noise is unknown"), std::string::npos);
 
   options = AccelerometerPlan(0);
   options.wanted["accelerometer.biass"] = 0.1;
@@ -398,7 +398,7 @@ TEST(MakePlan, RefusesWhatItCannotPlanFor) {
   const auto problems = MakePlan({}, options);
   ASSERT_FALSE(problems);
   EXPECT_NE(problems.error().message.find("max_poses"), std::string::npos);
-  EXPECT_NE(problems.error().message.find("how many poses"), std::string::npos);
+  EXPECT_NE(problems.error().message.find("number of poses"), std::string::npos);
 }
 
 TEST(MakePlan, GivesTheSameProgramForTheSameSeed) {
@@ -596,7 +596,7 @@ TEST(MakePlan, AsksForTheRestThatTheNoiseOfAGyroscopeIsOf) {
   options.rest_s = 0.0;
   const Result<Plan> plan = MakePlan({}, options);
   ASSERT_FALSE(plan);
-  EXPECT_NE(plan.error().message.find("state `plan: { rest_s: 5 }`"), std::string::npos);
+  EXPECT_NE(plan.error().message.find("`plan: { rest_s: 5 }`"), std::string::npos);
 }
 
 }  // namespace

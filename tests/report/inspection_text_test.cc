@@ -88,12 +88,12 @@ TEST(InspectionText, SeesPosesThatLieInOnePlane) {
     poses.poses.push_back(PoseAt(i + 1, {std::cos(0.26 * i), std::sin(0.26 * i), 0.0}));
   }
   EXPECT_THAT(InspectionText(poses),
-              ContainsRegex("accelerometer, full +no: the directions lie near a plane"));
+              ContainsRegex("accelerometer, full +no: the directions lie close to one plane"));
 }
 
 TEST(InspectionText, ShortensLongTablesInTheMiddle) {
   const std::string text = InspectionText(EvenPoses(100));
-  EXPECT_THAT(text, HasSubstr("100, the middle left out"));
+  EXPECT_THAT(text, HasSubstr("100, the middle omitted"));
   EXPECT_THAT(text, ContainsRegex("\n +30 +150.0"));
   EXPECT_THAT(text, Not(ContainsRegex("\n +31 +155.0")));
   EXPECT_THAT(text, ContainsRegex("\n +100 +500.0"));

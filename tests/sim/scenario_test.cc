@@ -35,8 +35,8 @@ TEST(Scenario, NamesEveryProblemAtOnce) {
   EXPECT_THAT(status.error().message,
               AllOf(HasSubstr("gyroscope noise density is -1"),
                     HasSubstr("magnetometer rate is 0 Hz"),
-                    HasSubstr("accelerometer: the sensitivity cannot be inverted"),
-                    HasSubstr("motion step 1 rests for 0 s; poses that never rest"),
+                    HasSubstr("accelerometer: the sensitivity is singular"),
+                    HasSubstr("motion step 1 rests for 0 s"),
                     HasSubstr("motion step 2 has a rate of 0"),
                     HasSubstr("exclude each other")));
 }
@@ -49,7 +49,7 @@ TEST(Scenario, RefusesADisturbanceOfARestThatIsNotThere) {
   const Status status = scenario.Validate();
   ASSERT_FALSE(status);
   EXPECT_THAT(status.error().message,
-              HasSubstr("disturbance 1 happens in rest 25; there are rests 1 to 24"));
+              HasSubstr("disturbance 1 is set for rest 25; expected rests 1 to 24"));
 }
 
 TEST(Scenario, RefusesADisturbanceAfterTheEndOfTheRecording) {
@@ -106,7 +106,8 @@ TEST(Scenario, BoundsTheRestsBeforeItBuildsThem) {
   scenario.temperature.soak_degc.assign(300, 20.0);
   const Status status = scenario.Validate();
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("200000 rests, 300 times over; at most 300000"));
+  EXPECT_THAT(status.error().message,
+              HasSubstr("200000 rests, 300 times over; the limit is 300000"));
 }
 
 TEST(Scenario, KnowsMistakesInTheUnitOfGravityFieldAndClock) {

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The elimination behind one Ceres cost against what it stands for: the same problem with a block a
-// pose and a turn, given to Ceres as it is.
+// The elimination behind one Ceres cost against what it stands for: the same rows given to Ceres as
+// they are.
 #include <algorithm>
 #include <memory>
 
-#include <ceres/manifold.h>
+#include <ceres/crs_matrix.h>
 #include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <gtest/gtest.h>
 
 #include "noise/variance_components.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
+#include "solve/ceres_problem.h"
+#include "solve/chain_elimination.h"
+#include "solve/linear_manifold.h"
 #include "solve/linearised_graph.h"
+#include "solve/reduced_system.h"
 #include "solve/row_products.h"
-#include "solve/shared_blocks.h"
 #include "solve/solve_graph.h"
 #include "support/accel_mag_trials.h"
-#include "support/pose_cost.h"
 
 namespace truetriad {
 namespace {
@@ -54,77 +55,72 @@ PoseGraph NineAxisGraph(std::uint64_t seed) {
   return graph;
 }
 
-// With the increments as they are integrated.
-double SolveBlockByBlock(PoseGraph* graph) {
-  ceres::Problem problem;
-  const auto add_blocks = [&](const std::vector<SharedBlock>& blocks) {
-    std::vector<double*> values;
-    for (const SharedBlock& block : blocks) {
-      values.push_back(graph->shared.data() + block.offset);
-    }
-    return values;
-  };
-  for (const SharedBlock& block : SharedBlocks(graph->layout)) {
-    double* values = graph->shared.data() + block.offset;
-    problem.AddParameterBlock(values, block.size);
-    const Eigen::MatrixXd basis = graph->layout.BlockBasis(block.offset, block.size);
-    if (basis.cols() == 0) {
-      problem.SetParameterBlockConstant(values);
-    } else {
-      problem.SetManifold(values, new LinearManifold(basis));
+// Covariance of the free shared coordinates from the whole problem's Jacobian, nothing eliminated.
+Eigen::MatrixXd CovarianceOf(const SharedLayout& layout, ceres::Problem* problem) {
+  ceres::CRSMatrix sparse;
+  EXPECT_TRUE(problem->Evaluate({}, nullptr, nullptr, nullptr, &sparse));
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int row = 0; row < sparse.num_rows; ++row) {
+    for (int at = sparse.rows[static_cast<std::size_t>(row)];
+         at < sparse.rows[static_cast<std::size_t>(row) + 1];
+         ++at) {
+      jacobian(row, sparse.cols[static_cast<std::size_t>(at)]) =
+          sparse.values[static_cast<std::size_t>(at)];
     }
   }
-  for (PoseNode& node : graph->nodes) {
-    problem.AddParameterBlock(
-        node.state.data(), node.state_size(), new ceres::EigenQuaternionManifold);
-    std::vector<double*> blocks = add_blocks(SharedBlocks(graph->layout));
-    blocks.push_back(node.state.data());
-    problem.AddResidualBlock(new PoseCost(graph->layout, node), nullptr, blocks);
-  }
-  for (const IncrementEdge& edge : graph->increments) {
-    std::vector<double*> blocks = add_blocks(GyroscopeBlocks(graph->layout));
-    blocks.push_back(graph->nodes[edge.from].state.data());
-    blocks.push_back(graph->nodes[edge.from + 1].state.data());
-    problem.AddResidualBlock(new IncrementCost(graph->layout, edge), nullptr, blocks);
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.function_tolerance = 1e-15;
-  options.parameter_tolerance = 1e-14;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  return summary.final_cost;
+  // The shared blocks were added first; each has its own columns of the basis.
+  const Eigen::MatrixXd inverse = (jacobian.transpose() * jacobian).inverse();
+  return inverse.topLeftCorner(layout.free_size(), layout.free_size());
 }
 
-TEST(Elimination, EndsWhereCeresEndsBlockByBlock) {
+TEST(Elimination, EndsWhereCeresEndsRowByRow) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     PoseGraph eliminated = NineAxisGraph(seed);
     const SolveOutcome outcome = SolveGraph(&eliminated);
     EXPECT_TRUE(outcome.converged);
-    // From the truth again, the turns integrated where the other has ended.
     PoseGraph whole = NineAxisGraph(seed);
-    whole.increments = eliminated.increments;
-    const double cost = SolveBlockByBlock(&whole);
-    EXPECT_NEAR(cost, outcome.final_cost, 1e-9 * cost);
-    // χ² by which the two differ: the square root of what the cost is known to, in σ.
-    const LinearisedGraph system(eliminated);
+    whole.solver = Solver::kCeres;
+    const SolveOutcome by_ceres = SolveGraph(&whole);
+    EXPECT_TRUE(by_ceres.converged);
+    EXPECT_NEAR(by_ceres.final_cost, outcome.final_cost, 1e-9 * outcome.final_cost);
+    const ReducedSystem system(eliminated);
     const Eigen::VectorXd off =
         eliminated.layout.basis.transpose() * (whole.shared - eliminated.shared);
-    EXPECT_LT(off.dot(system.matrix() * off), 1e-8);
+    const Eigen::VectorXd sigma = system.covariance().diagonal().cwiseSqrt();
+    EXPECT_LT(off.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-6);
+
+    ChainProblem chain = ChainOf(eliminated);
+    Eigen::VectorXd shared = eliminated.shared;
+    const auto problem = CeresProblemOf(&chain, &shared);
+    const Eigen::MatrixXd covariance = CovarianceOf(eliminated.layout, problem.get());
+    const Eigen::MatrixXd difference = sigma.cwiseInverse().asDiagonal() *
+                                       (covariance - system.covariance()) *
+                                       sigma.cwiseInverse().asDiagonal();
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6);
   }
 }
 
+// What is left of the problem by the elimination that solves it and by the one that keeps its rows.
 TEST(Elimination, HasTheCostAndTheStepOfTheWholeProblem) {
   PoseGraph graph = NineAxisGraph(4);
   // The poses first: what they gain is not promised.
   const LinearisedGraph at_truth(graph);
   at_truth.TakeStep(Eigen::VectorXd::Zero(at_truth.size()), &graph);
+  ChainElimination elimination(ChainOf(graph));
+  elimination.Linearise(graph.shared);
   const LinearisedGraph system(graph);
+  const double size = system.matrix().norm();
+  EXPECT_LT((elimination.information() - system.matrix()).norm(), 1e-11 * size);
+  EXPECT_LT((elimination.gradient() - system.gradient()).norm(), 1e-9 * system.gradient().norm());
+  EXPECT_NEAR(elimination.cost(), system.cost(), 1e-12 * system.cost());
+  EXPECT_NEAR(elimination.CostAt(graph.shared), system.cost(), 1e-2 * system.cost());
+
   const Eigen::VectorXd step = -system.matrix().ldlt().solve(system.gradient());
   PoseGraph moved = graph;
   system.TakeStep(step, &moved);
   const LinearisedGraph after(moved);
+  elimination.Linearise(moved.shared);
+  EXPECT_NEAR(elimination.cost(), after.cost(), 1e-11 * after.cost());
   // At the optimum of the linear problem nothing is left to go but what is not linear.
   const double promised = -system.gradient().dot(step);
   const Eigen::VectorXd next = -after.matrix().ldlt().solve(after.gradient());
@@ -159,6 +155,22 @@ TEST(RowProducts, AreProducts) {
       EXPECT_LT((out - sum).cwiseAbs().maxCoeff(), rounding);
     }
   }
+}
+
+TEST(LinearManifold, PlusAndMinusUndoEachOther) {
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(4, 2);
+  basis(0, 0) = 1.0;
+  basis(2, 1) = basis(3, 1) = std::sqrt(0.5);
+  const LinearManifold manifold(basis);
+  const Eigen::Vector4d x(1.0, 2.0, 3.0, 4.0);
+  const Eigen::Vector2d delta(0.5, -0.25);
+  Eigen::Vector4d y;
+  Eigen::Vector2d back;
+  ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
+  ASSERT_TRUE(manifold.Minus(y.data(), x.data(), back.data()));
+  EXPECT_LT((back - delta).norm(), 1e-15);
+  EXPECT_EQ(y[1], 2.0);               // held
+  EXPECT_EQ(y[3] - 4.0, y[2] - 3.0);  // tied
 }
 
 }  // namespace

@@ -3,15 +3,14 @@
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <utility>
 
 #include "problem/pose_node.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad::trials {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180.0;
 constexpr Triad kAccel = Triad::kAccelerometer;
 constexpr Triad kGyro = Triad::kGyroscope;
 constexpr Triad kMag = Triad::kMagnetometer;

@@ -17,7 +17,7 @@
 
 namespace truetriad::trials {
 
-// What is varied between simulated accelerometer + magnetometer problems. model.md §6.
+// What is varied between simulated accelerometer + magnetometer problems.
 struct UnitSpread {
   double gain_low = 0.9, gain_high = 1.1;  // raw per true unit, before `unit`
   double cross_axis = 0.03;                // of the row's gain
@@ -26,7 +26,7 @@ struct UnitSpread {
   double counts_per_unit = 1.0;            // gains of a log in counts
 };
 
-// |dip| 60 degrees, noise of model.md §2.
+// |dip| 60 degrees, a usual noise.
 inline constexpr double kDip = std::numbers::pi / 3.0;
 inline SyntheticNoise ModelNoise() {
   SyntheticNoise noise;

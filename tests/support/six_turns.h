@@ -14,6 +14,7 @@
 
 #include "math/random.h"
 #include "model/world.h"
+#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/math/rotation.h"
@@ -29,7 +30,7 @@ struct SixTurns {
   double accelerometer_density = 0.02;  // m/s^2/sqrt(Hz)
   double gyroscope_density = 8.7e-4;    // rad/s/sqrt(Hz)
   double magnetometer_density = 0.003;  // uT/sqrt(Hz)
-  double dip_rad = 72.0 * std::numbers::pi / 180.0;
+  double dip_rad = 72.0 * kRadPerDeg;
 
   TriadModel<double> accelerometer, gyroscope, magnetometer;
 
@@ -44,7 +45,6 @@ inline Eigen::Vector3d UniformVector(double half_width, Random* random) {
 
 // Gains within 10 % of 27 uT, skews within 10 deg, rotation within 5 deg; biases of consumer parts.
 inline SixTurns DrawSixTurns(Random* random) {
-  constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   SixTurns unit;
   unit.accelerometer = {Eigen::Matrix3d::Identity(), UniformVector(0.1, random)};
   unit.gyroscope = {Eigen::Matrix3d::Identity(), UniformVector(0.02, random)};

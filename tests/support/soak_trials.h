@@ -64,7 +64,7 @@ inline Soak MakeSoak(const ThermalOptions& terms, int attitudes_each, bool joint
     sensor.thermal = terms;
     soak.thermal[triad] = RandomTerms(terms, soak.unit.WorldVector(triad).norm(), random);
   }
-  // The body frame is that of the accelerometer at every temperature. model.md §3.
+  // The body frame is that of the accelerometer at every temperature.
   for (Eigen::Matrix3d& term : soak.thermal[Triad::kAccelerometer]->sensitivity) {
     term = term.triangularView<Eigen::Lower>();
   }

@@ -23,8 +23,7 @@ struct SyntheticUnit {
   double field_ut = 48.0;
   double dip_rad = 1.0;
 
-  /// Specific force or field in the world frame, true unit; of a gyroscope at rest zero. model.md
-  /// §1.
+  /// Specific force or field in the world frame, true unit; of a gyroscope at rest zero.
   Eigen::Vector3d WorldVector(Triad triad) const;
 };
 

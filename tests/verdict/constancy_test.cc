@@ -31,7 +31,7 @@ struct Change {
   double dip_rad = 0.0;
 };
 
-// 24 random attitudes with the noise of model.md, and with an excess that is estimated.
+// 24 random attitudes with noise, and with an excess that is estimated.
 enum class Noise { kKnown, kWithExcess, kNotStated };
 
 Calibration RunWith(const Change& change, std::uint64_t seed, Noise kind = Noise::kKnown) {

@@ -2,8 +2,11 @@
 #
 # One static library a layer, `truetriad::<name>`. A layer links only what stands below it, so an
 # upward call does not link. Private headers sit beside their .cc and are included from src/.
+#
+# BATCH n: compiles n sources at a time as one, since headers are most of every compile. Names in
+# unnamed namespaces are then shared within a room. -DCMAKE_UNITY_BUILD_BATCH_SIZE=1 compiles each alone.
 function(truetriad_layer name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "" "BATCH" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
   set(target truetriad_${name})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(truetriad::${name} ALIAS ${target})
@@ -16,10 +19,27 @@ function(truetriad_layer name)
     target_link_libraries(${target} PUBLIC truetriad::${lower})
   endforeach()
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC_LIBS} PRIVATE ${ARG_LIBS})
-  # Eigen is most of every compile: read it once.
-  target_precompile_headers(${target} PRIVATE <Eigen/Dense> <Eigen/Geometry> <string> <vector>)
+  if(ARG_BATCH)
+    truetriad_batch(${target} ${ARG_BATCH})
+  endif()
+  truetriad_precompiled(${target})
   install(TARGETS ${target} EXPORT truetriadTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+endfunction()
+
+# truetriad_batch(target n): n sources at a time are one to the compiler.
+function(truetriad_batch target size)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+endfunction()
+
+# truetriad_precompiled(target): Eigen and the standard library are most of every compile; they are
+# read once for all libraries and the program, by the target that is built first.
+function(truetriad_precompiled target)
+  if(target STREQUAL truetriad_base)
+    target_precompile_headers(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src/base/precompiled.h)
+  else()
+    target_precompile_headers(${target} REUSE_FROM truetriad_base)
+  endif()
 endfunction()
 
 # truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.

@@ -17,5 +17,5 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS nodejs)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libtruetriad-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "cmake, pkg-config, libeigen3-dev, libceres-dev, libgflags-dev, libgoogle-glog-dev, libyaml-cpp-dev, libgeographiclib-dev, zlib1g-dev, nettle-dev")
+  "cmake, libeigen3-dev, libceres-dev, libgoogle-glog-dev, libyaml-cpp-dev, libgeographiclib-dev, zlib1g-dev, nettle-dev")
 include(CPack)

@@ -51,7 +51,8 @@ Result<const Command*> FindCommand(std::string_view name) {
   std::string quoted(1, '`');
   quoted.append(name).append("`");
   if (std::find(kUnavailable.begin(), kUnavailable.end(), name) != kUnavailable.end()) {
-    return UsageError(quoted + " is not available in this version; `truetriad help` lists what is");
+    return UsageError(quoted +
+                      " is not available in this version; `truetriad help` lists the verbs");
   }
   return UsageError(quoted + " is not a verb" + DidYouMean(name, names) +
                     "; `truetriad help` lists them");

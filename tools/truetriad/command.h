@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-/// Exit codes beyond those of ErrorCode. interface.md "Verbs".
+/// Exit codes beyond those of ErrorCode.
 inline constexpr int kExitGood = 0;
 inline constexpr int kExitOutsideLimits = 4;
 

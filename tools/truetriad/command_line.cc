@@ -44,7 +44,7 @@ Error UnknownFlag(const Command& command, const std::string& name) {
       std::any_of(Commands().begin(), Commands().end(), [&](const Command& other) {
         return FindFlag(other, name) != nullptr;
       });
-  return UsageError(of_another ? "--" + name + " is a flag of other verbs, not of this one"
+  return UsageError(of_another ? "--" + name + " does not apply to this verb"
                                : "--" + name + " is not a flag" + DidYouMean(name, known));
 }
 
@@ -68,7 +68,7 @@ Status SetFlags(const Command& command,
     const std::string name = arguments[i].substr(begin, equals - begin);
     if (name != kVerbosity && FindFlag(command, name) == nullptr) return UnknownFlag(command, name);
     if (!given.insert(GflagsName(name)).second) {
-      return UsageError("--" + name + " is given twice; lists are comma-separated");
+      return UsageError("--" + name + " is given twice; separate several values by commas");
     }
     std::string value;
     if (equals != std::string::npos) {
@@ -78,16 +78,16 @@ Status SetFlags(const Command& command,
     } else if (i + 1 < arguments.size() && !IsFlag(arguments[i + 1])) {
       value = arguments[++i];
     }
-    if (value.empty()) return UsageError("--" + name + " has no value; expected one after `=`");
+    if (value.empty()) return UsageError("--" + name + " has no value; give one after `=`");
     if (gflags::SetCommandLineOption(GflagsName(name).c_str(), value.c_str()).empty()) {
-      return UsageError("`" + arguments[i] + "` is wrong; expected " +
+      return UsageError("`" + arguments[i] + "` is invalid; expected " +
                         (IsBoolean(name) ? "true or false" : "a number"));
     }
   }
   for (const CommandFlag& flag : command.flags) {
     if (flag.required && !given.contains(GflagsName(flag.name))) {
       return UsageError("--" + std::string(flag.name) + "=" + std::string(flag.placeholder) +
-                        " is missing");
+                        " is missing; this verb needs it");
     }
   }
   return {};

@@ -5,18 +5,20 @@
 
 DEFINE_string(input,
               "",
-              "the log: a self-describing CSV (also .gz), a manifest recording.yaml, or for "
-              "`convert` a log of another system");
-DEFINE_string(output, "", "what to write");
-DEFINE_string(config, "", "what to do, as a YAML file: configs has examples, docs all keys");
-DEFINE_string(calibration, "", "calibration.yaml as `calibrate` writes it");
+              "the log: a self-describing CSV (also .gz), a manifest recording.yaml, or, for "
+              "`convert`, another system's log");
+DEFINE_string(output, "", "file or folder to write");
+DEFINE_string(config,
+              "",
+              "YAML file that describes the task; examples are in configs, all keys in docs");
+DEFINE_string(calibration, "", "calibration.yaml written by `calibrate`");
 DEFINE_string(poses,
               "",
-              "where the poses are: detect, every_row, every:N, column:NAME, file:PATH, sweep or "
-              "sweep:SECONDS (default: what the recording states, else detect)");
+              "how to find the poses: detect, every_row, every:N, column:NAME, file:PATH, sweep or "
+              "sweep:SECONDS (default: as stated in the recording, else detect)");
 DEFINE_string(set,
               "",
-              "comma-separated values that take the place of those in the file of --config, as in "
+              "values that replace those in the --config file, separated by commas, as in "
               "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
 
 namespace truetriad {

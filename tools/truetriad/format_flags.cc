@@ -8,10 +8,12 @@
 
 #include "truetriad/base/units.h"
 
-DEFINE_string(instance, "", "which of several equal sensors, as the other system numbers them");
+DEFINE_string(instance,
+              "",
+              "which of several sensors of one kind, numbered as in the other system");
 DEFINE_string(units,
               "",
-              "units of the readings, as in g,deg/s,uT, where the format leaves them open");
+              "units of the readings, as in g,deg/s,uT, if the format does not state them");
 
 namespace truetriad {
 namespace {
@@ -21,7 +23,7 @@ Result<Number> Parse(const std::string& flag, const std::string& text) {
   Number value{};
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure != std::errc() || end != text.data() + text.size()) {
-    return UsageError("--" + flag + ": `" + text + "` is not a number that can stand here");
+    return UsageError("--" + flag + ": `" + text + "` is not a valid number");
   }
   return value;
 }
@@ -42,7 +44,7 @@ Result<std::optional<int>> ParseInstance() {
   if (FLAGS_instance.empty()) return std::optional<int>();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t instance, ParseInteger("instance", FLAGS_instance));
   if (instance < 0 || instance > std::numeric_limits<int>::max()) {
-    return UsageError("--instance=" + FLAGS_instance + ": there is none of that number");
+    return UsageError("--instance=" + FLAGS_instance + ": no such instance; expected 0 or more");
   }
   return std::optional<int>(static_cast<int>(instance));
 }
@@ -58,10 +60,9 @@ Result<PerTriad<std::optional<std::string>>> ParseUnits() {
       known = true;
     }
     if (!known) {
-      return UsageError(
-          "--units: `" + item +
-          "` is not a unit; there are m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, T, G, mG "
-          "and counts");
+      return UsageError("--units: `" + item +
+                        "` is not a unit; expected one of m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, "
+                        "T, G, mG, counts");
     }
   }
   return units;

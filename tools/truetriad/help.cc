@@ -11,8 +11,8 @@ namespace {
 constexpr std::size_t kWidth = 100;
 constexpr std::string_view kExampleHeading = "Example, from the root of the repository:\n";
 constexpr std::string_view kExitCodes =
-    "Exit codes: 0 good · 1 wrong usage · 2 bad input, nothing is written · 3 readable but not\n"
-    "enough · 4 usable but outside the stated limits\n";
+    "Exit codes: 0 good · 1 wrong usage · 2 bad input, nothing written · 3 readable, but "
+    "not\nenough for a calibration · 4 usable, but outside the stated limits\n";
 
 /// `text` in lines of at most kWidth, the second and later ones indented by `indent`; `column` is
 /// where the first begins.
@@ -66,8 +66,8 @@ std::string OverviewText() {
   }
   return std::string(kExampleHeading) + Indented(CalibrateCommand().examples) +
          "\nUsage: truetriad VERB [--flag=value …]\n\n" + Listed(verbs) +
-         "\n`truetriad help VERB` or `truetriad VERB --help` says more. Results go to stdout, talk "
-         "to\nstderr; --v=1 adds what the library logs.\n" +
+         "\nMore about one verb: `truetriad help VERB` or `truetriad VERB --help`. Results go to "
+         "stdout,\nmessages to stderr; --v=1 adds the library's log.\n" +
          std::string(kExitCodes);
 }
 

@@ -75,39 +75,39 @@ std::string ManPage() {
                      "[\\fB\\-\\-flag\\fR=\\fIvalue\\fR ...]\n"
                      ".SH DESCRIPTION\n";
   text += Plain(
-      "truetriad estimates biases, gains and misalignments of the sensors of a unit from rests in "
-      "many attitudes and the turns between them, with an uncertainty for every number, and says "
-      "which poses are missing when the data do not determine something.\n");
+      "truetriad estimates the biases, gains and misalignments of a unit's sensors from rests in "
+      "many attitudes and the turns between them, with a reliable uncertainty for every number. If "
+      "a parameter is unobservable, it tells which poses to add.\n");
   text += ".PP\n" + Plain(
-                        "Results go to stdout, talk to stderr; --v=1 adds what the library logs. A "
-                        "flag and its value are one word, or two: --input=LOG, --input LOG.\n");
+                        "Results go to stdout, messages to stderr; --v=1 adds the library's log. A "
+                        "flag and its value are one word or two: --input=LOG or --input LOG.\n");
   text += ".SH VERBS\n";
   for (const Command& command : Commands()) text += Verb(command);
   text += ".SH EXIT STATUS\n";
   for (const auto& [code, meaning] : {std::pair("0", "Good."),
                                       std::pair("1", "Wrong usage."),
-                                      std::pair("2", "Bad input; nothing is written."),
-                                      std::pair("3", "Readable but not enough."),
+                                      std::pair("2", "Bad input; nothing written."),
+                                      std::pair("3", "Readable, but not enough for a calibration."),
                                       std::pair("4", "Usable, but outside the stated limits.")}) {
     text += std::string(".TP\n.B ") + code + '\n' + meaning + '\n';
   }
   text += ".SH ENVIRONMENT\n";
   for (const auto& [name, meaning] :
-       {std::pair("TRUETRIAD_SHARE",
-                  "Folder with the data files that come with truetriad; default: "
-                  "share/truetriad beside the program."),
+       {std::pair(
+            "TRUETRIAD_SHARE",
+            "Folder with truetriad's data files; default: share/truetriad beside the program."),
         std::pair("TRUETRIAD_LIBEXEC",
-                  "Folder that is searched for converters and modules before libexec/truetriad "
-                  "beside the program."),
+                  "Folder to search for converters and modules before libexec/truetriad beside the "
+                  "program."),
         std::pair("SOURCE_DATE_EPOCH",
-                  "Seconds since 1970 that stand in a result as the time it was made, so that the "
-                  "same input gives the same bytes.")}) {
+                  "Seconds since 1970 to record as the creation time of results, so that the same "
+                  "input gives the same bytes.")}) {
     text += std::string(".TP\n.B ") + name + '\n' + Plain(meaning) + '\n';
   }
   text += ".SH FILES\n";
   text += Plain(
-      "The examples are typed in a folder with copies of configs and datasets, which are "
-      "installed in share/truetriad (on Debian /usr/share/truetriad).\n");
+      "Run the examples in a folder with copies of configs and datasets, which are installed in "
+      "share/truetriad (on Debian /usr/share/truetriad).\n");
   return text;
 }
 

@@ -13,6 +13,9 @@ enum class Triad { kAccelerometer = 0, kGyroscope = 1, kMagnetometer = 2 };
 inline constexpr std::array<Triad, 3> kTriads = {
     Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
 
+/// The names of the axes, and of the rows and columns of a matrix.
+inline constexpr std::string_view kAxisLetters = "xyz";
+
 /// "accelerometer", "gyroscope", "magnetometer": the names in every file.
 constexpr std::string_view TriadName(Triad triad) {
   constexpr std::array<std::string_view, 3> kNames = {"accelerometer", "gyroscope", "magnetometer"};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,15 +14,22 @@ namespace truetriad {
 /// Standard gravity, by which the unit g is defined. CGPM 1901.
 inline constexpr double kStandardGravityMps2 = 9.80665;
 
+/// Angles are rad; people read and write degrees.
+inline constexpr double kRadPerDeg = std::numbers::pi / 180.0;
+inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;
+
+inline constexpr double kAbsoluteZeroDegc = -273.15;
+
 /// The unit of a triad's raw readings. Truth is m/s^2, rad/s, uT; raw keeps this unit.
 struct Unit {
-  std::string name;               ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
-  double truth_per_raw = 1.0;     ///< True units in one raw unit; 1 for counts, whose scale is unknown.
-  bool is_counts = false;         ///< ADC counts (or any arbitrary unit): the scale is not known.
+  std::string name;  ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
+  double truth_per_raw =
+      1.0;                 ///< True units in one raw unit; 1 for counts, whose scale is unknown.
+  bool is_counts = false;  ///< ADC counts (or any arbitrary unit): the scale is not known.
 };
 
-/// The unit named `name` for readings of `triad`; accepts only the names of interface.md.
-/// Error (bad input) lists the units that this triad can have.
+/// The unit named `name` for readings of `triad`; accepts only the names of docs/conventions.md,
+/// "Units". Error (bad input) lists the units that this triad can have.
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name);
 
 /// "m/s^2", "rad/s" or "uT".

@@ -57,7 +57,7 @@ enum class FieldSite {
 
 struct ExperimentDraft;
 
-/// One experiment YAML, resolved. interface.md "Experiment files".
+/// One experiment YAML, resolved. docs/experiments.md.
 struct Experiment {
   std::string path;
   std::string input;  ///< Resolved against the experiment file; empty when not given.

@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// The text of calibration.yaml (interface.md "calibration.yaml"), 17 significant digits.
+/// The text of calibration.yaml, 17 significant digits.
 /// Sensors and covariance are left out unless the outcome is converged; the residuals of single
 /// poses when there are more than 2000 of them.
 std::string CalibrationToYaml(const Calibration& calibration);

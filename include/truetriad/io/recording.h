@@ -20,7 +20,7 @@ struct OpenRecordingOptions {
 };
 
 /// Opens a self-describing CSV (plain or .gz) or a recording manifest (.yaml).
-/// formats.md §1, interface.md "Recordings". The header is checked here, the rows while streaming.
+/// docs/recordings.md. The header is checked here, the rows while streaming.
 Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                                                     const OpenRecordingOptions& options = {});
 

@@ -17,6 +17,9 @@ Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
 /// RotationExp. q and -q give the same; of the two at half a turn either may come.
 Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation);
 
+/// The shortest rotation that takes the direction of `from` to that of `to`.
+Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// Right Jacobian of SO(3): Exp(v + d) = Exp(v) Exp(J_r(v) d) to first order in d.
 /// Forster et al. 2017, eq. 8.
 Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad);

@@ -52,7 +52,7 @@ struct ThermalKnot {
   double slope = 0.0, curve = 0.0;  ///< raw / degC, raw / degC^2; slope 0: no kink.
 };
 
-/// Temperature terms of one triad, in tau = T - reference. model.md §3.
+/// Temperature terms of one triad, in tau = T - reference. docs/method.md, "Temperature".
 struct ThermalTerms {
   double reference_degc = 25.0;
   Eigen::Vector2d range_degc = Eigen::Vector2d::Zero();
@@ -319,7 +319,7 @@ struct Quality {
   std::vector<SweepWindow> sweep_windows;
 };
 
-/// Everything calibration.yaml holds. interface.md.
+/// Everything calibration.yaml holds.
 struct Calibration {
   std::string serial;
   std::string model;

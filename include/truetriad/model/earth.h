@@ -16,7 +16,7 @@ struct EarthPlace {
   double height_m = 0.0;       ///< Above the ellipsoid.
 };
 
-/// Typical anomaly of gravity against the normal gravity of the ellipsoid. formats.md §4.
+/// Typical anomaly of gravity against the normal gravity of the ellipsoid.
 inline constexpr double kNormalGravitySigmaMps2 = 5e-4;
 
 /// Normal gravity of WGS 84, m/s^2.

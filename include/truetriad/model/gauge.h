@@ -9,7 +9,7 @@
 namespace truetriad {
 
 /// Which of the equivalent body frames a result is stated in. Static readings leave one common
-/// rotation of all triads undetermined; the leading triad fixes it. model.md §1.
+/// rotation of all triads undetermined; the leading triad fixes it. docs/method.md, "Gauge".
 enum class Gauge {
   kAccelX,     ///< Leading sensitivity lower triangular: body x along its x sensing axis.
   kAccelZ,     ///< Leading sensitivity upper triangular. Tedaldi et al. 2014.

@@ -17,7 +17,8 @@ struct ThermalState {
   Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
 };
 
-/// The model of a triad at temperature T that changes at rate T' (degC/s). model.md §3:
+/// The model of a triad at temperature T that changes at rate T' (degC/s); docs/method.md,
+/// "Temperature":
 ///
 ///   b(T, T') = b0 + sum_i b_i tau^i + d1 T' + d2 T'^2 + f tau T'
 ///   S(T)     = S0 + sum_i S_i tau^i                                  tau = T - reference

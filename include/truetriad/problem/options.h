@@ -74,7 +74,7 @@ struct AllanNoise {
 
 /// Which entries of a sensitivity's temperature terms are free.
 enum class ThermalMatrix {
-  kFull,      ///< All that the gauge leaves free; model.md §3.
+  kFull,      ///< All that the gauge leaves free.
   kDiagonal,  ///< A gain an axis.
   kScale,     ///< One number: all gains change by the same share.
 };
@@ -177,7 +177,8 @@ struct ReferenceOptions {
   /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
   Knowledge field_ut;
   Knowledge dip_rad;
-  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. model.md §1.
+  /// Settles the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
+  /// "Signs".
   bool northern_hemisphere = true;
   /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
   double temperature_degc = 25.0;
@@ -257,6 +258,12 @@ struct SweepOptions {
   bool even_temperatures = true;
 };
 
+/// Two ways to the same optimum.
+enum class Solver {
+  kEliminated,  ///< The attitudes eliminated block by block: linear in the number of poses.
+  kCeres,       ///< The whole problem by Ceres as it is: slower, the reference of the other.
+};
+
 struct CalibrateOptions {
   PerTriad<TriadOptions> triads;
   ReferenceOptions reference;
@@ -266,6 +273,7 @@ struct CalibrateOptions {
   std::optional<SweepOptions> sweep;
   InitialiseOptions initialise;
   LimitOptions limits;
+  Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;

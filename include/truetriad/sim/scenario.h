@@ -91,7 +91,7 @@ struct SimulatedTriad {
   GyroscopeOutput gyroscope_output = GyroscopeOutput::kMeanRate;
 };
 
-/// What surrounds the unit; heading of the field zero, as world x is magnetic north. model.md §1.
+/// What surrounds the unit; heading of the field zero, as world x is magnetic north.
 struct SimulatedWorld {
   struct EarthRate {
     double latitude_rad = 0.0;     ///< North positive.

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 
 #include "base/messages.h"
+#include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
 
@@ -182,7 +183,7 @@ MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
 Unknowns Solved(const Normal& normal, const Unknowns& right, int unknowns) {
   Unknowns solved = Unknowns::Zero();
   solved.head(unknowns) =
-      normal.topLeftCorner(unknowns, unknowns).ldlt().solve(right.head(unknowns));
+      PivotedCholesky(normal.topLeftCorner(unknowns, unknowns)).SolveVector(right.head(unknowns));
   return solved;
 }
 

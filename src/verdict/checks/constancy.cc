@@ -7,6 +7,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "math/dense/eigenvalues.h"
 #include "math/distributions.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
@@ -90,13 +91,13 @@ std::vector<StepTest> TestSteps(const ReducedSystem& system,
     shared += system.B().middleRows<3>(row).transpose() * columns[i];
     u += columns[i].transpose() * system.projected().segment<3>(row);
     const Eigen::Matrix3d information = whole - shared.transpose() * (system.covariance() * shared);
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+    const SymmetricEigen3 solver = EigenOfSymmetric3(information);
     StepTest& test = tests[i];
     test.shared = shared;
     for (int axis = 0; axis < 3; ++axis) {
-      const double eigenvalue = solver.eigenvalues()[axis];
-      if (eigenvalue <= kNotSeen * solver.eigenvalues()[2]) continue;
-      const Eigen::Vector3d direction = solver.eigenvectors().col(axis);
+      const double eigenvalue = solver.values[axis];
+      if (eigenvalue <= kNotSeen * solver.values[2]) continue;
+      const Eigen::Vector3d direction = solver.vectors.col(axis);
       const double share = direction.dot(u) / eigenvalue;
       test.statistic += share * share * eigenvalue;
       test.step -= share * direction;

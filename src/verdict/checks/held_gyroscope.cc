@@ -2,18 +2,17 @@
 #include "verdict/checks/held_gyroscope.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "base/messages.h"
 #include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
+#include "truetriad/base/units.h"
 #include "verdict/turn_errors.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 180.0 / std::numbers::pi;
 // Median over the turns. Start values of an accelerometer are right to a few hundredths; a gain
 // that is off by a tenth misses gravity by as much after a turn of a radian.
 constexpr double kMostMissedRad = 0.1;

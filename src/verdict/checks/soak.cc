@@ -10,6 +10,8 @@
 
 #include <Eigen/LU>
 
+#include "math/dense/lu.h"
+#include "math/dense/products.h"
 #include "math/distributions.h"
 
 namespace truetriad {
@@ -200,16 +202,15 @@ std::optional<Leftover> LeftoverOf(const PoseGraph& graph,
                                    const Eigen::MatrixXd& G) {
   Eigen::MatrixXd of_bias(3, system.size());
   for (int i = 0; i < 3; ++i) of_bias.row(i) = graph.layout.basis.row(graph.layout.bias[triad] + i);
-  Eigen::MatrixXd L = -G.transpose() * system.covariance() * G;
+  Eigen::MatrixXd L = -TransposedCongruence(G, system.covariance());
   for (Eigen::Index at = 0; at < G.cols(); at += 3) {
     // The information that the temperature has of an offset by itself.
-    const Eigen::Matrix3d own = of_bias * G.middleCols<3>(at);
-    const Eigen::FullPivLU<Eigen::Matrix3d> solver(own);
-    if (!solver.isInvertible()) return std::nullopt;
-    L.middleRows<3>(at) = solver.solve(Eigen::MatrixXd(L.middleRows<3>(at)));
+    const PivotedLu solver(Times(of_bias, G.middleCols(at, 3)));
+    if (!solver.is_invertible()) return std::nullopt;
+    L.middleRows<3>(at) = solver.Solve(L.middleRows<3>(at));
   }
   L.diagonal().array() += 1.0;
-  const Eigen::MatrixXd K = L * L.transpose();
+  const Eigen::MatrixXd K = TimesTranspose(L, L);
   return Leftover{K.trace(), K.trace() * K.trace() / K.squaredNorm()};
 }
 

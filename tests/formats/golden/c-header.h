@@ -163,7 +163,7 @@ static const float truetriad_magnetometer_test[3][10] = {
     {180.02144f, -38.34992f, -195.39128f, 0.0f, 0.0f,
      0.0f, 25.0f, 13.44f, 27.648f, -36.864f}};
 
-/* 1: the numbers are whole and every row above comes out as expected. */
+/* Returns 1 if the CRC is right and every row above gives the expected truth. */
 static inline int truetriad_self_test(void) {
   float truth[3], error;
   int i, j;

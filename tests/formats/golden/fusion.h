@@ -7,8 +7,8 @@
 // accelerometer: off by at most 0.13 m/s^2 (RMS 0.062) of 9.807, 2.7e+02 sigma.
 // gyroscope: off by at most 0.00011 rad/s (RMS 0.0001) of 3.142.
 // magnetometer: off by at most 8.2e-06 uT (RMS 3.1e-06) of 48.
-// accelerometer: dropped: matrix by temperature; it is that at 25 degC.
-// accelerometer: dropped: bias by temperature; it is that at 25 degC.
+// accelerometer: dropped: thermal terms of the matrix; used the values at 25 degC.
+// accelerometer: dropped: thermal terms of the bias; used the values at 25 degC.
 // gyroscope: dropped: g-sensitivity.
 #include "Fusion.h"
 

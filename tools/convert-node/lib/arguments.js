@@ -39,7 +39,7 @@ function parse(converter, words) {
       continue;
     }
     if (!word.startsWith('-')) {
-      if (found.input) throw new UsageError(`\`${word}\`: one log is converted at a time`);
+      if (found.input) throw new UsageError(`\`${word}\`: give one log at a time`);
       found.input = word;
       continue;
     }
@@ -54,20 +54,20 @@ function parse(converter, words) {
       found.topics = value.split(',').filter((topic) => topic);
     } else if (name === 'instance' && converter.takesInstance) {
       if (!/^\d{1,3}$/.test(value)) {
-        throw new UsageError(`--instance=${value}: a number from 0 on is expected`);
+        throw new UsageError(`--instance=${value}: expected a whole number, 0 or more`);
       }
       found.instance = Number(value);
     } else if ((converter.others ?? []).includes(name)) {
       found.others[name] = value;
     } else if (name === 'topic' || name === 'instance') {
-      throw new UsageError(`--${name} has no meaning for this format`);
+      throw new UsageError(`--${name} does not apply to this format`);
     } else {
       throw new UsageError(`--${name} is not a flag`);
     }
   }
-  if (!found.input) throw new UsageError('no log was named');
+  if (!found.input) throw new UsageError('no log given; name the file to convert');
   if (!found.output && !found.list) {
-    throw new UsageError('--output=DIR is needed: where the recording goes; or --list');
+    throw new UsageError('no --output given; name the folder for the recording (--output=DIR), or use --list');
   }
   return found;
 }
@@ -83,8 +83,8 @@ async function runConverter(converter) {
   process.stdout.on('error', () => process.exit(2));
   if (words.includes('--help') || words.includes('-h')) {
     process.stdout.write(
-      `${usage(converter)}\nTurns ${converter.input} into DIR/recording.yaml and its CSV files, which ` +
-        `every verb of truetriad takes.\n--list says what the log holds and writes nothing.\n` +
+      `${usage(converter)}\nConverts ${converter.input} to DIR/recording.yaml and its CSV files, the input of ` +
+        `every truetriad verb.\n--list shows what the log contains and writes nothing.\n` +
         `${converter.details}\nExit codes: 0 good, 1 usage, 2 bad input.\n`);
     return;
   }

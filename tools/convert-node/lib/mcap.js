@@ -87,7 +87,7 @@ class Mcap {
       this.size = fs.fstatSync(this.descriptor).size;
       const head = this.bytes(0, kMagic.length);
       if (!head || !head.equals(kMagic)) {
-        throw new BadInput(`${this.file}: does not begin as an MCAP file does; it is not one, or was cut`);
+        throw new BadInput(`${this.file}: does not start like an MCAP file; it is another format, or its start is missing`);
       }
       let at = kMagic.length;
       while (at !== null && at < this.size) at = await this.records(at);
@@ -126,7 +126,7 @@ class Mcap {
           const rest = Math.min(this.size - at - kRecordHead, kLargestChunk);
           this.chunk(this.bytes(at + kRecordHead, rest), true);
         }
-        this.count(whole ? 'place(s) that cannot be followed' : 'cut record(s)');
+        this.count(whole ? 'unreadable place(s)' : 'cut record(s)');
         return this.nextChunk(at);
       }
       const size = Number(length);

@@ -37,7 +37,7 @@ class Decoder {
     this.worker = new Worker(path.join(__dirname, 'parquet_groups.js'), {
       workerData: { file: this.file }, resourceLimits: { maxOldGenerationSizeMb: kMemoryMb } });
     const first = await this.next();
-    if (!first.ready) throw new BadInput(`${this.file}: is not a whole Parquet file (${printable(first.fatal ?? first.error ?? '')})`);
+    if (!first.ready) throw new BadInput(`${this.file}: is not a complete Parquet file (${printable(first.fatal ?? first.error ?? '')})`);
     return first;
   }
 
@@ -114,10 +114,10 @@ function mapColumns(found, options) {
     const [name, column] = [pair.slice(0, equals), pair.slice(equals + 1)];
     const source = found.find((leaf) => leaf.name === column);
     if (equals < 1 || !source) {
-      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; it has ${listOf(found.map((leaf) => leaf.name), 40)}`);
+      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}`);
     }
     if (!meaning(name, source.isTime)) {
-      throw new UsageError(`--columns: \`${printable(name)}\` is not a name with a unit, as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`);
+      throw new UsageError(`--columns: \`${printable(name)}\` is not a name with a unit, such as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`);
     }
     renamed.set(name, { column, isTime: source.isTime });
   }
@@ -126,24 +126,24 @@ function mapColumns(found, options) {
     const means = meaning(name, isTime);
     if (!means) continue;
     if (means.role !== 'reading') {
-      if (map[means.role]) throw new UsageError(`two columns hold the ${means.role}; choose one with --columns`);
+      if (map[means.role]) throw new UsageError(`two columns are the ${means.role}; choose one with --columns`);
       map[means.role] = { column, unit: means.unit, isTime };
       continue;
     }
     const triad = (map.triads[means.triad] ??= { unit: means.unit });
     if (triad.unit !== means.unit || triad[means.axis]) {
-      throw new BadInput(`${options.input}: the columns of the ${means.triad} have different units, or one is there twice`);
+      throw new BadInput(`${options.input}: the columns of the ${means.triad} have different units, or one occurs twice`);
     }
     triad[means.axis] = column;
   }
-  const help = `; it has ${listOf(found.map((leaf) => leaf.name), 40)}. Say what they are with --columns=time[ns]=…,accel_x[m/s^2]=…`;
+  const help = `; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}. State what they are with --columns=time[ns]=…,accel_x[m/s^2]=…`;
   for (const [triad, columns] of Object.entries(map.triads)) {
     for (const axis of ['x', 'y', 'z']) {
       if (!columns[axis]) throw new BadInput(`${options.input}: has no column for ${axis} of the ${triad}${help}`);
     }
   }
-  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column says that it holds readings${help}`);
-  if (!map.time) throw new BadInput(`${options.input}: no column says that it holds the time${help}`);
+  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column is recognised as readings${help}`);
+  if (!map.time) throw new BadInput(`${options.input}: no column is recognised as time${help}`);
   return map;
 }
 
@@ -242,10 +242,10 @@ async function convert(decoder, options, note) {
   if (damage) source.damage = damage;
   const written = folder.writeManifest('recording.yaml', {
     source, streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: map.triads[triad].unit })) });
-  if (!written) throw new BadInput(`${options.input}: no reading is whole${damage ? `: ${damage}` : ''}`);
+  if (!written) throw new BadInput(`${options.input}: contains no complete reading${damage ? `: ${damage}` : ''}`);
   folder.commit();
   for (const table of Object.values(tables)) note(table.summary());
-  if (untimed > 0) note(`${count(untimed, 'row', 'rows')} without a time left out`);
+  if (untimed > 0) note(`${count(untimed, 'row', 'rows')} skipped (no time)`);
   if (damage) note(damage);
   process.stdout.write(`${path.join(options.output, 'recording.yaml')}\n`);
 }
@@ -259,7 +259,7 @@ async function run(options, note) {
   } finally {
     fs.closeSync(descriptor);
   }
-  if (magic.toString('latin1') !== 'PAR1') throw new BadInput(`${options.input}: does not begin as a Parquet file does`);
+  if (magic.toString('latin1') !== 'PAR1') throw new BadInput(`${options.input}: does not start like a Parquet file`);
   const decoder = new Decoder(options.input);
   try {
     await convert(decoder, options, note);
@@ -275,6 +275,6 @@ module.exports = {
   run,
   details:
     'Columns are named as in a self-describing CSV: time[ns], accel_x[m/s^2], …, temperature[degC]; a\n' +
-    'column of type TIMESTAMP called time or timestamp says its unit itself. For other names:\n' +
+    'column of type TIMESTAMP called time or timestamp includes its unit. For other names:\n' +
     '--columns=time[s]=t,accel_x[g]=acc.x,accel_y[g]=acc.y,accel_z[g]=acc.z (a.b: b inside a).\n',
 };

@@ -110,15 +110,15 @@ function choose(log, file, topics) {
   if (topics.length > 0) {
     for (const topic of topics) {
       if (!kTopics[topic]) {
-        throw new UsageError(`--topic=${printable(topic)}: can be ${listOf(Object.keys(kTopics), 20)}`);
+        throw new UsageError(`--topic=${printable(topic)}: is not among ${listOf(Object.keys(kTopics), 20)}`);
       }
       if (!names.includes(topic)) {
-        throw new UsageError(`--topic=${topic}: ${file} has no readings of it; it has ${listOf(names)}`);
+        throw new UsageError(`--topic=${topic}: ${file} has no such readings; it contains ${listOf(names)}`);
       }
     }
     const triads = topics.flatMap((topic) => kTopics[topic].map((stream) => stream.triad));
     if (new Set(triads).size < triads.length) {
-      throw new UsageError(`--topic=${topics.join(',')}: name one topic for each kind of sensor`);
+      throw new UsageError(`--topic=${topics.join(',')}: give one topic for each kind of sensor`);
     }
     return found.filter((topic) => topics.includes(topic.name));
   }
@@ -131,10 +131,10 @@ function choose(log, file, topics) {
   const corrected = names.filter((name) => !kRawTopics.includes(name));
   throw new BadInput(
     corrected.length > 0
-      ? `${file}: holds only readings that the firmware has corrected (${listOf(corrected)}); log ` +
-        'sensor_accel, sensor_gyro and sensor_mag (SDLOG_PROFILE, sensor comparison), or ask for them ' +
+      ? `${file}: contains only readings corrected by the firmware (${listOf(corrected)}); log ` +
+        'sensor_accel, sensor_gyro and sensor_mag (SDLOG_PROFILE, sensor comparison), or convert these ' +
         `with --topic=${corrected[0]}`
-      : `${file}: holds no readings of an accelerometer, gyroscope or magnetometer; ${listOf(
+      : `${file}: contains no readings of an accelerometer, gyroscope or magnetometer; topics: ${listOf(
         [...new Set([...log.subscriptions.values()].filter((s) => s.rows > 0).map((s) => s.name))])}`);
 }
 

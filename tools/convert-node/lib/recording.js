@@ -131,12 +131,12 @@ class Table {
     let text = `${this.file}: ${count(this.rows, 'row', 'rows')}`;
     if (this.rows > 0) text += ` over ${seconds} s`;
     const lost = [
-      [this.withoutNumbers, 'without three finite numbers'],
-      [this.outOfOrder, 'whose time lies before that of rows long written'],
-      [this.wrongTimes, 'whose time cannot be'],
+      [this.withoutNumbers, 'fewer than three valid numbers'],
+      [this.outOfOrder, 'time stamp far out of order'],
+      [this.wrongTimes, 'invalid time stamp'],
     ];
     for (const [number, why] of lost) {
-      if (number > 0) text += `; ${count(number, 'row', 'rows')} ${why} left out`;
+      if (number > 0) text += `; ${count(number, 'row', 'rows')} skipped (${why})`;
     }
     return text;
   }
@@ -156,7 +156,7 @@ class RecordingFolder {
     this.directory = path.resolve(directory);
     this.shown = directory;
     if (fs.existsSync(this.directory) && !fs.statSync(this.directory).isDirectory()) {
-      throw new BadInput(`${directory}: is a file; the name of a folder is expected`);
+      throw new BadInput(`${directory}: is a file; give the name of a folder`);
     }
     const parent = path.dirname(this.directory);
     fs.mkdirSync(parent, { recursive: true });

@@ -58,9 +58,9 @@ function choose(topics, options) {
   const usable = topics.filter((topic) => topic.role);
   for (const name of options.topics) {
     const topic = topics.find((candidate) => candidate.name === name);
-    if (!topic) throw new UsageError(`--topic=${printable(name)}: the file has ${listOf(topics.map((t) => t.name))}`);
+    if (!topic) throw new UsageError(`--topic=${printable(name)}: no such topic; the file contains ${listOf(topics.map((t) => t.name))}`);
     if (!topic.role) {
-      throw new UsageError(`--topic=${printable(name)}: is ${printable(topic.type)}; Imu or MagneticField of sensor_msgs is expected`);
+      throw new UsageError(`--topic=${printable(name)}: is ${printable(topic.type)}; supported are Imu and MagneticField of sensor_msgs`);
     }
   }
   const chosen = {};
@@ -71,7 +71,7 @@ function choose(topics, options) {
       if (options.instance >= named.length) continue;
       chosen[role] = named[options.instance];
     } else if (named.length > 1) {
-      throw new UsageError(`several topics hold the same kind of reading; choose with --topic: ${listOf(named.map((t) => t.name))}`);
+      throw new UsageError(`several topics have the same kind of readings; choose one with --topic: ${listOf(named.map((t) => t.name))}`);
     } else if (named.length === 1) {
       [chosen[role]] = named;
     }
@@ -81,9 +81,9 @@ function choose(topics, options) {
   }
   if (!chosen.imu && !chosen.field) {
     if (options.instance !== null && usable.length > 0) {
-      throw new UsageError(`--instance=${options.instance}: there are not so many topics of a kind`);
+      throw new UsageError(`--instance=${options.instance}: no such instance; there are fewer topics of one kind`);
     }
-    throw new BadInput(`${options.input}: holds no whole message of sensor_msgs Imu or MagneticField; it has ${listOf(topics.map((t) => t.name))}`);
+    throw new BadInput(`${options.input}: contains no complete message of sensor_msgs Imu or MagneticField; topics: ${listOf(topics.map((t) => t.name))}`);
   }
   return chosen;
 }
@@ -162,12 +162,12 @@ async function run(options, note) {
     frame: [...frames].filter((frame) => frame).join(' '),
     streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: units[triad] })),
   });
-  if (!written) throw new BadInput(`${options.input}: no reading in the log is whole`);
+  if (!written) throw new BadInput(`${options.input}: the log contains no complete reading`);
   await breathe();
   folder.commit();
   for (const table of Object.values(tables)) note(table.summary());
   if (damaged > 0) note(`${count(damaged, 'message', 'messages')} could not be decoded`);
-  if (unstamped > 0) note(`${count(unstamped, 'message has', 'messages have')} no stamp; the time of receipt stands for it`);
+  if (unstamped > 0) note(`${count(unstamped, 'message has', 'messages have')} no time stamp; used the time of receipt`);
   if (again.damage()) note(`${options.input}: ${again.damage()}`);
   process.stdout.write(`${path.join(options.output, 'recording.yaml')}\n`);
 }
@@ -179,7 +179,7 @@ module.exports = {
   takesInstance: true,
   run,
   details:
-    'Taken are one topic of sensor_msgs/msg/Imu and one of sensor_msgs/msg/MagneticField; where there\n' +
-    'are several, --topic names them, or --instance counts them from 0 in the order of --list. What a\n' +
-    'driver corrects a message does not say: see that it publishes raw readings.\n',
+    'Converts one topic of sensor_msgs/msg/Imu and one of sensor_msgs/msg/MagneticField; if there\n' +
+    'are several, choose with --topic, or with --instance (from 0, in the order of --list). A message\n' +
+    'does not state what the driver corrected: check that it publishes raw readings.\n',
 };

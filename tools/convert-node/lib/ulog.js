@@ -168,7 +168,7 @@ class Ulog {
         const incompatible = message.subarray(8, 16);
         if (incompatible.some((bits, i) => (i === 0 ? bits & ~1 : bits) !== 0)) {
           throw new BadInput(
-            `${this.file}: byte ${offset}: needs features of ULog that this converter does not know`);
+            `${this.file}: byte ${offset}: uses ULog features that this converter does not support`);
         }
         if (incompatible[0] & 1) {
           for (let i = 16; i < 40; i += 8) {
@@ -223,10 +223,10 @@ class Ulog {
 
     await fill();
     if (filled < kHeaderSize || !window.subarray(0, kMagic.length).equals(kMagic)) {
-      throw new BadInput(`${this.file}: does not begin as a ULog file does; it is not one, or was cut`);
+      throw new BadInput(`${this.file}: does not start like a ULog file; it is another format, or its start is missing`);
     }
     if (window[7] > 1) {
-      throw new BadInput(`${this.file}: is ULog version ${window[7]}; versions 0 and 1 can be read`);
+      throw new BadInput(`${this.file}: is ULog version ${window[7]}; supported are versions 0 and 1`);
     }
     at = kHeaderSize;
     let inDamage = false;
@@ -262,7 +262,7 @@ class Ulog {
   damage() {
     if (this.damagedPlaces === 0) return '';
     const places = this.damagedPlaces === 1 ? 'place' : 'places';
-    return `${this.damagedPlaces} damaged ${places} (${this.damagedBytes} bytes) passed over`;
+    return `${this.damagedPlaces} damaged ${places} (${this.damagedBytes} bytes) skipped`;
   }
 
   text(key) {

@@ -9,7 +9,7 @@
 
 namespace truetriad::convert {
 
-static_assert(std::endian::native == std::endian::little, "numbers of logs are copied as they are");
+static_assert(std::endian::native == std::endian::little, "logs are read as little-endian bytes");
 
 /// The little-endian number that begins at byte `offset`, which must be there in full.
 template <typename T>

@@ -17,7 +17,7 @@ Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
   if (!stream->file_) return BadInputError(path + ": cannot be read: " + std::strerror(errno));
   struct stat status {};
   if (fstat(fileno(stream->file_.get()), &status) != 0 || !S_ISREG(status.st_mode)) {
-    return BadInputError(path + ": is not a file; a log is expected");
+    return BadInputError(path + ": is not a regular file; give the path of a log file");
   }
   if (status.st_size == 0) return BadInputError(path + ": is empty");
   stream->size_ = static_cast<std::uint64_t>(status.st_size);

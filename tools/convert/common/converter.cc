@@ -28,9 +28,9 @@ std::string Usage(const Converter& converter) {
 }
 
 std::string Help(const Converter& converter) {
-  return "Usage:\n" + Usage(converter) + "\nTurns " + std::string(converter.input) +
-         " into DIR/recording.yaml and its CSV files, which every verb of truetriad takes.\n"
-         "--list says what the log holds and writes nothing.\n" +
+  return "Usage:\n" + Usage(converter) + "\nConverts " + std::string(converter.input) +
+         " to DIR/recording.yaml and its CSV files, the input of every truetriad verb.\n"
+         "--list shows what the log contains and writes nothing.\n" +
          std::string(converter.details) + "\nExit codes: 0 good, 1 usage, 2 bad input.\n";
 }
 
@@ -56,14 +56,14 @@ Status SetFlag(const Converter& converter,
     const char* const end = value.data() + value.size();
     const auto [stop, failure] = std::from_chars(value.data(), end, instance);
     if (failure != std::errc() || stop != end || instance < 0) {
-      return UsageError("--instance=" + value + ": a number from 0 on is expected");
+      return UsageError("--instance=" + value + ": expected a whole number, 0 or more");
     }
     arguments->instance = instance;
   } else if (std::find(converter.others.begin(), converter.others.end(), name) !=
              converter.others.end()) {
     arguments->others[name] = value;
   } else if (name == "topic" || name == "instance") {
-    return UsageError("--" + name + " has no meaning for this format");
+    return UsageError("--" + name + " does not apply to this format");
   } else {
     std::vector<std::string_view> known = {"output", "list", "help"};
     if (converter.takes_topics) known.push_back("topic");
@@ -94,12 +94,13 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
     } else if (arguments.input.empty()) {
       arguments.input = word;
     } else {
-      return UsageError("`" + word + "`: one log is converted at a time");
+      return UsageError("`" + word + "`: give one log at a time");
     }
   }
-  if (arguments.input.empty()) return UsageError("no log was named");
+  if (arguments.input.empty()) return UsageError("no log given; name the file to convert");
   if (arguments.output.empty() && !arguments.list) {
-    return UsageError("--output=DIR is needed: where the recording goes; or --list");
+    return UsageError(
+        "no --output given; name the folder for the recording (--output=DIR), or use --list");
   }
   return arguments;
 }

@@ -55,7 +55,7 @@ Status Isolated(const std::string& path, const std::function<Status()>& work) {
   std::fflush(stdout);
   const pid_t child = fork();
   if (child < 0)
-    return BadInputError(std::string("no process can be started: ") + std::strerror(errno));
+    return BadInputError(std::string("cannot start a process: ") + std::strerror(errno));
   if (child == 0) {
     BoundMemory(path);
     _exit(Work(work));  // What the parent holds is the parent's to clear away.
@@ -65,7 +65,7 @@ Status Isolated(const std::string& path, const std::function<Status()>& work) {
     if (errno != EINTR) return BadInputError(std::strerror(errno));
   }
   if (!WIFEXITED(status)) {
-    return BadInputError(path + ": is damaged so badly that reading it had to be ended (signal " +
+    return BadInputError(path + ": is damaged; the reader crashed on it (signal " +
                          std::to_string(WTERMSIG(status)) + "); nothing was written");
   }
   if (WEXITSTATUS(status) == kInterrupted) throw Interrupted();

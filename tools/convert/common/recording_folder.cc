@@ -94,7 +94,7 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
   if (!any) return;
   if (has_temperature_) {
     // From absolute zero to where no electronics live; NaN is neither.
-    const bool is_one = temperature_degc_ >= -273.15 && temperature_degc_ <= 1000.0;
+    const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
     row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
   }
   if ((rows_ > 0 && time_ns < last_time_ns_) || time_ns > kLastTimeNs || time_ns < -kLastTimeNs) {
@@ -157,13 +157,13 @@ Result<std::unique_ptr<RecordingFolder>> RecordingFolder::Create(const std::stri
   if (!target.has_filename()) target = target.parent_path();
   std::error_code failure;
   if (fs::exists(target, failure) && !fs::is_directory(target, failure)) {
-    return BadInputError(directory + ": is a file; the name of a folder is expected");
+    return BadInputError(directory + ": is a file; give the name of a folder");
   }
   fs::create_directories(target.parent_path(), failure);
   std::string temporary =
       (target.parent_path() / ("." + target.filename().string() + ".tmp-XXXXXX")).string();
   if (failure || mkdtemp(temporary.data()) == nullptr) {
-    return BadInputError(directory + ": cannot be written: no folder can be created beside it");
+    return BadInputError(directory + ": cannot be written: cannot create a folder beside it");
   }
   fs::permissions(temporary, static_cast<fs::perms>(0755), failure);
   NoteInterruptions();
@@ -252,7 +252,7 @@ Status RecordingFolder::Commit() {
     std::error_code ignored;
     if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
   }
-  if (!any) return BadInputError("no reading in the log is whole; nothing was written");
+  if (!any) return BadInputError("the log contains no complete reading; nothing was written");
   if (!poses_.empty()) {
     WholeFile poses(temporary_ + "/" + std::string(kPoses));
     poses.Write(poses_);
@@ -278,12 +278,11 @@ Status RecordingFolder::Commit() {
       }
       if (columns.without_numbers > 0) {
         line += "; " + Count(columns.without_numbers, "row", "rows") +
-                " without three numbers that can be readings left out";
+                " skipped (fewer than three valid numbers)";
       }
       if (table->too_late() > 0) {
-        line +=
-            "; " + Count(table->too_late(), "row", "rows") +
-            " left out because their time lies before that of rows long written, or beyond 2116";
+        line += "; " + Count(table->too_late(), "row", "rows") +
+                " skipped (time stamp far out of order, or after the year 2116)";
       }
       Note(line);
     }

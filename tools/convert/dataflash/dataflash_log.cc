@@ -172,8 +172,8 @@ Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
     return BadInputError(
         path +
-        ": is not an ArduPilot DataFlash log: no FMT record (A3 95 80) in its beginning; "
-        "a .bin as the autopilot writes it is expected, not the text .log and not a .tlog");
+        ": is not an ArduPilot DataFlash log: no FMT record (A3 95 80) near its start; use the "
+        "binary .bin from the autopilot, not the text .log or a .tlog");
   }
   return std::unique_ptr<DataflashLog>(new DataflashLog(std::move(bytes)));
 }

@@ -39,7 +39,7 @@ std::optional<std::uint64_t> IntegerIn(const MessageField& field, std::string_vi
 std::string_view TextIn(const MessageField& field, std::string_view record);
 
 /// An ArduPilot DataFlash log, record by record: A3 95 type body, where messages of type 128 (FMT)
-/// describe the others. formats.md §1.3.
+/// describe the others.
 ///
 /// A record counts as whole when it has its magic bytes, a type that was described, and is followed
 /// by another record's magic bytes or the end. After anything else the reader goes on at the next

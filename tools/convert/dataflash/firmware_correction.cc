@@ -2,13 +2,13 @@
 #include "tools/convert/dataflash/firmware_correction.h"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "io/yaml_text.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad::convert {
 namespace {
@@ -46,7 +46,8 @@ std::string CompassName(std::string_view what, int instance) {
 Result<double> Value(const Parameters& parameters, const std::string& name) {
   const auto found = parameters.find(name);
   if (found == parameters.end()) return BadInputError("the log has no parameter " + name);
-  if (!std::isfinite(found->second)) return BadInputError("parameter " + name + " is no number");
+  if (!std::isfinite(found->second))
+    return BadInputError("parameter " + name + " is not a finite number");
   return found->second;
 }
 
@@ -81,14 +82,14 @@ Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
   const double code = orientation;
   if (!(code >= 0.0 && code < static_cast<double>(kOrientations.size())) ||
       code != std::floor(code)) {
-    return BadInputError("AHRS_ORIENTATION is not one of the rotations that are known here");
+    return BadInputError("AHRS_ORIENTATION is not a supported rotation");
   }
-  constexpr double kDegree = std::numbers::pi / 180.0;
   const Euler& euler = kOrientations[static_cast<std::size_t>(code)];
-  Eigen::Matrix3d rotation = (Eigen::AngleAxisd(euler.yaw * kDegree, Eigen::Vector3d::UnitZ()) *
-                              Eigen::AngleAxisd(euler.pitch * kDegree, Eigen::Vector3d::UnitY()) *
-                              Eigen::AngleAxisd(euler.roll * kDegree, Eigen::Vector3d::UnitX()))
-                                 .toRotationMatrix();
+  Eigen::Matrix3d rotation =
+      (Eigen::AngleAxisd(euler.yaw * kRadPerDeg, Eigen::Vector3d::UnitZ()) *
+       Eigen::AngleAxisd(euler.pitch * kRadPerDeg, Eigen::Vector3d::UnitY()) *
+       Eigen::AngleAxisd(euler.roll * kRadPerDeg, Eigen::Vector3d::UnitX()))
+          .toRotationMatrix();
   // Quarter turns exactly.
   for (double& entry : rotation.reshaped()) {
     if (std::abs(entry - std::round(entry)) < 1e-12) entry = std::round(entry) + 0.0;
@@ -147,7 +148,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
     TRUETRIAD_RETURN_IF_ERROR(scale);
     for (const double value : *scale) {
       if (value == 0.0)
-        return BadInputError(name + " is zero: that accelerometer was never scaled");
+        return BadInputError(name + " is zero: this accelerometer has no scale calibration");
     }
     text += "\n    scale: " + List(*scale);
   }

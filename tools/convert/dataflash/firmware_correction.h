@@ -20,7 +20,7 @@ using Parameters = std::map<std::string, double, std::less<>>;
 bool IsCorrectionParameter(Triad triad, int instance, std::string_view name);
 
 /// What the firmware did to the readings in its log, as the text behind `applied.<triad>:` of a
-/// manifest (docs/recordings.md). formats.md §3.2.
+/// manifest (docs/recordings.md).
 ///
 /// Error (bad input): which parameter is missing or cannot be undone, in a few words.
 Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad, int instance);

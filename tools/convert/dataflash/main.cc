@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ArduPilot DataFlash logs (.bin) to a recording. formats.md §1.3.
+// ArduPilot DataFlash logs (.bin) to a recording. docs/converting.md.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -103,7 +103,7 @@ void ReadParameter(const DataflashLog::Record& record, bool readings_began, Cont
   const double value = NumberIn(*value_field, record.bytes);
   const auto [known, fresh] = contents->parameters.emplace(name, value);
   if (!fresh && known->second != value) {
-    if (readings_began) contents->changed[name] = "changed while the log ran";
+    if (readings_began) contents->changed[name] = "changed during the log";
     known->second = value;
   }
 }
@@ -158,7 +158,7 @@ struct Choice {
 Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
     if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
-      return UsageError("--topic=" + topic + ": is none of IMU, ACC, GYR, MAG");
+      return UsageError("--topic=" + topic + ": is not among IMU, ACC, GYR, MAG");
     }
   }
   const auto wanted = [&](std::string_view kind) {
@@ -179,16 +179,16 @@ Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
   if (choice.accelerometer || choice.gyroscope || choice.magnetometer) return choice;
   std::vector<std::string> held;
   for (const auto& [source, messages] : contents.sources) held.push_back(SourceName(source));
-  return BadInputError(arguments.input + ": holds no such readings (instance " +
-                       std::to_string(choice.instance) +
-                       "); its messages with readings: " + ListOf(held) +
-                       (held.empty() ? ". Set LOG_BITMASK so that IMU is logged" : ""));
+  return BadInputError(
+      arguments.input + ": contains no readings of the requested kind (instance " +
+      std::to_string(choice.instance) + "); messages with readings: " + ListOf(held) +
+      (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
 }
 
 /// What stands behind `applied.<triad>:`; ` unknown`, and a note, where the log does not say.
 std::string Applied(const Contents& contents, Triad triad, int instance) {
   constexpr std::string_view kWhatToDo =
-      "; the recording says `unknown`, and is refused until its `applied:` is completed by hand "
+      "; the recording states `applied: unknown` and is refused until you complete it by hand "
       "(docs/recordings.md)";
   Result<std::string> applied = AppliedByFirmware(contents.parameters, triad, instance);
   for (const auto& [name, what] : contents.changed) {
@@ -201,14 +201,15 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
     const auto logged = contents.compass_offsets.find(instance);
     for (std::size_t i = 0; offsets && logged != contents.compass_offsets.end() && i < 3; ++i) {
       if (std::abs((*offsets)[i] - logged->second[i]) >= 1.0 + 1e-3) {
-        applied = BadInputError("its rows carry other offsets than the parameters COMPASS_OFS");
+        applied = BadInputError(
+            "the offsets logged with its rows differ from the COMPASS_OFS parameters");
         break;
       }
     }
   }
   if (applied) return *applied;
-  Note(std::string(TriadName(triad)) + ": what the firmware corrected is unknown: " +
-       applied.error().message + std::string(kWhatToDo));
+  Note(std::string(TriadName(triad)) + ": firmware correction unknown: " + applied.error().message +
+       std::string(kWhatToDo));
   return " unknown\n";
 }
 
@@ -220,7 +221,7 @@ struct Route {
 };
 
 /// Restates what the log's rows hold for the offsets that the manifest names, and takes the motors'
-/// part away: m = D·s·(y + Ofs) + MO. formats.md §3.2.
+/// part away: m = D·s·(y + Ofs) + MO.
 class CompassRows {
  public:
   CompassRows(const Contents& contents, int instance)
@@ -380,8 +381,8 @@ void List(const Contents& contents) {
 void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
   if (contents.skipped_bytes == 0) return;
   Note(path + ": " + Count(contents.skipped_bytes, "byte", "bytes") + " in " +
-       Count(contents.damages, "place", "places") + " belong to no whole message; " +
-       Count(contents.records, "message", "messages") + " are whole");
+       Count(contents.damages, "place", "places") + " skipped, not part of a complete message; " +
+       Count(contents.records, "message", "messages") + " complete");
 }
 
 Status Run(const Arguments& arguments) {
@@ -392,22 +393,20 @@ Status Run(const Arguments& arguments) {
     return {};
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Choice choice, Choose(contents, arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
-                             RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
   folder->SetSource("format", "ardupilot-dataflash");
   folder->SetSource("file", std::filesystem::path(arguments.input).filename().string());
   folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
   folder->SetSource("instance", std::to_string(choice.instance));
   if (!contents.firmware.empty()) folder->SetSource("firmware", contents.firmware);
   if (contents.skipped_bytes > 0) {
-    folder->SetSource("bytes of no whole message", std::to_string(contents.skipped_bytes));
+    folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
   }
-  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor where `applied` is undone");
+  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
 
   Conversion conversion(contents, choice, folder.get());
   {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log,
-                               DataflashLog::Open(arguments.input));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log, DataflashLog::Open(arguments.input));
     ProgressLine line("Converting");
     const ProgressCallback progress = line.callback();
     std::uint64_t count = 0;
@@ -418,11 +417,11 @@ Status Run(const Arguments& arguments) {
   }
   if (conversion.restated() > 0) {
     Note("magnetometer: " + Count(conversion.restated(), "row", "rows") +
-         " logged under other offsets than the first were restated for those of the first");
+         " logged with changed offsets converted to the first offsets");
   }
   if (conversion.without_time() > 0) {
     Note(Count(conversion.without_time(), "message", "messages") +
-         " without a time or without readings left out");
+         " skipped (no time or no readings)");
   }
   return folder->Commit();
 }
@@ -435,11 +434,11 @@ int main(int argc, char** argv) {
       .format = "dataflash",
       .input = "an ArduPilot DataFlash log (.bin)",
       .details =
-          "\nTopics are IMU, ACC, GYR, MAG. Without --topic: ACC and GYR (raw rate) where the log\n"
-          "has them, else IMU; and MAG. --instance counts sensors from 0, which is also the "
-          "choice\n"
-          "without it. The firmware logs corrected readings; what it did, by the log's own\n"
-          "parameters, goes into `applied:` of the recording and is undone when it is read.\n",
+          "\nTopics are IMU, ACC, GYR and MAG. By default ACC and GYR (raw rate) are converted if "
+          "the\nlog has them, otherwise IMU, plus MAG. --instance counts sensors from 0 (the "
+          "default).\nThe firmware logs corrected readings: its corrections, read from the "
+          "parameters in the\nlog, go into `applied:` of the recording and are undone when the "
+          "recording is read.\n",
       .takes_topics = true,
       .takes_instance = true,
       .others = {},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// MATLAB files (.mat) to a recording. formats.md §1.1.
+// MATLAB files (.mat) to a recording. docs/converting.md.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -100,11 +100,11 @@ Result<std::map<std::string, std::string>> ChooseColumns(const MatFile& file,
   }
   for (const auto& [role, names] : candidates) {
     if (names.size() > 1) {
-      return UsageError(std::string("several variables could be the ")
+      return UsageError(std::string("several variables match the ")
                             .append(role)
                             .append(": ")
                             .append(ListOf(names))
-                            .append("; say which with --columns"));
+                            .append("; choose one with --columns"));
     }
     chosen[role] = names[0];
     Note(std::string(role).append(": taken from ").append(Printable(names[0])));
@@ -136,7 +136,7 @@ Result<std::map<std::string, std::string>> ReadUnits(
       units["temperature"] = unit;
       known = true;
     }
-    if (!known) return UsageError("--units: `" + unit + "` is not a unit that is known here");
+    if (!known) return UsageError("--units: `" + unit + "` is not a known unit");
   }
   for (const auto& [role, column] : columns) {
     if (units.contains(role) || (role == "time" && column.ends_with("Hz"))) continue;
@@ -144,8 +144,8 @@ Result<std::map<std::string, std::string>> ReadUnits(
       units[role] = "counts";
     } else {
       return UsageError("the unit of the " + role +
-                        " is not stated; a .mat file does not hold it. "
-                        "Name units as in --units=s,m/s^2,rad/s,uT,degC");
+                        " is missing, and a .mat file does not contain units; state them, as in "
+                        "--units=s,m/s^2,rad/s,uT,degC");
     }
   }
   return units;
@@ -161,11 +161,11 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
     const std::size_t colon = part.find(':');
     const MatVariable* const variable = file->Find(part.substr(0, colon));
     if (variable == nullptr && file->is_damaged()) {
-      return BadInputError("the file is damaged, and " + part.substr(0, colon) +
-                           " is not there, or not whole");
+      return BadInputError("the file is damaged, and variable " + part.substr(0, colon) +
+                           " is missing or incomplete");
     }
     if (variable == nullptr) {
-      return UsageError("there is no numeric variable `" + part.substr(0, colon) + "`; there are " +
+      return UsageError("no numeric variable `" + part.substr(0, colon) + "`; the file contains " +
                         ListOf(AllVariables(*file), 30));
     }
     Result<MatMatrix> matrix = file->Read(*variable);
@@ -182,7 +182,7 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
       }
       if (parsed.ec != std::errc() || parsed.ptr != end || first < 1 || last < first ||
           last > matrix->columns) {
-        return UsageError("`" + part + "`: columns are numbers from 1 to " +
+        return UsageError("`" + part + "`: expected column numbers from 1 to " +
                           std::to_string(matrix->columns) + ", as in data:2-4");
       }
     } else {
@@ -207,7 +207,7 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
   }
   if (vectors.size() != expected) {
     return UsageError("`" + reference + "` has " + std::to_string(vectors.size()) +
-                      " columns where " + std::to_string(expected) + " are expected");
+                      " columns; expected " + std::to_string(expected));
   }
   return vectors;
 }
@@ -222,21 +222,21 @@ Result<std::vector<std::int64_t>> ReadTimes(MatFile* file,
     double rate_hz = 0.0;
     std::from_chars(reference.data(), reference.data() + reference.size() - 2, rate_hz);
     if (!(rate_hz > 0.0 && rate_hz < 1e9)) {
-      return UsageError("--columns: time=" + reference + ": a rate as in time=100Hz is expected");
+      return UsageError("--columns: time=" + reference + ": expected a rate, as in time=100Hz");
     }
     for (std::size_t i = 0; i < count; ++i) {
       times.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
     }
     return times;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::vector<double>> vectors,
-                             ReadVectors(file, reference, 1));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::vector<double>> vectors, ReadVectors(file, reference, 1));
   const double ns = *NanosecondsPer(unit);
   constexpr double kLast = 9.2e18;
   for (const double value : vectors[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
-      return BadInputError(reference + ": a time is not a number, or lies beyond all dates");
+      return BadInputError(reference +
+                           ": contains a time that is not a number or not a valid date");
     }
     times.push_back(std::llround(time_ns));
   }
@@ -252,7 +252,7 @@ Status Convert(MatFile* file,
   if (const auto stated = columns.find("temperature"); stated != columns.end()) {
     const Result<std::vector<std::vector<double>>> vectors = ReadVectors(file, stated->second, 1);
     if (!vectors && vectors.error().code == ErrorCode::kUsage) return vectors.error();
-    if (!vectors) Note(vectors.error().message + "; there is no temperature");
+    if (!vectors) Note(vectors.error().message + "; converted without temperature");
     if (vectors) temperature = (*vectors)[0];
     const TemperatureUnit unit = *ParseTemperatureUnit(units.at("temperature"));
     for (double& value : temperature) value = unit.scale * value + unit.offset;
@@ -263,19 +263,17 @@ Status Convert(MatFile* file,
     if (stated == columns.end()) continue;
     const Result<std::vector<std::vector<double>>> axes = ReadVectors(file, stated->second, 3);
     if (!axes && axes.error().code == ErrorCode::kBadInput) {
-      Note(axes.error().message + "; left out");
+      Note(axes.error().message + "; sensor skipped");
       ++damaged;
       continue;
     }
     TRUETRIAD_RETURN_IF_ERROR(axes);
     const std::size_t count = (*axes)[0].size();
-    TRUETRIAD_ASSIGN_OR_RETURN(
-        const std::vector<std::int64_t> times,
-        ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times, ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count));
     for (const std::vector<double>& axis : *axes) {
       if (axis.size() == times.size()) continue;
       return BadInputError(stated->second + ": has " + std::to_string(axis.size()) +
-                           " samples, but there are " + std::to_string(times.size()) + " times");
+                           " samples, but the time has " + std::to_string(times.size()));
     }
     const bool has_temperature = temperature.size() == count;
     Table* const table =
@@ -288,7 +286,7 @@ Status Convert(MatFile* file,
       table->Add(times[i], reading.data());
     }
   }
-  if (damaged > 0) folder->SetSource("variables not whole", std::to_string(damaged));
+  if (damaged > 0) folder->SetSource("incomplete variables", std::to_string(damaged));
   return folder->Commit();
 }
 
@@ -304,22 +302,22 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
     return {};
   }
   if (file->is_damaged()) {
-    Note(arguments.input +
-         ": is damaged: a variable is not whole, and those after it may be missing");
+    Note(arguments.input + ": is damaged: a variable is incomplete, and later ones may be missing");
   }
   if (file->variables().empty()) {
-    return BadInputError(arguments.input + ": holds no numeric matrix, or none that is whole");
+    return BadInputError(arguments.input + ": contains no complete numeric matrix");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto columns, ChooseColumns(*file, arguments));
   const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
     return columns.contains(std::string(TriadName(triad)));
   });
   if (!has_triad || !columns.contains("time")) {
-    return UsageError("which variables hold the " + std::string(has_triad ? "time" : "readings") +
-                      " is not clear from their names; say so as in "
-                      "--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz (or time=100Hz). "
-                      "There are " +
-                      ListOf(AllVariables(*file), 30));
+    return UsageError(
+        "cannot tell from the names which variables are the " +
+        std::string(has_triad ? "time" : "readings") +
+        "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz (or "
+        "time=100Hz). The file contains " +
+        ListOf(AllVariables(*file), 30));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ReadUnits(columns, arguments));
   folder->SetSource("format", "matlab");
@@ -332,8 +330,7 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
 Status Run(const Arguments& arguments) {
   std::unique_ptr<RecordingFolder> folder;
   if (!arguments.list) {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
-                               RecordingFolder::Create(arguments.output));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created, RecordingFolder::Create(arguments.output));
     folder = std::move(created);
   }
   // A damaged file can bring the library down, which must not leave half a recording behind.
@@ -348,12 +345,11 @@ int main(int argc, char** argv) {
       .format = "mat",
       .input = "a MATLAB file (.mat of version 5, 7 or 7.3)",
       .details =
-          "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 says\n"
-          "what a variable, a field of a struct, three of them or some columns (from 1 on) are;\n"
-          "time=100Hz where there is no time. Without it names like acc, gyro, mag, t and temp "
-          "are\n"
-          "taken where each is there once. --units=s,m/s^2,rad/s,uT,degC names the units, which a\n"
-          ".mat file does not hold. Readings are taken to be raw.\n",
+          "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
+          "the\nsensors to a variable, a struct field, three of either, or a range of columns "
+          "(from 1);\nuse time=100Hz if there is no time. By default names such as acc, gyro, mag, "
+          "t and temp\nare recognised if each occurs once. --units=s,m/s^2,rad/s,uT,degC states "
+          "the units, which\na .mat file does not contain. Readings are assumed to be raw.\n",
       .takes_topics = false,
       .takes_instance = false,
       .others = {"columns", "units"},

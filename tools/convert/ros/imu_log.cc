@@ -22,8 +22,8 @@ Result<const Topic*> TheOnly(Role role, const std::vector<const Topic*>& candida
     names.push_back(topic->name);
   }
   if (names.size() > 1) {
-    return UsageError("there are several topics of one type, " + ListOf(names) +
-                      "; name one with --topic=NAME, or several kinds with commas");
+    return UsageError("several topics have the same type: " + ListOf(names) +
+                      "; choose one with --topic=NAME, or one of each type, separated by commas");
   }
   return found;
 }
@@ -61,11 +61,11 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     const auto found = std::find_if(
         topics.begin(), topics.end(), [&](const Topic& topic) { return topic.name == name; });
     if (found == topics.end()) {
-      return UsageError("--topic=" + name + ": there is no such topic; there are " + ListOf(held));
+      return UsageError("--topic=" + name + ": no such topic; the bag contains " + ListOf(held));
     }
     if (RoleOf(found->type) == Role::kNone) {
       return UsageError("--topic=" + name + " is of type " + Printable(found->type) +
-                        "; sensor_msgs' Imu, MagneticField and Temperature are understood");
+                        "; supported are Imu, MagneticField and Temperature of sensor_msgs");
     }
     candidates.push_back(&*found);
   }
@@ -81,11 +81,10 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     choice.temperature = temperature;
   }
   if (choice.imu == nullptr && choice.field == nullptr) {
-    return BadInputError(
-        arguments.input +
-        ": holds no messages of type sensor_msgs/Imu or sensor_msgs/MagneticField, so "
-        "nothing to calibrate; its topics: " +
-        ListOf(held));
+    return BadInputError(arguments.input +
+                         ": contains no sensor_msgs/Imu or sensor_msgs/MagneticField messages, so "
+                         "nothing to calibrate; topics: " +
+                         ListOf(held));
   }
   return choice;
 }
@@ -164,18 +163,18 @@ void ImuRecording::Add(Role role, std::int64_t received_ns, const ImuMessage& me
 
 Status ImuRecording::Commit() {
   if (damaged_ > 0) {
-    Note(Count(damaged_, "message", "messages") + " too short or malformed left out");
-    folder_->SetSource("messages left out", std::to_string(damaged_));
+    Note(Count(damaged_, "message", "messages") + " skipped (too short or malformed)");
+    folder_->SetSource("messages skipped", std::to_string(damaged_));
   }
   if (without_stamp_ > 0) {
     Note(Count(without_stamp_, "message", "messages") + " of " + std::to_string(messages_) +
-         " without a time stamp; the time at which the bag received them stands for it");
+         " without a time stamp; used the time the bag received them");
   }
   folder_->SetFrame(frame_.empty() ? field_frame_ : frame_);
   if (!frame_.empty() && !field_frame_.empty() && frame_ != field_frame_) {
     folder_->SetSource("frame of the magnetometer", field_frame_);
-    Note("the magnetometer's frame is " + Printable(field_frame_) + ", that of the others " +
-         Printable(frame_) + "; axes are left as they are");
+    Note("the magnetometer's frame is " + Printable(field_frame_) + ", the other sensors' is " +
+         Printable(frame_) + "; axes are not rotated");
   }
   return folder_->Commit();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 1 bags (.bag) to a recording. formats.md §1.3.
+// ROS 1 bags (.bag) to a recording. docs/converting.md.
 #include <memory>
 #include <string>
 
@@ -15,8 +15,8 @@ namespace {
 void SayWhatIsDamaged(const Rosbag& bag, const std::string& path) {
   if (bag.damaged_chunks() + bag.damaged_records() == 0) return;
   Note(path + ": damaged: " + Count(bag.damaged_chunks(), "chunk", "chunks") + " and " +
-       Count(bag.damaged_records(), "record", "records") + " not whole, " +
-       Count(bag.skipped_bytes(), "byte", "bytes") + " passed over");
+       Count(bag.damaged_records(), "record", "records") + " incomplete, " +
+       Count(bag.skipped_bytes(), "byte", "bytes") + " skipped");
 }
 
 /// A bag lists its topics as it goes, so it is read twice: once for what it holds.
@@ -30,10 +30,8 @@ Status Run(const Arguments& arguments) {
     return {};
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(topics, arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      std::unique_ptr<ImuRecording> recording,
-      ImuRecording::Create(
-          choice, arguments, "ros1-bag", "truetriad-convert-ros1 " TRUETRIAD_VERSION));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ImuRecording> recording, ImuRecording::Create(
+      choice, arguments, "ros1-bag", "truetriad-convert-ros1 " TRUETRIAD_VERSION));
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Rosbag> bag, Rosbag::Open(arguments.input));
   bag->UseConnectionsOf(*survey);
   {
@@ -54,10 +52,10 @@ Status Run(const Arguments& arguments) {
         line.callback());
   }
   if (bag->damaged_chunks() > 0) {
-    recording->SetSource("chunks not whole", std::to_string(bag->damaged_chunks()));
+    recording->SetSource("incomplete chunks", std::to_string(bag->damaged_chunks()));
   }
   if (bag->damaged_records() > 0) {
-    recording->SetSource("records not whole", std::to_string(bag->damaged_records()));
+    recording->SetSource("incomplete records", std::to_string(bag->damaged_records()));
   }
   return recording->Commit();
 }
@@ -70,14 +68,11 @@ int main(int argc, char** argv) {
       .format = "ros1",
       .input = "a ROS 1 bag (.bag, version 2.0)",
       .details =
-          "\nTopics of type sensor_msgs/Imu, MagneticField and Temperature are understood. "
-          "Without\n"
-          "--topic the only Imu and the only MagneticField are taken; --topic=A,B names them "
-          "where\n"
-          "there are several, and a Temperature, which is never taken unnamed. Time is that of "
-          "the\n"
-          "messages' headers. Bags that were never closed (.bag.active) or cut are read as far as\n"
-          "they are whole.\n",
+          "\nReads topics of type sensor_msgs/Imu, MagneticField and Temperature. By default the "
+          "only\nImu and the only MagneticField topic are converted; if there are several, choose "
+          "with\n--topic=A,B. A Temperature topic is converted only if named. Times are those of "
+          "the\nmessage headers. Bags that were not closed (.bag.active) or cut short are read as "
+          "far as\nthey are complete.\n",
       .takes_topics = true,
       .takes_instance = false,
       .others = {},

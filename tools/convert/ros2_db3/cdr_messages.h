@@ -9,7 +9,7 @@
 namespace truetriad::convert {
 
 /// Reads messages of sensor_msgs from CDR as ROS 2 bags hold it: 4 bytes that state the byte order,
-/// then the fields, aligned from there on. formats.md §1.3.
+/// then the fields, aligned from there on.
 class CdrMessages {
  public:
   /// Nullopt when the bytes are no such message. The frame is valid until the next call.

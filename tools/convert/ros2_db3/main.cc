@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 2 bags in SQLite (.db3) to a recording. formats.md §1.3.
+// ROS 2 bags in SQLite (.db3) to a recording. docs/converting.md.
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -63,7 +63,7 @@ class Bag {
                                        : ": cannot be read"));
     }
     if (path.ends_with(".zstd")) {
-      return BadInputError(path + ": is packed; unpack it first: zstd -d " + path);
+      return BadInputError(path + ": is compressed; unpack it first: zstd -d " + path);
     }
     // What a crashed recorder left in the -wal file belongs to the bag. Without one, `immutable`
     // lets a bag on a read-only disk be read, and promises not to touch it.
@@ -108,7 +108,7 @@ class Bag {
       }
     }
     if (step == SQLITE_DONE) return;
-    Note(path_ + ": is damaged, its messages cannot be counted beforehand");
+    Note(path_ + ": is damaged; its messages cannot be counted in advance");
     for (Topic& topic : topics_) topic.is_counted = false;
   }
 
@@ -149,9 +149,9 @@ class Bag {
       ++damages_;
       const std::string lost =
           next ? "at most " + Count(static_cast<std::uint64_t>(*next - from), "message", "messages")
-               : std::string("whatever comes");
+               : std::string("all messages");
       Note(path_ + ": damaged (" + sqlite3_errmsg(database_.get()) + "): " + lost +
-           " of all topics after message " + std::to_string(from - 1) + " lost");
+           " of all topics lost after message " + std::to_string(from - 1));
       if (!next) return {};
       from = *next;
     }
@@ -164,11 +164,10 @@ class Bag {
       : path_(std::move(path)), database_(std::move(database)) {}
 
   Error Fail(const std::string& what) const {
-    return BadInputError(
-        path_ + ": " + what + ": " +
-        (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
-        "; a ROS 2 bag in SQLite (.db3) is expected. Of a damaged one, sqlite3's `.recover` "
-        "may bring back more");
+    return BadInputError(path_ + ": " + what + ": " +
+                         (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
+                         "; expected a ROS 2 bag in SQLite (.db3). If the bag is damaged, "
+                         "sqlite3's `.recover` may restore more of it");
   }
 
   Statement Prepare(const char* sql) const {
@@ -279,10 +278,10 @@ int main(int argc, char** argv) {
       .format = "ros2-db3",
       .input = "a ROS 2 bag in SQLite (.db3)",
       .details =
-          "\nTopics of type sensor_msgs/msg/Imu, MagneticField and Temperature are understood.\n"
-          "Without --topic the only Imu and the only MagneticField are taken; --topic=A,B names\n"
-          "them where there are several, and a Temperature, which is never taken unnamed. Time is\n"
-          "that of the messages' headers.\n",
+          "\nReads topics of type sensor_msgs/msg/Imu, MagneticField and Temperature. By default "
+          "the\nonly Imu and the only MagneticField topic are converted; if there are several, "
+          "choose\nwith --topic=A,B. A Temperature topic is converted only if named. Times are "
+          "those of the\nmessage headers.\n",
       .takes_topics = true,
       .takes_instance = false,
       .others = {},

@@ -52,14 +52,15 @@ Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
   constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
   if (csv->column_count() != 3) {
     return BadInputError(path.string() + ": has " + std::to_string(csv->column_count()) +
-                         " columns where x, y and z are expected");
+                         " columns; expected x, y and z");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Heading heading = ParseHeading(csv->header()[axis]);
     const std::string expected = std::string(TriadPrefix(triad)) + "_" + kAxes[axis];
     if (heading.name != expected || (axis > 0 && heading.unit != file.triad.unit)) {
-      return BadInputError(path.string() + ":1: column `" + csv->header()[axis] + "` where `" +
-                           expected + " (unit)` is expected, all three with one unit");
+      return BadInputError(path.string() + ":1: column `" + csv->header()[axis] +
+                           "`; expected `" + expected +
+                           " (unit)`, the same unit for all three axes");
     }
     file.triad.unit = heading.unit;
     TRUETRIAD_RETURN_IF_ERROR(csv->Map(axis, CsvReader::Kind::kNumber));
@@ -75,7 +76,7 @@ Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, Open(path));
   const Heading heading = ParseHeading(csv->header()[0]);
   if (csv->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
-    return BadInputError(path.string() + ":1: one column `time (sec)` is expected");
+    return BadInputError(path.string() + ":1: expected one column `time (sec)`");
   }
   constexpr int kSeconds = 9;
   TRUETRIAD_RETURN_IF_ERROR(csv->Map(0, CsvReader::Kind::kTime, kSeconds));
@@ -90,7 +91,7 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
       TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t rows, sensor.csv->Read());
       if (rows == *count) continue;
       return BadInputError(sensor.csv->path() + ": has " + (rows < *count ? "fewer" : "more") +
-                           " rows than " + time->path() + "; rows belong together one by one");
+                           " rows than " + time->path() + "; both need one row for each sample");
     }
     if (*count == 0) return {};
     for (std::size_t i = 0; i < *count; ++i) {
@@ -113,7 +114,7 @@ Status Run(const Arguments& arguments) {
   std::error_code missing;
   if (!fs::is_directory(folder, missing)) {
     return BadInputError(arguments.input +
-                         ": is no folder; one with time.csv, accel-0.csv, … is expected");
+                         ": is not a folder; expected one with time.csv, accel-0.csv, …");
   }
   const std::string run = std::to_string(arguments.instance.value_or(0));
   std::vector<std::pair<Triad, fs::path>> found;
@@ -122,7 +123,7 @@ Status Run(const Arguments& arguments) {
     if (fs::is_regular_file(path, missing)) found.emplace_back(triad, path);
   }
   if (found.empty()) {
-    return BadInputError(arguments.input + ": holds none of accel-" + run + ".csv, gyro-" + run +
+    return BadInputError(arguments.input + ": contains none of accel-" + run + ".csv, gyro-" + run +
                          ".csv, mag-" + run + ".csv");
   }
   if (arguments.list) {
@@ -139,8 +140,7 @@ Status Run(const Arguments& arguments) {
     triads.push_back(sensor.triad);
     sensors.push_back(std::move(sensor));
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording,
-                             RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording, RecordingFolder::Create(arguments.output));
   recording->SetSource("format", "gnss-ins-sim");
   recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
   recording->SetSource("run", run);
@@ -155,8 +155,8 @@ Status Run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   const truetriad::convert::Converter converter = {
       .format = "gnss-ins-sim",
-      .input = "a folder that gnss-ins-sim wrote (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
-      .details = "\n--instance=N takes run N: accel-N.csv and so on; without it run 0.\n",
+      .input = "a folder written by gnss-ins-sim (time.csv, accel-0.csv, gyro-0.csv, mag-0.csv)",
+      .details = "\n--instance=N converts run N: accel-N.csv and so on (default: run 0).\n",
       .takes_topics = false,
       .takes_instance = true,
       .others = {},

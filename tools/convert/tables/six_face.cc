@@ -44,7 +44,7 @@ Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder)
       if (!fs::is_regular_file(path, missing)) continue;
       if (found) {
         return BadInputError(path.string() + ": " + found->filename().string() +
-                             " stands for the same face; one of them is expected");
+                             " is the same face; keep one of them");
       }
       found = path;
     }
@@ -66,12 +66,12 @@ struct Rest {
 Result<Rest> ReadRest(const fs::path& path) {
   // Rests are short, but a wrong file may not be.
   constexpr std::size_t kMostRows = 20'000'000;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
-                             OpenRecording(path.string()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(path.string()));
   Rest rest;
   rest.streams = source->info().streams;
   if (!source->info().has_time) {
-    return BadInputError(path.string() + ": has no time column; a pose table needs no conversion");
+    return BadInputError(path.string() +
+                         ": has no time column; use a pose table directly, it needs no conversion");
   }
   std::vector<SampleBlock> blocks;
   for (;;) {
@@ -92,9 +92,9 @@ Result<Rest> ReadRest(const fs::path& path) {
       }
     }
     if (rest.rows.size() > kMostRows)
-      return BadInputError(path.string() + ": is too long for a rest");
+      return BadInputError(path.string() + ": is too long for one rest");
   }
-  if (rest.rows.empty()) return BadInputError(path.string() + ": holds no readings");
+  if (rest.rows.empty()) return BadInputError(path.string() + ": contains no readings");
   return rest;
 }
 
@@ -112,15 +112,14 @@ Status CheckSameStreams(const Rest& first, const Rest& rest, const fs::path& pat
            first.streams[i].unit.name == rest.streams[i].unit.name;
   }
   if (same) return {};
-  return BadInputError(path.string() +
-                       ": has other sensors or units than the files of the faces before");
+  return BadInputError(path.string() + ": has different sensors or units than the other faces");
 }
 
 Status Run(const Arguments& arguments) {
   std::error_code missing;
   if (!fs::is_directory(arguments.input, missing)) {
     return BadInputError(arguments.input +
-                         ": is no folder; one with +x.csv, -x.csv, … is expected");
+                         ": is not a folder; expected one with +x.csv, -x.csv, …");
   }
   std::vector<std::pair<std::string, fs::path>> files;
   for (const Face& face : kFaces) {
@@ -129,8 +128,8 @@ Status Run(const Arguments& arguments) {
   }
   if (files.empty()) {
     return BadInputError(arguments.input +
-                         ": holds no file of a face; +x.csv, -x.csv, +y.csv, … (or x_up.csv, "
-                         "x_down.csv, …), named by the axis that points up, are expected");
+                         ": contains no face file; expected +x.csv, -x.csv, +y.csv, … (or "
+                         "x_up.csv, x_down.csv, …), named after the axis that points up");
   }
   if (arguments.list) {
     for (const auto& [face, path] : files) {
@@ -138,8 +137,7 @@ Status Run(const Arguments& arguments) {
     }
     return {};
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
-                             RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
   folder->SetSource("format", "six-face");
   folder->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
   Rest first;
@@ -172,7 +170,7 @@ Status Run(const Arguments& arguments) {
     next_start_ns = rest.rows.rbegin()->first + shift_ns + kPauseNs;
   }
   if (files.size() < kFaces.size()) {
-    Note(Count(files.size(), "face", "faces") + " of six have a file");
+    Note("files for " + Count(files.size(), "face", "faces") + " of six");
   }
   folder->SetPoses(PoseRangesToYaml(poses));
   return folder->Commit();
@@ -184,13 +182,11 @@ Status Run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   const truetriad::convert::Converter converter = {
       .format = "six-face",
-      .input = "a folder with one recording a face, +x.csv, -x.csv, +y.csv, …,",
+      .input = "a folder with one recording for each face, +x.csv, -x.csv, +y.csv, …,",
       .details =
-          "\nA file is named by the body axis that points up: +x.csv, or x_up.csv and x_down.csv. "
-          "Each\n"
-          "is a self-describing CSV or a manifest. Times follow one another with a second in "
-          "between,\n"
-          "and poses.yaml says which rows are which face.\n",
+          "\nEach file is named after the body axis that points up: +x.csv, or x_up.csv and "
+          "x_down.csv.\nIt is a self-describing CSV or a manifest. The rests are joined one second "
+          "apart, and\nposes.yaml states which rows belong to which face.\n",
       .takes_topics = false,
       .takes_instance = false,
       .others = {},

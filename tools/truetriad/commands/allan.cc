@@ -18,11 +18,11 @@
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 
-DEFINE_double(rate_hz, 0.0, "samples a second, for a log without time");
+DEFINE_double(rate_hz, 0.0, "samples per second, for a log without time");
 DEFINE_string(white_range,
               "",
-              "range of tau in seconds over which the noise density is fitted, as in 0.3,3 "
-              "(default: found from the curve)");
+              "tau range in seconds for fitting the noise density, as in 0.3,3 (default: chosen "
+              "from the curve)");
 
 namespace truetriad {
 namespace {
@@ -37,7 +37,8 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
     const auto high = std::from_chars(low.ptr + 1, end, range[1]);
     if (high.ec == std::errc() && high.ptr == end) return std::optional(range);
   }
-  return UsageError("--white_range=" + text + " is not two numbers; expected seconds as in 0.3,3");
+  return UsageError("--white_range=" + text +
+                    " is invalid; expected two times in seconds, as in 0.3,3");
 }
 
 Result<AllanResult> Analyse(const AllanOptions& options) {
@@ -55,7 +56,7 @@ Result<std::string> WriteFiles(const AllanResult& result) {
   // Both or none: what would fail for the second must stop the first.
   for (const std::string& path : {file, plot}) {
     if (std::filesystem::is_directory(path)) {
-      return BadInputError(path + ": is a folder where a file is to stand");
+      return BadInputError(path + ": is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, AllanToYaml(result)));
@@ -82,24 +83,23 @@ Result<int> Run(const std::vector<std::string>&) {
 }  // namespace
 
 Command AllanCommand() {
-  return {
-      .name = "allan",
-      .summary = "How noisy is each axis at rest, and how stable is its bias?",
-      .examples =
-          "build/truetriad simulate --config=configs/scenarios/at-rest.yaml "
-          "--output=out/at-rest\n"
-          "build/truetriad allan --input=out/at-rest/recording.yaml --output=out/allan",
-      .details =
-          "Overlapping Allan deviation of a log of a unit at rest, an hour or more, with 95 % "
-          "intervals:\nnoise density N, bias instability B, rate random walk K, quantisation "
-          "Q. Writes\nDIR/allan.yaml and DIR/allan.svg when --output is given; see "
-          "docs/allan.md.\nExit code 3: a sensor was not at rest, and no coefficients of it are "
-          "stated.\n",
-      .flags = {{"input", "LOG", true},
-                {"output", "DIR"},
-                {"rate_hz", "NUMBER"},
-                {"white_range", "LOW,HIGH"}},
-      .run = Run};
+  return {.name = "allan",
+          .summary = "How noisy is each axis at rest, and how stable is its bias?",
+          .examples =
+              "build/truetriad simulate --config=configs/scenarios/at-rest.yaml "
+              "--output=out/at-rest\n"
+              "build/truetriad allan --input=out/at-rest/recording.yaml --output=out/allan",
+          .details =
+              "Computes the overlapping Allan deviation of a log of a unit at rest (an hour or "
+              "more) and,\nwith 95 % intervals, noise density N, bias instability B, rate random "
+              "walk K and\nquantisation Q. With --output, writes DIR/allan.yaml and DIR/allan.svg; "
+              "see docs/allan.md.\nExit code 3: a sensor was not at rest, and its coefficients are "
+              "not stated.\n",
+          .flags = {{"input", "LOG", true},
+                    {"output", "DIR"},
+                    {"rate_hz", "NUMBER"},
+                    {"white_range", "LOW,HIGH"}},
+          .run = Run};
 }
 
 }  // namespace truetriad

@@ -23,17 +23,18 @@ void Tell(const CorrectedLogSummary& summary) {
   std::fprintf(stderr, "%lld rows written\n", static_cast<long long>(summary.rows));
   for (const Triad triad : summary.left_out) {
     std::fprintf(stderr,
-                 "%s left out: the calibration does not cover it\n",
+                 "%s skipped: the calibration does not include it\n",
                  std::string(TriadName(triad)).c_str());
   }
   if (summary.clamped_temperature > 0) {
-    std::fprintf(stderr,
-                 "%lld rows outside the calibrated temperatures: corrected as at its nearest end\n",
-                 static_cast<long long>(summary.clamped_temperature));
+    std::fprintf(
+        stderr,
+        "%lld rows outside the calibrated temperature range: corrected as at its nearest end\n",
+        static_cast<long long>(summary.clamped_temperature));
   }
   if (summary.not_corrected > 0) {
     std::fprintf(stderr,
-                 "%lld rows with a sensor left empty: no temperature or force was known yet\n",
+                 "%lld rows with a sensor left empty: no temperature or force was available yet\n",
                  static_cast<long long>(summary.not_corrected));
   }
 }
@@ -50,8 +51,8 @@ Status CheckOutput(const RecordingInfo& recording) {
         return std::filesystem::equivalent(output, input, none);
       });
   if (replaced != inputs.end()) {
-    return UsageError("--output=" + FLAGS_output + " is an input of this call (" + *replaced +
-                      "); name another file");
+    return UsageError("--output=" + FLAGS_output + " would overwrite an input (" + *replaced +
+                      "); choose another file");
   }
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
     return UsageError("--output=" + FLAGS_output + " exists and is not a regular file");
@@ -87,8 +88,8 @@ Command ApplyCommand() {
           "build/truetriad apply --calibration=out/demo/calibration.yaml "
           "--input=datasets/demo/recording.csv --output=out/demo/corrected.csv",
       .details =
-          "The corrected log is a self-describing CSV in m/s^2 and uT, of the sensors that the "
-          "calibration covers.\n",
+          "Writes a self-describing CSV in m/s^2, rad/s and uT with the sensors that the "
+          "calibration\nincludes.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"output", "CSV", true}},
       .run = Run};
 }

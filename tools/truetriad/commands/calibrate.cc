@@ -13,6 +13,9 @@
 #include "truetriad/session/session.h"
 
 DEFINE_bool(report, true, "whether to write the HTML report");
+DEFINE_string(solver,
+              "eliminated",
+              "eliminated, or ceres: the whole problem by Ceres as it is, slower, for comparison");
 
 namespace truetriad {
 namespace {
@@ -31,7 +34,8 @@ Status WriteResult(const Calibration& calibration) {
   // Both or none: what would fail for the second must stop the first.
   for (const char* name : {"calibration.yaml", "report.html"}) {
     if (std::filesystem::is_directory(directory / name)) {
-      return BadInputError((directory / name).string() + ": is a folder where a file is to stand");
+      return BadInputError((directory / name).string() +
+                           ": is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
@@ -45,11 +49,20 @@ Status WriteResult(const Calibration& calibration) {
   return {};
 }
 
+Result<Solver> StatedSolver() {
+  if (FLAGS_solver == "eliminated") return Solver::kEliminated;
+  if (FLAGS_solver == "ceres") return Solver::kCeres;
+  return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
+}
+
 Result<int> Run(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
+  experiment.options.solver = solver;
   experiment.input = FLAGS_input.empty() ? ShortPath(experiment.input) : FLAGS_input;
   if (experiment.input.empty()) {
-    return UsageError("no recording: " + FLAGS_config + " has no `input:`; give --input=LOG");
+    return UsageError("no recording: " + FLAGS_config +
+                      " has no `input:`; add it or give --input=LOG");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<Calibration> calibration = [&] {
@@ -75,7 +88,8 @@ Command CalibrateCommand() {
                     {"input", "LOG"},
                     {"output", "DIR", true},
                     {"set", "KEY=VALUE,..."},
-                    {"report", "true|false"}},
+                    {"report", "true|false"},
+                    {"solver", "eliminated|ceres"}},
           .run = Run};
 }
 

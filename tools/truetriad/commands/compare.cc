@@ -26,11 +26,12 @@ void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
     if (!shared) continue;
     std::fprintf(stderr,
                  "note: both were made from %s, so they share its noise and agree better than two "
-                 "recordings would\n",
+                 "separate recordings would\n",
                  file.file.c_str());
   }
   if (a.serial != b.serial && !a.serial.empty() && !b.serial.empty()) {
-    std::fprintf(stderr, "note: a is of %s, b of %s\n", a.serial.c_str(), b.serial.c_str());
+    std::fprintf(
+        stderr, "note: different units: a is %s, b is %s\n", a.serial.c_str(), b.serial.c_str());
   }
 }
 
@@ -54,8 +55,8 @@ Command CompareCommand() {
               "--output=out/b\n"
               "build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml",
           .details =
-              "The body frames are aligned first, so calibrations in different gauges can be "
-              "compared.\nThe two are taken as independent.\n",
+              "The body frames are aligned first, so the gauges may differ. The two calibrations "
+              "are\nassumed to be independent.\n",
           .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
           .run = Run};
 }

@@ -30,12 +30,14 @@
 #include "truetriad/io/recording.h"
 
 DECLARE_string(from);
-DEFINE_string(topic, "", "topics or messages, where the log has several; commas between them");
-DEFINE_bool(list, false, "only say what the log holds: topics, instances, variables");
+DEFINE_string(topic,
+              "",
+              "topics or messages to convert if the log has several, separated by commas");
+DEFINE_bool(list, false, "only list what the log contains: topics, instances, variables");
 DEFINE_string(
     columns,
     "",
-    "what a variable of a .mat file is, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
+    "which variable of a .mat file is what, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
 
 namespace truetriad {
 namespace {
@@ -55,7 +57,7 @@ constexpr std::array<LogFormat, 9> kLogFormats = {{
     {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev", false},
     {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev", false},
     {"mat", "MATLAB file (.mat, v5 to v7.3)", "libmatio-dev", false},
-    {"six-face", "folder with one recording a face: +x.csv, -x.csv, …", "", false},
+    {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …", "", false},
     {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …", "", false},
     {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
     {"ulog", "PX4 ULog (.ulg)", "", true},
@@ -83,18 +85,19 @@ Result<std::string> FindConverter(const LogFormat& format) {
   const std::optional<std::string> found = FindCompanion(program);
   if (format.is_script && !IsInPath("node")) {
     return UsageError("--from=" + std::string(format.name) +
-                      ": needs Node.js, which is not in PATH; install nodejs (and npm, to set up "
+                      ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
                       "tools/convert-node)");
   }
   if (found) return *found;
-  std::string what =
-      "--from=" + std::string(format.name) + ": there is no " + program + " beside this program; ";
+  std::string what = "--from=" + std::string(format.name) + ": " + program +
+                     " is not installed beside truetriad; ";
   if (format.is_script) {
-    what += "set up tools/convert-node (nodejs and npm), as docs/converting.md says";
+    what += "set up tools/convert-node (nodejs and npm) as described in docs/converting.md";
   } else if (!format.needs.empty()) {
-    what += "install " + std::string(format.needs) + ", then configure and build again, all of it";
+    what += "install " + std::string(format.needs) +
+            ", then configure and build the whole project again";
   } else {
-    what += "build all of the project (cmake --build build), or install it again";
+    what += "build the whole project (cmake --build build), or install it again";
   }
   return UsageError(what);
 }
@@ -111,13 +114,14 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
   pid_t child = 0;
   const int failure =
       posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ);
-  if (failure != 0) return BadInputError(program + ": cannot be run: " + std::strerror(failure));
+  if (failure != 0)
+    return BadInputError(program + ": cannot be started: " + std::strerror(failure));
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return BadInputError(program + ": " + std::strerror(errno));
   }
   if (WIFEXITED(status)) return WEXITSTATUS(status);
-  return BadInputError(program + " was ended by signal " + std::to_string(WTERMSIG(status)) +
+  return BadInputError(program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
                        "; nothing was written");
 }
 
@@ -150,9 +154,9 @@ Result<std::string> DescribeStreams(const std::string& manifest) {
 Result<int> ConvertTable(const std::string& name, const std::string& mapping) {
   if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
       !FLAGS_units.empty()) {
-    return UsageError("--from=" + name +
-                      " is a table of known columns: --list, --topic, "
-                      "--instance, --columns and --units have no meaning for it");
+    return UsageError(
+        "--from=" + name +
+        " has fixed columns: --list, --topic, --instance, --columns and --units do not apply");
   }
   std::vector<std::string> inputs;
   std::istringstream list(FLAGS_input);
@@ -190,26 +194,25 @@ std::vector<std::string_view> FormatNames() {
 
 Result<int> Run(const std::vector<std::string>&) {
   if (FLAGS_output.empty() && !FLAGS_list) {
-    return UsageError("--output is needed: the folder of the recording; or --list");
+    return UsageError("no --output given; name the folder for the recording, or use --list");
   }
   if (const LogFormat* const format = FindFormat(FLAGS_from)) return ConvertLog(*format);
   for (const ShippedMapping& mapping : ShippedMappings()) {
     if (mapping.name == FLAGS_from) return ConvertTable(FLAGS_from, std::string(mapping.text));
   }
   if (FLAGS_from == "bbl" || FLAGS_from == "bfl") {
-    return UsageError(
-        "--from=" + FLAGS_from +
-        ": a raw blackbox log is decoded by Betaflight's own program first: blackbox_decode "
-        "--unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; then convert --from=blackbox "
-        "--input=LOG.01.csv");
+    return UsageError("--from=" + FLAGS_from +
+                      ": is a raw blackbox log; decode it with Betaflight's own tool first: "
+                      "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; "
+                      "then convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
     return ConvertTable(FLAGS_from, mapping);
   }
-  return UsageError(
-      "--from=" + FLAGS_from + " is not a format" + DidYouMean(FLAGS_from, FormatNames()) +
-      "; `truetriad help convert` lists them, and a mapping of your own is a .yaml file");
+  return UsageError("--from=" + FLAGS_from + " is not a format" +
+                    DidYouMean(FLAGS_from, FormatNames()) +
+                    "; `truetriad help convert` lists them; your own mapping is a .yaml file");
 }
 
 std::vector<std::string> FormatChoices() {
@@ -231,37 +234,34 @@ std::string FormatList() {
         ReadMappingInfo(std::string(mapping.text), std::string(mapping.name));
     if (info) add(mapping.name, info->about);
   }
-  add("FILE.yaml", "a mapping of your own, like those in configs/mappings");
+  add("FILE.yaml", "your own mapping, like those in configs/mappings");
   return text;
 }
 
 }  // namespace
 
 Command ConvertCommand() {
-  return {
-      .name = "convert",
-      .summary = "How does a log of another system become a recording?",
-      .examples =
-          "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
-          "--output=out/foreign\n"
-          "build/truetriad inspect --input=out/foreign/recording.yaml",
-      .details =
-          "\nWrites DIR/recording.yaml and its CSV files, which --input of every verb takes. "
-          "What is\n"
-          "whole in a damaged log is converted, and what is not is counted. A mapping writes "
-          "the\n"
-          "manifest alone, which names the log where it lies; several files stand with commas.\n"
-          "docs/converting.md says more about each.\n",
-      .list = FormatList,
-      .flags = {{"from", "FORMAT", true, FormatChoices()},
-                {"input", "FILE", true},
-                {"output", "DIR"},
-                {"list", "true"},
-                {"topic", "NAME[,NAME]"},
-                {"instance", "N"},
-                {"columns", "WHAT=NAME[,WHAT=NAME]"},
-                {"units", "UNIT[,UNIT]"}},
-      .run = Run};
+  return {.name = "convert",
+          .summary = "How do I turn another system's log into a recording?",
+          .examples =
+              "build/truetriad convert --from=kalibr-csv --input=datasets/foreign/imu0.csv "
+              "--output=out/foreign\n"
+              "build/truetriad inspect --input=out/foreign/recording.yaml",
+          .details =
+              "\nWrites DIR/recording.yaml and its CSV files, the --input of every verb. The "
+              "complete parts\nof a damaged log are converted and the rest is counted. A mapping "
+              "writes only the\nmanifest, which refers to the log in place; separate several files "
+              "by commas. Details of\neach format: docs/converting.md.\n",
+          .list = FormatList,
+          .flags = {{"from", "FORMAT", true, FormatChoices()},
+                    {"input", "FILE", true},
+                    {"output", "DIR"},
+                    {"list", "true"},
+                    {"topic", "NAME[,NAME]"},
+                    {"instance", "N"},
+                    {"columns", "WHAT=NAME[,WHAT=NAME]"},
+                    {"units", "UNIT[,UNIT]"}},
+          .run = Run};
 }
 
 }  // namespace truetriad

@@ -26,7 +26,7 @@ Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;
     std::fprintf(stderr,
-                 "%s: %g s taken off its times, as in the calibration\n",
+                 "%s: %g s subtracted from its times, as in the calibration\n",
                  std::string(TriadName(triad)).c_str(),
                  offset_s);
   }
@@ -55,12 +55,14 @@ Result<int> Run(const std::vector<std::string>&) {
 Command EvaluateCommand() {
   return {
       .name = "evaluate",
-      .summary = "How good is this calibration on data that it has not seen?",
+      .summary = "How good is this calibration on data it has not seen?",
       .examples =
           "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo\n"
           "build/truetriad evaluate --calibration=out/demo/calibration.yaml "
           "--input=datasets/demo/recording.csv",
-      .details = "On the recording that made the calibration, as here, the answer flatters.\n",
+      .details =
+          "Use a separate recording: on the one that the calibration was made from (as in "
+          "this\nexample) the result is too optimistic.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"poses", "HOW"}},
       .run = Run};
 }

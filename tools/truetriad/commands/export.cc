@@ -18,22 +18,23 @@
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(to, "", "the format: see above");
-DEFINE_string(max_loss,
-              "",
-              "refuse when a reading may be off by more than this share of the signal, as in 0.01");
+DEFINE_string(to, "", "the format, from the list above");
+DEFINE_string(
+    max_loss,
+    "",
+    "refuse if a corrected reading may be off by more than this share of the signal, as in 0.01");
 DEFINE_string(temperature,
               "",
-              "degC at which a calibration that depends on temperature is taken, for formats that "
-              "hold constants only (default: the calibration's reference)");
+              "temperature (degC) at which to evaluate a calibration with thermal terms, for "
+              "formats that hold only constants (default: the calibration's reference)");
 DEFINE_string(id,
               "",
-              "the device id of the sensor: one number for all, or "
+              "the sensor's device id: one number for all sensors, or "
               "accelerometer:N,gyroscope:N,magnetometer:N");
 DEFINE_string(allan,
               "",
-              "allan.yaml as `allan` writes it: noise densities and rate, for Kalibr and "
-              "others that hold them");
+              "allan.yaml written by `allan`: noise densities and rate, for Kalibr and other "
+              "formats with noise");
 
 namespace truetriad {
 namespace {
@@ -44,12 +45,11 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
   for (std::string item; std::getline(items, item, ',');) {
     const std::size_t colon = item.find(':');
     const bool for_all = colon == std::string::npos;
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id,
-                               ParseInteger("id", for_all ? item : item.substr(colon + 1)));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id, ParseInteger("id", for_all ? item : item.substr(colon + 1)));
     const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
     if (!for_all && !triad) {
       return UsageError("--id: `" + item.substr(0, colon) +
-                        "` is not a sensor; there are accelerometer, gyroscope, magnetometer");
+                        "` is not a sensor; expected accelerometer, gyroscope or magnetometer");
     }
     for (const Triad each : kTriads) {
       if (for_all || each == *triad) ids[each] = id;
@@ -64,12 +64,12 @@ Result<ExportOptions> ParseOptions() {
   options.file_name = FLAGS_output;
   if (!FLAGS_max_loss.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const double share, ParseReal("max-loss", FLAGS_max_loss));
-    if (!(share >= 0.0)) return UsageError("--max-loss: a share of the signal is not negative");
+    if (!(share >= 0.0))
+      return UsageError("--max-loss: expected a share of the signal, 0 or more");
     options.max_loss = share;
   }
   if (!FLAGS_temperature.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const double temperature,
-                               ParseReal("temperature", FLAGS_temperature));
+    TRUETRIAD_ASSIGN_OR_RETURN(const double temperature, ParseReal("temperature", FLAGS_temperature));
     options.temperature_degc = temperature;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<int> instance, ParseInstance());
@@ -153,11 +153,11 @@ std::string FormatList() {
 Command ExportCommand() {
   static const std::string& details = *new std::string(
       FormatList() +
-      "\nThe file is read back and its consumer's equation compared, in its own arithmetic, with "
-      "the\ncalibration over a sphere of inputs and the calibrated temperatures: what is lost is "
-      "printed\nand written into the file.\n");
+      "\nThe file is read back, and the target system's equation, in its own arithmetic, is "
+      "compared\nwith the calibration over a sphere of inputs and the calibrated temperatures. The "
+      "loss is\nprinted and written into the file.\n");
   return {.name = "export",
-          .summary = "What do autopilots, other programs and firmware need of a calibration?",
+          .summary = "How do I use this calibration in an autopilot, another program or firmware?",
           .examples =
               "build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 "
               "--output=out/demo.params",

@@ -8,18 +8,16 @@
 #include "tools/truetriad/completion.h"
 #include "tools/truetriad/man_page.h"
 
-DEFINE_string(as,
-              "text",
-              "text, or for all verbs together: man, the manual page; bash, completion");
+DEFINE_string(as, "text", "text, or for all verbs: man (the manual page) or bash (completion)");
 
 namespace truetriad {
 namespace {
 
 Result<int> Run(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
-    if (!words.empty()) return UsageError("--as=" + FLAGS_as + " is of all verbs; name none");
+    if (!words.empty()) return UsageError("--as=" + FLAGS_as + " covers all verbs; name none");
     if (FLAGS_as != "man" && FLAGS_as != "bash") {
-      return UsageError("--as=" + FLAGS_as + " is not known; expected text, man or bash");
+      return UsageError("--as=" + FLAGS_as + " is unknown; expected text, man or bash");
     }
     std::fputs((FLAGS_as == "man" ? ManPage() : BashCompletion()).c_str(), stdout);
     return kExitGood;
@@ -38,7 +36,7 @@ Result<int> Run(const std::vector<std::string>& words) {
 
 Command HelpCommand() {
   return {.name = "help",
-          .summary = "How is a verb used?",
+          .summary = "How do I use a verb?",
           .examples = "build/truetriad help calibrate",
           .flags = {{"as", "FORM", false, {"text", "man", "bash"}}},
           .takes_words = true,

@@ -17,7 +17,7 @@
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(from, "", "the format: see above");
+DEFINE_string(from, "", "the format, from the list above");
 
 namespace truetriad {
 namespace {
@@ -70,11 +70,10 @@ std::string FormatList() {
 Command ImportCommand() {
   static const std::string& details = *new std::string(
       FormatList() +
-      "\nWrites a calibration.yaml that `compare`, `evaluate` and `apply` take; every sigma is "
-      "zero. "
-      "A\nname that ends in .yaml is the file, any other the folder of calibration.yaml.\n");
+      "\nWrites a calibration.yaml for `compare`, `evaluate` and `apply`; every sigma is zero. "
+      "If\n--output ends in .yaml it names the file, otherwise the folder for calibration.yaml.\n");
   return {.name = "import",
-          .summary = "What does a unit carry today?",
+          .summary = "What calibration does a unit have now?",
           .examples =
               "build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 "
               "--output=out/carried.params\n"

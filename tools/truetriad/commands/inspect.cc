@@ -26,11 +26,11 @@ Result<int> Run(const std::vector<std::string>&) {
 
 Command InspectCommand() {
   return {.name = "inspect",
-          .summary = "What is in this log, and is it enough to calibrate?",
+          .summary = "What does this log contain, and is it enough to calibrate?",
           .examples = "build/truetriad inspect --input=datasets/demo/recording.csv",
           .details =
-              "Prints rates, gaps, the poses found, their coverage, the noise inside them and the\n"
-              "temperature range.\n",
+              "Prints rates, gaps, the poses found, their coverage, the noise within rests and "
+              "the\ntemperature range.\n",
           .flags = {{"input", "LOG", true}, {"poses", "HOW"}},
           .run = Run};
 }

@@ -14,7 +14,7 @@
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(program, "", "program.yaml to judge, instead of making one");
+DEFINE_string(program, "", "program.yaml to evaluate instead of making a new one");
 
 namespace truetriad {
 namespace {
@@ -26,7 +26,7 @@ Status WriteResult(const Plan& plan) {
   const std::string page = (directory / "program.html").string();
   for (const std::string& file : {program, page}) {
     if (std::filesystem::is_directory(file)) {
-      return BadInputError(file + ": is a folder where a file is to stand");
+      return BadInputError(file + ": is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(program, PoseProgramToYaml(plan.program)));
@@ -46,7 +46,7 @@ Result<int> Run(const std::vector<std::string>&) {
     measured = experiment.input;
     if (measured.empty()) {
       return UsageError(FLAGS_config +
-                        ": `start: recording`, but there is no `input:`; give --input=LOG");
+                        ": `start: recording` needs a recording; add `input:` or give --input=LOG");
     }
   }
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
@@ -63,21 +63,20 @@ Result<int> Run(const std::vector<std::string>&) {
 }  // namespace
 
 Command PlanCommand() {
-  return {
-      .name = "plan",
-      .summary = "Which poses should be taken, and how good will the calibration be?",
-      .examples = "build/truetriad plan --config=configs/plans/joint-12.yaml --output=out/plan",
-      .details =
-          "EXPERIMENT.yaml has a `plan:` block (docs/planning.md). --input adds poses that are\n"
-          "already measured. Writes DIR/program.yaml, which `simulate` follows, and\n"
-          "DIR/program.html with a picture of every pose. Exit code 3: the poses do not see\n"
-          "everything, or do not reach the wanted sigmas.\n",
-      .flags = {{"config", "EXPERIMENT.yaml", true},
-                {"input", "LOG"},
-                {"program", "PROGRAM.yaml"},
-                {"output", "DIR"},
-                {"set", "KEY=VALUE,..."}},
-      .run = Run};
+  return {.name = "plan",
+          .summary = "Which poses should I take, and how good will the calibration be?",
+          .examples = "build/truetriad plan --config=configs/plans/joint-12.yaml --output=out/plan",
+          .details =
+              "EXPERIMENT.yaml has a `plan:` block (docs/planning.md). --input adds poses that "
+              "are\nalready measured. Writes DIR/program.yaml, which `simulate` can follow, "
+              "and\nDIR/program.html with a picture of every pose. Exit code 3: some parameters "
+              "remain\nunobservable, or the wanted sigmas are not reached.\n",
+          .flags = {{"config", "EXPERIMENT.yaml", true},
+                    {"input", "LOG"},
+                    {"program", "PROGRAM.yaml"},
+                    {"output", "DIR"},
+                    {"set", "KEY=VALUE,..."}},
+          .run = Run};
 }
 
 }  // namespace truetriad

@@ -46,8 +46,8 @@ Result<int> Run(const std::vector<std::string>& words) {
   }
   const bool is_page = std::filesystem::path(FLAGS_output).extension() == ".html";
   if (is_page && files.size() > 1) {
-    return UsageError("--output=" + FLAGS_output + " is one page for " +
-                      std::to_string(files.size()) + " calibrations; expected a folder");
+    return UsageError("--output=" + FLAGS_output + " is one page, but there are " +
+                      std::to_string(files.size()) + " calibrations; name a folder instead");
   }
   if (!is_page) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   std::set<std::string> taken;
@@ -66,14 +66,14 @@ Result<int> Run(const std::vector<std::string>& words) {
 Command ReportCommand() {
   return {
       .name = "report",
-      .summary = "What does the page of a calibration look like?",
+      .summary = "How do I get the HTML report again?",
       .examples =
           "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo\n"
           "build/truetriad report --calibration=out/demo/calibration.yaml "
           "--output=out/demo/again.html",
       .details =
-          "Writes the HTML page again; for several calibrations, separated by commas or "
-          "blanks,\none page each, named after the serial number, into a folder.\n",
+          "Writes the HTML report again. For several calibrations, separated by commas or "
+          "blanks,\nwrites one page each into a folder, named after the serial number.\n",
       .flags = {{"calibration", "FILE[,FILE]", true}, {"output", "PAGE.html|DIR", true}},
       .takes_words = true,
       .run = Run};

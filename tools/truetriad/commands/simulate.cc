@@ -27,7 +27,7 @@
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
-DEFINE_int32(threads, 0, "units that are simulated at a time; 0: as many as there are cores");
+DEFINE_int32(threads, 0, "number of units to simulate in parallel; 0: one per core");
 
 namespace truetriad {
 namespace {
@@ -42,7 +42,7 @@ class Staging {
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(output));
     std::string name = (fs::path(output) / ".simulate_XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) {
-      return BadInputError(output + ": no folder can be created in it");
+      return BadInputError(output + ": cannot create a folder in it");
     }
     return std::unique_ptr<Staging>(new Staging(name));
   }
@@ -67,8 +67,9 @@ Status CheckCanMoveInto(const fs::path& from, const fs::path& to) {
     const fs::path target = to / fs::relative(entry.path(), from);
     std::error_code missing;
     if (fs::exists(target, missing) && fs::is_directory(target, missing) != entry.is_directory()) {
-      return BadInputError(target.string() + ": is in the way; a " +
-                           (entry.is_directory() ? "folder" : "file") + " is to stand there");
+      return BadInputError(target.string() + ": is in the way of a " +
+                           (entry.is_directory() ? "folder" : "file") +
+                           " to write; remove it or choose another --output");
     }
     if (entry.is_directory() && fs::exists(target, missing)) {
       TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
@@ -96,7 +97,7 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
 /// A pose table of attitudes alone, as a turntable or a robot without error would state it.
 std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
   std::string text =
-      "# attitude of every rest, world <- body, and temperature of the sensing elements\n"
+      "# attitude of every rest (world <- body) and temperature of the sensing elements\n"
       "time[s],qw,qx,qy,qz,temperature[degC]\n";
   for (const TrueRest& rest : rests) {
     const Eigen::Quaterniond& q = rest.world_from_body;
@@ -247,9 +248,9 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   if (!unknown && size.bytes > static_cast<double>(space.available)) {
     char room[64];
     std::snprintf(room, sizeof room, "%.3g GB", static_cast<double>(space.available) / kBytesAGb);
-    return BadInputError(FLAGS_output + ": the recording would have " + text +
-                         "; there is room for " + room +
-                         ": shorten the motion, lower the rates or take fewer units");
+    return BadInputError(FLAGS_output + ": the recording would need " + text + ", but only " +
+                         room +
+                         " are free; shorten the motion, lower the rates or simulate fewer units");
   }
   if (size.bytes > kBytesAGb) std::fprintf(stderr, "truetriad simulate: writing %s\n", text);
   return {};
@@ -263,16 +264,16 @@ Status CheckKeepsInputs(const Scenario& scenario) {
        {"recording.yaml", "truth.yaml", "poses.yaml", "turns.yaml", "rates.yaml"}) {
     std::error_code missing;
     if (fs::equivalent(folder / name, FLAGS_config, missing)) {
-      return UsageError("--output=" + FLAGS_output + " would replace the scenario by its " + name +
-                        "; name another folder");
+      return UsageError("--output=" + FLAGS_output + " would overwrite the scenario with its " +
+                        name + "; choose another folder");
     }
   }
   const std::string poses = (folder / "poses.yaml").string();
   std::error_code missing;
   if (fs::exists(poses, missing) && ReadPoseProgram(poses)) {
     return UsageError(poses +
-                      ": is a pose program, which the rows of the rests would replace; name "
-                      "another folder, or call it program.yaml");
+                      ": is a pose program and would be overwritten; choose another folder, or "
+                      "rename it to program.yaml");
   }
   return {};
 }
@@ -304,7 +305,7 @@ void Tell(const Scenario& scenario) {
 Result<int> Run(const std::vector<std::string>&) {
   if (FLAGS_threads < 0) {
     return UsageError("--threads=" + std::to_string(FLAGS_threads) +
-                      " is wrong; 1 or more are expected, or 0 for as many as there are cores");
+                      " is invalid; expected 1 or more, or 0 for one per core");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
@@ -326,28 +327,26 @@ Result<int> Run(const std::vector<std::string>&) {
 }  // namespace
 
 Command SimulateCommand() {
-  return {
-      .name = "simulate",
-      .summary = "What would a unit with known errors have recorded?",
-      .examples =
-          "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
-          "--output=out/simulated\n"
-          "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-          "--input=out/simulated/recording.yaml --output=out/estimated\n"
-          "build/truetriad compare --a=out/simulated/truth.yaml "
-          "--b=out/estimated/calibration.yaml",
-      .details =
-          "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (a calibration that is true),\n"
-          "DIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml (its rows), and "
-          "where\n"
-          "the motion has `turn` or `turntable` steps DIR/turns.yaml and DIR/rates.yaml; with\n"
-          "`count:` above 1 a folder for each unit. The same seed gives the same bytes.\n"
-          "docs/simulation.md has all keys.\n",
-      .flags = {{"config", "SCENARIO.yaml", true},
-                {"output", "DIR", true},
-                {"set", "KEY=VALUE,..."},
-                {"threads", "N"}},
-      .run = Run};
+  return {.name = "simulate",
+          .summary = "What would a unit with known errors record?",
+          .examples =
+              "build/truetriad simulate --config=configs/scenarios/consumer-9dof.yaml "
+              "--output=out/simulated\n"
+              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
+              "--input=out/simulated/recording.yaml --output=out/estimated\n"
+              "build/truetriad compare --a=out/simulated/truth.yaml "
+              "--b=out/estimated/calibration.yaml",
+          .details =
+              "Writes DIR/recording.yaml with its CSV, DIR/truth.yaml (the true "
+              "calibration),\nDIR/attitudes.csv (the attitude of every rest) and DIR/poses.yaml "
+              "(the rows of every\nrest); for `turn` or `turntable` steps also DIR/turns.yaml and "
+              "DIR/rates.yaml. With\n`count:` above 1, writes one folder per unit. The same seed "
+              "gives the same bytes. All\nkeys are in docs/simulation.md.\n",
+          .flags = {{"config", "SCENARIO.yaml", true},
+                    {"output", "DIR", true},
+                    {"set", "KEY=VALUE,..."},
+                    {"threads", "N"}},
+          .run = Run};
 }
 
 }  // namespace truetriad

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 
 #include "problem/graph.h"
-#include "solve/solve_graph.h"
+#include "solve/outcome.h"
 
 namespace truetriad {
 

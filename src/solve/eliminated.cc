@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solve/shared_problem.h"
+#include "solve/eliminated.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,8 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include "solve/shared_blocks.h"
+#include "problem/graph_rows.h"
+#include "solve/linear_manifold.h"
 #include "solve/shared_information.h"
 
 namespace truetriad {

@@ -2,25 +2,11 @@
 #pragma once
 
 #include <utility>
-#include <vector>
 
 #include <Eigen/Core>
 #include <ceres/manifold.h>
 
-#include "problem/parameters.h"
-
 namespace truetriad {
-
-// A block of the shared vector as Ceres sees it.
-struct SharedBlock {
-  int offset = 0;
-  int size = 0;
-};
-
-// The blocks of a layout that are parameters of the graph, in the model's order.
-std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout);
-// Those that turns depend on: the gyroscope's.
-std::vector<SharedBlock> GyroscopeBlocks(const SharedLayout& layout);
 
 // Parameters that move in a linear subspace: x + basis * delta. Held entries are rows of zeros,
 // tied entries share a column.

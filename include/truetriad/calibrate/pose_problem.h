@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/triad_model.h"
+#include "truetriad/problem/options.h"
+
+namespace ceres {
+class Problem;
+}
+
+namespace truetriad {
+
+/// A calibration from rests as an ordinary ceres::Problem, to which you can add what you know:
+///
+///   problem->ceres_problem().AddResidualBlock(yours, nullptr, problem->Attitude(0), ...);
+///   ceres::Solve(options, &problem->ceres_problem(), &summary);
+///   problem->Model(Triad::kAccelerometer);
+///
+/// Residuals are whitened (unit variance); yours should be, too. It stands at the solution without
+/// your addition: outliers have lost their weight, the noise is settled, and both stay so.
+/// examples/known_angle.cc.
+class PoseProblem {
+ public:
+  /// Calibrates as Calibrate does. Error: as Calibrate; not enough where that is not usable, or for
+  /// motion, sweeps and models to be chosen, which are no problem of this kind.
+  static Result<PoseProblem> Create(const PoseSet& poses, const CalibrateOptions& options);
+
+  PoseProblem(PoseProblem&&) noexcept;
+  PoseProblem& operator=(PoseProblem&&) noexcept;
+  ~PoseProblem();
+
+  ceres::Problem& ceres_problem();
+
+  /// Parameter blocks of the problem; null where it has none.
+  double* Bias(Triad triad);         ///< 3, raw unit.
+  double* Sensitivity(Triad triad);  ///< 9, raw per true unit, column by column.
+  /// Of PoseSet::poses[pose]: quaternion x y z w, world <- body. Null too where the pose is seen by
+  /// one vector sensor alone, so that only a direction is known of it.
+  double* Attitude(std::size_t pose);
+
+  /// As the blocks are now, in the frame that is solved in (gauge accel-x, or the fixture's), at
+  /// the reference temperature. Range: a triad that is calibrated.
+  TriadModel<double> Model(Triad triad) const;
+
+ private:
+  struct State;
+  explicit PoseProblem(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace truetriad

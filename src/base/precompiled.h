@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// What nearly every file reads, precompiled once for all of them. No file counts on it: each
+// includes what it uses. Eigen's decompositions are left out on purpose, see math/dense.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <set>
+#include <span>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace truetriad {
+
+// What is unknown about the attitude of one pose.
+enum class PoseKind {
+  kHeld,       // known exactly: nothing
+  kDirection,  // seen by one vector sensor: the direction of its field in the body, 2 dof
+  kRotation,   // world <- body, 3 dof
+};
+
+// A quaternion x, y, z, w (Eigen's order), or a direction x, y, z, 0.
+using PoseValues = std::array<double, 4>;
+
+constexpr int AmbientSize(PoseKind kind) { return kind == PoseKind::kDirection ? 3 : 4; }
+constexpr int TangentSize(PoseKind kind) {
+  return kind == PoseKind::kHeld ? 0 : kind == PoseKind::kDirection ? 2 : 3;
+}
+
+inline PoseValues ValuesOf(const Eigen::Quaterniond& q) { return {q.x(), q.y(), q.z(), q.w()}; }
+
+// Moved along the tangent space: R <- R Exp(d), or a direction u <- u + T d with T from
+// TangentBasis.
+PoseValues After(PoseKind kind,
+                 const PoseValues& values,
+                 const Eigen::Ref<const Eigen::VectorXd>& tangent);
+
+// Derivative of After by the tangent at zero: AmbientSize x TangentSize.
+using PlusJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 3>;
+PlusJacobian PlusJacobianOf(PoseKind kind, const PoseValues& values);
+
+// Two unit vectors that complete the unit vector `direction` to a right-handed frame.
+Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
+
+// Outward axis of a face of the six-face block (order +x, -x, +y, …) and its two tangent axes as
+// columns.
+Eigen::Matrix3d FaceAxes(int face);
+
+}  // namespace truetriad

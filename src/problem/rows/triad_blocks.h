@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/parameters.h"
+#include "problem/rows/row.h"
+#include "truetriad/model/triad_model.h"
+
+namespace truetriad {
+
+// How the model of one triad at one pose is made of parameter blocks: each block, times the factor
+// that temperature and its rate give it at that pose, adds to the bias, to the sensitivity or to a
+// higher term. A block of a term that the model does not have is not in the list.
+//
+//   bias (3), sensitivity (9, column by column), thermal bias and rate terms (3 each), thermal
+//   sensitivity (9 each), quadratic (3), asymmetry (3)
+class TriadBlocks {
+ public:
+  TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalFactors& factors);
+
+  const std::vector<SharedBlock>& blocks() const { return blocks_; }
+  std::size_t count() const { return blocks_.size(); }
+
+  // The model where the blocks have these values, in their order.
+  template <typename T>
+  TriadModel<T> ModelAt(T const* const* values) const {
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    using Matrix3 = Eigen::Matrix<T, 3, 3>;
+    TriadModel<T> model{Eigen::Map<const Matrix3>(values[1]), Eigen::Map<const Vector3>(values[0])};
+    for (std::size_t i = 2; i < terms_.size(); ++i) {
+      switch (terms_[i].part) {
+        case Part::kBias:
+          model.bias += T(terms_[i].factor) * Eigen::Map<const Vector3>(values[i]);
+          break;
+        case Part::kSensitivity:
+          model.sensitivity += T(terms_[i].factor) * Eigen::Map<const Matrix3>(values[i]);
+          break;
+        case Part::kQuadratic:
+          model.quadratic = Eigen::Map<const Vector3>(values[i]);
+          break;
+        case Part::kAsymmetry:
+          model.asymmetry = Eigen::Map<const Vector3>(values[i]);
+          break;
+      }
+    }
+    return model;
+  }
+
+  // Derivatives by the blocks of model.RawFromTruth(field). jacobians[i] may be null: nobody asks.
+  void SetFieldJacobians(const TriadModel<double>& model,
+                         const Eigen::Vector3d& field,
+                         double** jacobians) const;
+
+  // Derivatives of any three rows by the blocks, from those by the model's parts.
+  struct ByParts {
+    Eigen::Matrix3d bias;
+    Eigen::Matrix<double, 3, 9> sensitivity;
+    Eigen::Matrix3d quadratic, asymmetry;
+  };
+  void SetJacobians(const ByParts& by, double** jacobians) const;
+
+ private:
+  enum class Part { kBias, kSensitivity, kQuadratic, kAsymmetry };
+  struct Term {
+    Part part = Part::kBias;
+    double factor = 1.0;
+  };
+  void Add(Part part, int offset, double factor);
+
+  std::vector<SharedBlock> blocks_;
+  std::vector<Term> terms_;
+};
+
+// d (M v) / d M, column by column, row-major.
+void SetMatrixTimesVector(const Eigen::Vector3d& vector, double* jacobian);
+
+}  // namespace truetriad

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "model/gyro_increment.h"
+#include "problem/parameters.h"
+#include "problem/rows/attitude.h"
+#include "problem/rows/row.h"
+#include "problem/rows/triad_blocks.h"
+#include "problem/rows/world_vector.h"
+
+namespace truetriad {
+
+// The gyroscope's turn from one pose to the next, or a turn that the operator states, between two
+// attitudes that are held:
+//
+//   rows   Log(dR(b, S, G, a)^T R_k^T Exp(e dt) R_k+1)      rad, in the body frame of the second
+//
+// dR: the readings integrated about one point of the gyroscope's parameters, and linear in them
+// about it: dR = dR_0 Exp(J d), Forster et al. 2017. e: the earth's rate, where it is counted; by
+// e dt the world of the second pose has turned against the stars since the first. A stated turn is
+// stated against the table: the earth's rate is not counted in it.
+//
+// Parameters: the gyroscope's (TriadBlocks); g-sensitivity (9), where there is one; the reference
+// block (6), where the earth's rate is counted; both attitudes.
+class TurnRow final : public Row {
+ public:
+  // `increment`, integrated at the parameters `at`, must outlive the row.
+  TurnRow(const SharedLayout& layout,
+          const ThermalFactors& factors,
+          bool counts_earth_rate,
+          const GyroModel* at,
+          const GyroIncrement* increment);
+
+  bool Evaluate(double const* const* parameters,
+                double* residuals,
+                double** jacobians) const override;
+
+  template <typename T>
+  bool operator()(T const* const* parameters, T* residuals) const {
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    const Parts<T> parts = PartsOf(parameters);
+    const Eigen::Quaternion<T> turned =
+        increment_->rotation.cast<T>() * ExpOf<T>(ChangeOf(parameters));
+    const Eigen::Map<const Eigen::Quaternion<T>> first(parts.first), second(parts.second);
+    Eigen::Quaternion<T> between = first.conjugate() * second;
+    if (parts.reference != nullptr) {
+      const Vector3 earth_turn = EarthTurnOf(parts.reference);
+      between = first.conjugate() * (ExpOf<T>(earth_turn) * second);
+    }
+    Eigen::Map<Vector3>{residuals} = LogOf<T>(turned.conjugate() * between);
+    return true;
+  }
+
+ private:
+  template <typename T>
+  struct Parts {
+    const T* g_sensitivity = nullptr;
+    const T* reference = nullptr;
+    const T* first = nullptr;
+    const T* second = nullptr;
+  };
+  template <typename T>
+  Parts<T> PartsOf(T const* const* parameters) const {
+    std::size_t at = triad_blocks_.count();
+    Parts<T> parts;
+    if (has_g_sensitivity_) parts.g_sensitivity = parameters[at++];
+    if (counts_earth_rate_) parts.reference = parameters[at++];
+    parts.first = parameters[at];
+    parts.second = parameters[at + 1];
+    return parts;
+  }
+  // J d of the gyroscope's parameters.
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> ChangeOf(T const* const* parameters) const {
+    using Matrix3 = Eigen::Matrix<T, 3, 3>;
+    using Vector3 = Eigen::Matrix<T, 3, 1>;
+    using Vector9 = Eigen::Matrix<T, 9, 1>;
+    const TriadModel<T> model = triad_blocks_.ModelAt(parameters);
+    const Vector3 bias = model.bias - at_->triad.bias.template cast<T>();
+    const Matrix3 sensitivity = model.sensitivity - at_->triad.sensitivity.template cast<T>();
+    Vector3 change =
+        increment_->by_bias.cast<T>() * bias +
+        increment_->by_sensitivity.cast<T>() * Eigen::Map<const Vector9>(sensitivity.data());
+    if (at_->has_asymmetry) {
+      const Vector3 asymmetry = model.asymmetry - at_->triad.asymmetry.template cast<T>();
+      change += increment_->by_asymmetry.cast<T>() * asymmetry;
+    }
+    if (has_g_sensitivity_) {
+      const Matrix3 g = Eigen::Map<const Matrix3>(PartsOf(parameters).g_sensitivity) -
+                        at_->g_sensitivity.template cast<T>();
+      change += increment_->by_g_sensitivity.cast<T>() * Eigen::Map<const Vector9>(g.data());
+    }
+    return change;
+  }
+  template <typename T>
+  Eigen::Matrix<T, 3, 1> EarthTurnOf(const T* reference) const {
+    return T(increment_->duration_s) * EarthRateOf(earth_rate_radps_, reference);
+  }
+
+  const GyroModel* at_;
+  const GyroIncrement* increment_;
+  Eigen::Vector3d earth_rate_radps_;
+  bool counts_earth_rate_ = false;
+  bool has_g_sensitivity_ = false;
+  TriadBlocks triad_blocks_;
+};
+
+}  // namespace truetriad

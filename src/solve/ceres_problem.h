@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+#include <ceres/problem.h>
+
+#include "solve/chain_problem.h"
+#include "solve/outcome.h"
+
+namespace truetriad {
+
+// The whole problem as an ordinary ceres::Problem: a residual block for every row, whitened; the
+// shared parameters in their blocks, each on the subspace that is free; every attitude on its own
+// manifold. What is solved otherwise is held against this, and extensions add to it.
+//
+// `shared` and the states of `problem`, both outliving it, are its parameters.
+std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);
+
+// Minimises it by Ceres' Levenberg-Marquardt with sparse normal equations.
+SolveOutcome SolveByCeres(double tolerance,
+                          int max_iterations,
+                          ChainProblem* problem,
+                          Eigen::VectorXd* shared);
+
+}  // namespace truetriad

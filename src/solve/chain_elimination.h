@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/rows/row.h"
+#include "problem/rows/row_evaluation.h"
+#include "solve/chain_factor.h"
+#include "solve/chain_problem.h"
+#include "solve/eliminated.h"
+
+namespace truetriad {
+
+// A problem linearised, with the states (p_k, their tangent spaces) eliminated from the first to
+// the last, the free shared coordinates t coming last: an arrow. With whitened rows r + J t + A p
+// and N = A^T A (chain_factor.h), what is left is M = J^T J - J^T A N^-1 A^T J with its gradient.
+// Only what the back substitution needs is kept of each state: time and memory are linear in their
+// number.
+class ChainElimination final : public EliminatedProblem {
+ public:
+  explicit ChainElimination(ChainProblem problem);
+
+  // Linearises at `shared` and the states that go with it: those that the last linearisation gives
+  // there, the first time those of the problem.
+  void Linearise(const Eigen::VectorXd& shared) override;
+  double CostAt(const Eigen::VectorXd& shared) const override;
+  double cost() const override { return cost_; }
+  const Eigen::VectorXd& gradient() const override { return gradient_; }
+  const Eigen::MatrixXd& information() const override { return information_; }
+
+  // Where it was linearised last.
+  const Eigen::VectorXd& shared() const { return at_; }
+  ChainProblem TakeProblem() && { return std::move(problem_); }
+  const std::vector<ChainState>& states() const { return problem_.states; }
+  const std::vector<ChainRow>& rows() const { return problem_.rows; }
+
+  // Of each row where it was linearised: its whitened values, and how much of the variance of each
+  // the states leave, 1 - leverage; rows of less than three values are filled up with zeros.
+  struct Residual {
+    Eigen::Vector3d value = Eigen::Vector3d::Zero();
+    Eigen::Vector3d left = Eigen::Vector3d::Zero();
+  };
+  std::vector<Residual> Residuals() const;
+
+ private:
+  // Rows with the same shared blocks, and how the columns of those make columns of the free
+  // coordinates that they touch.
+  struct Pattern {
+    std::vector<SharedBlock> blocks;
+    struct Term {
+      int start = 0;   // of the block's columns among those of all blocks
+      int size = 0;    // of the block
+      int column = 0;  // in the block
+      int free = 0;    // among `free`
+      double factor = 0.0;
+    };
+    std::vector<Term> terms;
+    std::vector<int> free;
+  };
+  using FreeJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  class SquaredRows;
+  struct LinearRow;
+  struct Arrow;
+
+  std::size_t PatternOf(const Row& row);
+  void LineariseRow(std::size_t index, LinearRow* linear);
+  void EliminateState(std::size_t k, bool is_linked, Arrow* arrow);
+  void Finish(std::vector<SquaredRows>* squares, const Eigen::MatrixXd& eliminated);
+  std::vector<ChainState> StatesAt(const Eigen::VectorXd& shared) const;
+
+  ChainProblem problem_;
+  std::vector<Pattern> patterns_;
+  std::vector<std::size_t> pattern_of_;  // row by row
+  RowEvaluation evaluation_;
+
+  bool is_linearised_ = false;
+  Eigen::VectorXd at_;
+  double cost_ = 0.0;
+  Eigen::VectorXd gradient_;
+  Eigen::MatrixXd information_;
+  // Row by row: values and A of the first and the second state.
+  struct RowAtStates {
+    Eigen::Vector3d residual;
+    Eigen::Matrix3d by_first, by_second;
+  };
+  std::vector<RowAtStates> at_states_;
+  ChainFactor factor_;
+  // H_k of the columns A_k^T [J, r] that are left when k is eliminated, some states a panel.
+  std::vector<Eigen::MatrixXd> panels_;
+};
+
+}  // namespace truetriad

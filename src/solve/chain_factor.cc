@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/chain_factor.h"
+
+#include <Eigen/Cholesky>
+
+namespace truetriad {
+
+void ChainFactor::Reserve(std::size_t states) {
+  coupling_.reserve(states);
+  half_.reserve(states);
+  gain_.reserve(states);
+  is_coupled_.reserve(states);
+}
+
+void ChainFactor::Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling) {
+  Eigen::Matrix3d left = diagonal;
+  if (states() > 0 && is_coupled_.back()) {
+    left.noalias() -= coupling_.back().transpose() * gain_.back();
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factor(left);
+  half_.push_back(factor.matrixL().solve(Eigen::Matrix3d::Identity()));
+  coupling_.push_back(coupling);
+  is_coupled_.push_back(!coupling.isZero(0.0));
+  const Eigen::Matrix3d half_gain = half_.back() * coupling;
+  gain_.push_back(half_.back().transpose() * half_gain);
+}
+
+void ChainFactor::SolveInPlace(StackedRows* b) const {
+  const auto rows = [&](std::size_t k) {
+    return b->middleRows(3 * static_cast<Eigen::Index>(k), 3);
+  };
+  for (std::size_t k = 1; k < states(); ++k) {
+    if (IsCoupled(k - 1)) AddProduct(-1.0, gain_[k - 1].transpose(), rows(k - 1), rows(k));
+  }
+  StackedRows own;
+  for (std::size_t k = states(); k-- > 0;) {
+    own = rows(k);
+    rows(k).setZero();
+    const Eigen::Matrix3d inverse = half_[k].transpose() * half_[k];
+    AddProduct(1.0, inverse, own, rows(k));
+    if (k + 1 < states() && IsCoupled(k)) AddProduct(-1.0, gain_[k], rows(k + 1), rows(k));
+  }
+}
+
+ChainFactor::Blocks ChainFactor::Blocks::Zero(std::size_t states) {
+  return {std::vector<Eigen::Matrix3d>(states, Eigen::Matrix3d::Zero()),
+          std::vector<Eigen::Matrix3d>(states, Eigen::Matrix3d::Zero())};
+}
+
+ChainFactor::Blocks ChainFactor::Inverse() const {
+  Blocks inverse = Blocks::Zero(states());
+  for (std::size_t k = states(); k-- > 0;) {
+    inverse.own[k].noalias() = half_[k].transpose() * half_[k];
+    if (k + 1 == states() || !IsCoupled(k)) continue;
+    inverse.with_next[k].noalias() = -gain_[k] * inverse.own[k + 1];
+    inverse.own[k].noalias() -= inverse.with_next[k] * gain_[k].transpose();
+  }
+  return inverse;
+}
+
+// Each line of Append and of Inverse, differentiated.
+ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
+                                                   const Blocks& change) const {
+  // Of L_k^-1 and of G_k.
+  std::vector<Eigen::Matrix3d> left_inverse(states()), gain(states());
+  for (std::size_t k = 0; k < states(); ++k) {
+    Eigen::Matrix3d left = change.own[k];
+    if (k > 0 && IsCoupled(k - 1)) {
+      left.noalias() -= change.with_next[k - 1].transpose() * gain_[k - 1];
+      left.noalias() -= coupling_[k - 1].transpose() * gain[k - 1];
+    }
+    const Eigen::Matrix3d own = half_[k].transpose() * half_[k];
+    left_inverse[k].noalias() = -own * left * own;
+    gain[k].noalias() = left_inverse[k] * coupling_[k] + own * change.with_next[k];
+  }
+  Blocks derivative = Blocks::Zero(states());
+  for (std::size_t k = states(); k-- > 0;) {
+    derivative.own[k] = left_inverse[k];
+    if (k + 1 == states() || !IsCoupled(k)) continue;
+    Eigen::Matrix3d& with_next = derivative.with_next[k];
+    with_next.noalias() = -gain[k] * inverse.own[k + 1] - gain_[k] * derivative.own[k + 1];
+    derivative.own[k].noalias() -= with_next * gain_[k].transpose();
+    derivative.own[k].noalias() -= inverse.with_next[k] * gain[k].transpose();
+  }
+  return derivative;
+}
+
+}  // namespace truetriad

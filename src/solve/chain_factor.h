@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solve/row_products.h"
+
+namespace truetriad {
+
+// The part of a normal matrix that belongs to the states of a chain, in which only neighbours are
+// coupled: block tridiagonal, symmetric, positive definite, three rows a state. Everything is
+// linear in the number of states.
+//
+//   N = [ N_0   U_0              ]      eliminated from the first state to the last:
+//       [ U_0^T N_1   U_1        ]        L_0 = N_0,  L_k = N_k - U_{k-1}^T L_{k-1}^-1 U_{k-1}
+//       [       U_1^T N_2   …    ]        G_k = L_k^-1 U_k,  H_k^T H_k = L_k^-1
+//
+// A dimension that a state does not have has 1 on the diagonal and nothing else. Where nothing
+// couples two states, a new chain starts.
+class ChainFactor {
+ public:
+  void Reserve(std::size_t states);
+  // The next state: its block of N, and the block between it and the state after it; zero where
+  // they are not coupled.
+  void Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling);
+
+  std::size_t states() const { return half_.size(); }
+  // Rows of all states; those of state k begin at 3 k.
+  Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(states()); }
+  const Eigen::Matrix3d& half(std::size_t state) const { return half_[state]; }  // H_k
+  const Eigen::Matrix3d& gain(std::size_t state) const { return gain_[state]; }  // G_k
+
+  // From b to N^-1 b, for any number of columns.
+  void SolveInPlace(StackedRows* b) const;
+
+  // Blocks of N^-1: of each state, and between it and the next.
+  struct Blocks {
+    std::vector<Eigen::Matrix3d> own, with_next;
+    static Blocks Zero(std::size_t states);
+  };
+  Blocks Inverse() const;
+  // How those blocks change when N changes by blocks; `inverse` is what Inverse gives.
+  Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
+
+ private:
+  bool IsCoupled(std::size_t state) const { return is_coupled_[state]; }
+
+  std::vector<Eigen::Matrix3d> coupling_, half_, gain_;
+  std::vector<bool> is_coupled_;
+};
+
+}  // namespace truetriad

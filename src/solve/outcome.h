@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace truetriad {
+
+// How an optimisation ended.
+struct SolveOutcome {
+  bool converged = false;
+  int iterations = 0;
+  double initial_cost = 0.0;
+  double final_cost = 0.0;
+};
+
+// A solution stops when a step lowers the cost by less than this share of it: a cost of χ² size
+// then stands within sqrt(tolerance * χ²) σ of the optimum.
+inline constexpr double kFinalTolerance = 1e-13;
+inline constexpr double kRoundTolerance = 1e-8;  // between rounds of weights and noise
+
+}  // namespace truetriad

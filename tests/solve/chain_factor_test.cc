@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "solve/chain_factor.h"
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+
+namespace truetriad {
+namespace {
+
+// States of all sizes in two chains, beside two that are coupled to nothing; and the same dense.
+struct Example {
+  ChainFactor::Blocks blocks;
+  Eigen::MatrixXd dense;
+
+  // As a change of a matrix: without the units of dimensions that are not there.
+  Example(std::uint64_t seed, bool is_change) {
+    Random random(seed);
+    const std::vector<int> sizes = {3, 2, 3, 3, 0, 3, 2, 2, 3};
+    const std::vector<bool> coupled = {true, true, true, false, false, true, true, false};
+    blocks = ChainFactor::Blocks::Zero(sizes.size());
+    const auto count = 3 * static_cast<Eigen::Index>(sizes.size());
+    dense = Eigen::MatrixXd::Zero(count, count);
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+      Eigen::Matrix3d& own = blocks.own[k];
+      for (int i = 0; i < 3; ++i) {
+        own(i, i) = i < sizes[k] ? 4.0 + random.Uniform(0.0, 3.0) : is_change ? 0.0 : 1.0;
+      }
+      const Eigen::Index at = 3 * static_cast<Eigen::Index>(k);
+      dense.block<3, 3>(at, at) = own;
+      if (k + 1 == sizes.size() || !coupled[k]) continue;
+      Eigen::Matrix3d& next = blocks.with_next[k];
+      for (int i = 0; i < sizes[k]; ++i) {
+        for (int j = 0; j < sizes[k + 1]; ++j) next(i, j) = random.Uniform(-0.6, 0.6);
+      }
+      dense.block<3, 3>(at, at + 3) = next;
+      dense.block<3, 3>(at + 3, at) = next.transpose();
+    }
+  }
+
+  ChainFactor Factor() const {
+    ChainFactor factor;
+    for (std::size_t k = 0; k < blocks.own.size(); ++k) {
+      factor.Append(blocks.own[k], blocks.with_next[k]);
+    }
+    return factor;
+  }
+};
+
+// Blocks of `dense` against those given, but for where nothing is coupled.
+void ExpectBlocks(const Eigen::MatrixXd& dense, const ChainFactor::Blocks& blocks) {
+  for (std::size_t k = 0; k < blocks.own.size(); ++k) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(k);
+    EXPECT_LT((blocks.own[k] - dense.block<3, 3>(at, at)).norm(), 1e-14);
+    if (k + 1 == blocks.own.size()) continue;
+    EXPECT_LT((blocks.with_next[k] - dense.block<3, 3>(at, at + 3)).norm(), 1e-14);
+  }
+}
+
+TEST(ChainFactor, SolvesAsTheDenseMatrixDoes) {
+  const Example example(1, false);
+  const ChainFactor factor = example.Factor();
+  ASSERT_EQ(factor.size(), example.dense.rows());
+  const StackedRows b = StackedRows::Random(factor.size(), 4);
+  StackedRows x = b;
+  factor.SolveInPlace(&x);
+  EXPECT_LT((example.dense * x - b).norm(), 1e-13);
+}
+
+TEST(ChainFactor, GivesTheBlocksOfTheInverse) {
+  const Example example(2, false);
+  ExpectBlocks(example.dense.inverse(), example.Factor().Inverse());
+}
+
+// d N^-1 = -N^-1 dN N^-1, exactly.
+TEST(ChainFactor, GivesTheDerivativeOfTheInverse) {
+  const Example at(3, false), change(4, true);
+  const ChainFactor factor = at.Factor();
+  const Eigen::MatrixXd inverse = at.dense.inverse();
+  ExpectBlocks(-inverse * change.dense * inverse,
+               factor.InverseDerivative(factor.Inverse(), change.blocks));
+}
+
+TEST(ChainFactor, MayBeEmpty) {
+  const ChainFactor factor;
+  EXPECT_EQ(factor.size(), 0);
+  StackedRows nothing(0, 2);
+  factor.SolveInPlace(&nothing);
+  EXPECT_EQ(nothing.cols(), 2);
+}
+
+}  // namespace
+}  // namespace truetriad
