@@ -191,7 +191,8 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
                           : static_cast<double>(result.samples) * SpacingSeconds();
   result.filled_samples = stream_.filled();
   result.breaks = stream_.breaks();
-  result.warnings = monitor_.Warnings(summary);
+  for (const Finding& finding : monitor_.Check(summary))
+    result.warnings.push_back(finding.Message());
   if (const std::optional<double> held = hold_.SamplesHeld()) {
     result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
                               " samples on average: the sensor updates at " +

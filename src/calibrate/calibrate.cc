@@ -134,9 +134,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
   const auto has = [&options](auto condition) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
   };
-  return has([](const TriadOptions& triad) {
-           return triad.quadratic == Wanted::kYes || triad.asymmetry == Wanted::kYes;
-         }) &&
+  return has([](const TriadOptions& triad) { return triad.HasAxisTerm(Wanted::kYes); }) &&
          has([](const TriadOptions& triad) {  // that is to be solved first
            return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
          });
@@ -144,8 +142,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
 
 CalibrateOptions WithStraightAxes(CalibrateOptions options) {
   for (TriadOptions& triad : options.triads) {
-    if (triad.quadratic == Wanted::kYes) triad.quadratic = Wanted::kNo;
-    if (triad.asymmetry == Wanted::kYes) triad.asymmetry = Wanted::kNo;
+    std::replace(triad.axis_terms.begin(), triad.axis_terms.end(), Wanted::kYes, Wanted::kNo);
   }
   return options;
 }
@@ -165,24 +162,24 @@ int SettleBentAxes(const CalibrateOptions& options,
                    NoiseState* noise,
                    PoseGraph* graph,
                    SolveLog* log,
-                   Messages* messages) {
+                   Findings* findings) {
   const PoseGraph rough = *graph;
   const NoiseState rough_noise = *noise;
   int rounds = 0;
   *graph = WithTermsOf(options, rough);
   if (IsDetermined(*graph, options)) {
-    Messages said;
+    Findings found;
     log->Solve(kRoundTolerance, graph);
-    if (log->converged) rounds = SettleNoise(options.robust, noise, graph, log, &said);
+    if (log->converged) rounds = SettleNoise(options.robust, noise, graph, log, &found);
     if (log->converged && graph->shared.allFinite()) {
-      messages->insert(messages->end(), said.begin(), said.end());
+      findings->insert(findings->end(), found.begin(), found.end());
       return rounds;
     }
   }
   *graph = rough;
   *noise = rough_noise;
-  Messages said_again;
-  rounds += SettleNoise(straight.robust, noise, graph, log, &said_again);
+  Findings found_again;
+  rounds += SettleNoise(straight.robust, noise, graph, log, &found_again);
   const NoiseState settled = *noise;
   *noise = rough_noise;
   noise->excess = settled.excess;
@@ -192,12 +189,12 @@ int SettleBentAxes(const CalibrateOptions& options,
   if (!IsDetermined(*graph, options)) return rounds;
   log->Solve(kRoundTolerance, graph);
   if (!log->converged) return rounds;
-  return rounds + SettleNoise(options.robust, noise, graph, log, messages);
+  return rounds + SettleNoise(options.robust, noise, graph, log, findings);
 }
 
-CalibrationSummary Refuse(Outcome outcome, const std::string& message, CalibrationSummary summary) {
-  summary.calibration.outcome = outcome;
-  summary.calibration.messages.push_back(message);
+CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
+  summary.calibration.findings.push_back(std::move(refusal));
+  summary.calibration.outcome = OutcomeOf(summary.calibration.findings);
   return summary;
 }
 
@@ -216,31 +213,33 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   calibration.reference.temperature_degc = options.reference.temperature_degc;
   for (const Triad triad : kTriads) {
     if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
-    return BadInputError(poses.source + ": the experiment wants the " +
-                         std::string(TriadName(triad)) + ", but the recording has none");
+    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
+                         " is enabled but missing from the recording");
   }
   if (options.motion) {
+    calibration.mode = Mode::kMotion;
     TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
     return summary;
   }
   if (options.sweep) {
+    calibration.mode = Mode::kSweep;
     TRUETRIAD_RETURN_IF_ERROR(CalibrateSweep(poses, options, &summary));
     return summary;
   }
-  NoiseState noise = ChooseNoise(poses, options, &calibration.messages);
+  NoiseState noise = ChooseNoise(poses, options, &calibration.findings);
   calibration.quality.poses = static_cast<int>(poses.poses.size());
   for (const Triad triad : kTriads) {
-    if (!options.triads[triad].enabled || poses.not_at_rest[triad].empty()) continue;
-    return Refuse(Outcome::kNotEnough, poses.not_at_rest[triad], std::move(summary));
+    if (!options.triads[triad].enabled || !poses.not_at_rest[triad]) continue;
+    return Refuse(*poses.not_at_rest[triad], std::move(summary));
   }
   if (const Status counts = CheckPoseCounts(poses, options); !counts) {
-    return Refuse(Outcome::kNotEnough, counts.error().message, std::move(summary));
+    return Refuse(RefusalOf(counts.error()), std::move(summary));
   }
   const auto starts = FindStarts(poses, options);
   if (!starts) {
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
-    return Refuse(Outcome::kNotObservable, starts.error().message, std::move(summary));
+    return Refuse(RefusalOf(starts.error()), std::move(summary));
   }
   auto nodes = BuildNodes(poses, options, noise.source);
   if (!nodes) return nodes.error();
@@ -252,24 +251,25 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     return summary;
   }
   if (auto wrong = WhyHeldGyroscopeIsWrong(poses, starts->front(), *nodes, options)) {
-    return Refuse(Outcome::kNotConverged, *wrong, std::move(summary));
+    return Refuse(*std::move(wrong), std::move(summary));
   }
   SolveLog log;
   const bool is_bent = HasBentAxes(options);
   const CalibrateOptions first = is_bent ? WithStraightAxes(options) : options;
   std::optional<PoseGraph> graph = SolveFromBestStart(poses, *starts, *nodes, first, &noise, &log);
   if (!graph) {
-    return Refuse(
-        Outcome::kNotConverged, "the optimiser failed from every start", std::move(summary));
+    return Refuse({FindingCode::kSolverFailed, "the optimiser failed from every start"},
+                  std::move(summary));
   }
   if (graph->layout.free_size() == 0) {
-    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to estimate",
+                      "sensors");
   }
   // The earth's rate knows north from south: it is to be solved on the right side.
   if (graph->layout.CountsEarthRate()) SettleHemisphere(options, &*graph);
   summary.rounds =
-      is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.messages)
-              : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.messages);
+      is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
+              : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
   SettleHemisphere(options, &*graph);
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;
@@ -296,10 +296,13 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
     const auto recorded = RecordedDegc(poses);
     summary->calibration.reference.recorded_degc = recorded;
     if (options.HasThermal() && options.HasChoice() && temperatures == 1 && recorded) {
-      summary->calibration.messages.push_back(
-          Format("`auto`: all poses were taken at about %.1f degC, which says nothing about other "
-                 "temperatures: bias and sensitivity are those there",
-                 (*recorded)[1]));
+      summary->calibration.findings.push_back(
+          Finding(
+              FindingCode::kOneTemperature,
+              Format("`auto`: all poses were taken at about %.1f degC, which says nothing about "
+                     "other temperatures: bias and sensitivity are those there",
+                     (*recorded)[1]))
+              .With("temperature", (*recorded)[1], "degC"));
     }
   }
   return summary;

@@ -40,26 +40,18 @@ double ValueOf(const PresentedSolution& solution,
   const TriadModel<double>& model = *solution.models[entry->triad];
   const auto& thermal = solution.thermal[entry->triad];
   const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
+  const ParameterInfo& info = InfoOf(entry->kind);
+  if (info.axis_term) return model.axis_terms[*info.axis_term][entry->row];
+  if (info.rate) return (*thermal->rate[*info.rate])[entry->row];
   switch (entry->kind) {
     case ParameterKind::kBias:
       return (entry->power > 0 ? thermal->bias[term] : model.bias)[entry->row];
     case ParameterKind::kSensitivity:
       return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
                                                                                  entry->col);
-    case ParameterKind::kGSensitivity:
+    default:
       return (*solution.g_sensitivity)(entry->row, entry->col);
-    case ParameterKind::kQuadratic:
-      return model.quadratic[entry->row];
-    case ParameterKind::kAsymmetry:
-      return model.asymmetry[entry->row];
-    case ParameterKind::kRateLinear:
-      return (*thermal->rate_linear)[entry->row];
-    case ParameterKind::kRateQuadratic:
-      return (*thermal->rate_quadratic)[entry->row];
-    case ParameterKind::kRateCross:
-      return (*thermal->rate_cross)[entry->row];
   }
-  return 0.0;
 }
 
 // The names of a covariance list no term that the calibration does not hold.
@@ -71,15 +63,13 @@ bool HoldsItsTerms(const Calibration& calibration) {
     if (!sensor) return false;
     const ThermalTerms thermal = sensor->thermal.value_or(ThermalTerms());
     const auto power = static_cast<std::size_t>(entry->power);
-    const bool held =
-        entry->kind == ParameterKind::kBias            ? power <= thermal.bias.size()
-        : entry->kind == ParameterKind::kSensitivity   ? power <= thermal.sensitivity.size()
-        : entry->kind == ParameterKind::kGSensitivity  ? sensor->g_sensitivity.has_value()
-        : entry->kind == ParameterKind::kQuadratic     ? sensor->quadratic_sigma.has_value()
-        : entry->kind == ParameterKind::kAsymmetry     ? sensor->asymmetry_sigma.has_value()
-        : entry->kind == ParameterKind::kRateLinear    ? thermal.rate_linear.has_value()
-        : entry->kind == ParameterKind::kRateQuadratic ? thermal.rate_quadratic.has_value()
-                                                       : thermal.rate_cross.has_value();
+    const ParameterInfo& info = InfoOf(entry->kind);
+    const bool held = info.axis_term ? sensor->axis_term_sigma[*info.axis_term].has_value()
+                      : info.rate    ? thermal.rate[*info.rate].has_value()
+                      : entry->kind == ParameterKind::kBias ? power <= thermal.bias.size()
+                      : entry->kind == ParameterKind::kSensitivity
+                          ? power <= thermal.sensitivity.size()
+                          : sensor->g_sensitivity.has_value();
     if (!held) return false;
   }
   return true;
@@ -183,11 +173,7 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
 // thermometer that may be before or behind it.
 bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
   const auto entry = ParameterName::Parse(name);
-  if (!entry ||
-      (entry->kind != ParameterKind::kRateLinear && entry->kind != ParameterKind::kRateQuadratic &&
-       entry->kind != ParameterKind::kRateCross)) {
-    return false;
-  }
+  if (!entry || !InfoOf(entry->kind).rate) return false;
   const auto &one = a.sensors[entry->triad]->thermal, &other = b.sensors[entry->triad]->thermal;
   if (!one || !other) return false;
   const auto has_lag = [&](const std::optional<Eigen::Vector3d>& lags) {

@@ -96,7 +96,7 @@ std::optional<double> Spread(const std::vector<double>& values) {
 // The bias at the reference is a convention (a sweep without a static calibration): the norm error
 // has a constant part that says nothing.
 bool IsBiasHeld(const Calibration& calibration, Triad triad) {
-  if (triad == Triad::kGyroscope || calibration.quality.sweep.empty()) return false;
+  if (triad == Triad::kGyroscope || calibration.mode != Mode::kSweep) return false;
   return calibration.sensors[triad]->bias_sigma.isZero(0.0);
 }
 

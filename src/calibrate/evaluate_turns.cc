@@ -31,7 +31,9 @@ Eigen::Matrix3Xd TurnByParameters(const NamedCovariance& covariance,
     const int entry = 3 * name->col + name->row;
     Eigen::Vector3d column = turn.by_bias.col(name->row);
     if (name->kind == ParameterKind::kSensitivity) column = turn.by_sensitivity.col(entry);
-    if (name->kind == ParameterKind::kAsymmetry) column = turn.by_asymmetry.col(name->row);
+    if (const auto term = InfoOf(name->kind).axis_term) {
+      column = turn.by_axis_term[*term].col(name->row);
+    }
     if (name->kind == ParameterKind::kGSensitivity) column = turn.by_g_sensitivity.col(entry);
     derivative.col(static_cast<Eigen::Index>(i)) = at.FactorOf(*name) * column;
   }
@@ -65,11 +67,11 @@ std::optional<EvaluatedTurns> EvaluateTurns(
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = forces[recorded.from];
     const auto& after = forces[recorded.from + 1];
-    if (!recorded.fault.empty() || !before || !after) continue;
+    if (recorded.fault || !before || !after) continue;
     const ModelAtPose at =
         ModelBetween(*gyroscope, poses.poses[recorded.from], poses.poses[recorded.from + 1]);
     GyroModel model{at.model};
-    model.has_asymmetry = gyroscope->asymmetry_sigma.has_value();
+    model.is_bent = gyroscope->axis_term_sigma.any();
     if (gyroscope->g_sensitivity) model.g_sensitivity = *gyroscope->g_sensitivity;
     const GyroMove move = MoveOf(recorded, &accelerometer->model);
     const GyroIncrement turn = IntegrateMove(move, model, sigma_raw, RateSampling::kInstantaneous);

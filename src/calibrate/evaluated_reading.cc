@@ -13,7 +13,7 @@ Eigen::Matrix3d TruthByReading(const TriadModel<double>& model, const Eigen::Vec
   return model.Correction() * slope.cwiseInverse().asDiagonal();
 }
 
-// dx = -C D^-1 (D dS x + u^2 dq + |u| da + db + dG f), u = S x.
+// dx = -C D^-1 (D dS x + f(u) da + db + dG force), u = S x.
 Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
                                    Triad triad,
                                    const ModelAtPose& at,
@@ -29,8 +29,7 @@ Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
     if (!name || name->triad != triad) continue;
     double factor = at.FactorOf(*name);
     if (name->kind == ParameterKind::kSensitivity) factor *= slope[name->row] * truth[name->col];
-    if (name->kind == ParameterKind::kQuadratic) factor *= felt[name->row] * felt[name->row];
-    if (name->kind == ParameterKind::kAsymmetry) factor *= std::abs(felt[name->row]);
+    if (const auto term = InfoOf(name->kind).axis_term) factor *= ValueOf(*term, felt[name->row]);
     if (name->kind == ParameterKind::kGSensitivity) factor *= force_mps2[name->col];
     derivative.col(static_cast<Eigen::Index>(i)) = -factor * by_reading.col(name->row);
   }
@@ -40,22 +39,10 @@ Eigen::Matrix3Xd TruthByParameters(const Calibration& calibration,
 }  // namespace
 
 double ModelAtPose::FactorOf(const ParameterName& name) const {
-  switch (name.kind) {
-    case ParameterKind::kBias:
-    case ParameterKind::kSensitivity:
-      return std::pow(tau_degc[name.row], name.power);
-    case ParameterKind::kGSensitivity:
-    case ParameterKind::kQuadratic:
-    case ParameterKind::kAsymmetry:
-      return 1.0;
-    case ParameterKind::kRateLinear:
-      return rate_degcps[name.row];
-    case ParameterKind::kRateQuadratic:
-      return rate_degcps[name.row] * rate_degcps[name.row];
-    case ParameterKind::kRateCross:
-      return tau_degc[name.row] * rate_degcps[name.row];
-  }
-  return 0.0;
+  const ParameterInfo& info = InfoOf(name.kind);
+  if (info.rate) return truetriad::FactorOf(*info.rate, tau_degc[name.row], rate_degcps[name.row]);
+  // Zero power but for bias and sensitivity.
+  return std::pow(tau_degc[name.row], name.power);
 }
 
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor,

@@ -292,10 +292,13 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     if (usable) larger = Larger{choice, settled, quality};
     if (models.Shrink(usable, &choice)) continue;
     if (usable) {
-      summary->calibration.messages.push_back(Format(
-          "`auto`: %.0f residual degrees of freedom are too few to weigh models; the largest "
-          "that the poses determine was taken, without higher terms",
-          quality.dof));
+      summary->calibration.findings.push_back(
+          Finding(
+              FindingCode::kChoiceNotMade,
+              Format("`auto`: %.0f residual degrees of freedom are too few to weigh models; the "
+                     "largest that the poses determine was taken, without higher terms",
+                     quality.dof))
+              .With("degrees_of_freedom", quality.dof));
     }
     return summary;
   }
@@ -311,13 +314,14 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
   Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), nullptr);
   if (!summary) return summary;
   if (!missing.empty()) {
-    summary->calibration.messages.push_back(
+    summary->calibration.findings.emplace_back(
+        FindingCode::kTermsNotWeighed,
         "`auto`: not weighed, since the poses do not determine it or leave too little to judge it "
         "by: " +
-        missing);
+            missing);
   }
-  summary->calibration.quality.model_steps = std::move(steps);
-  summary->calibration.quality.model_choice = AlternativesTo(models, choice, &candidates);
+  summary->calibration.quality.rests.model_steps = std::move(steps);
+  summary->calibration.quality.rests.model_choice = AlternativesTo(models, choice, &candidates);
   return summary;
 }
 

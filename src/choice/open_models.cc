@@ -2,6 +2,7 @@
 #include "choice/open_models.h"
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "problem/graph_builder.h"
@@ -82,15 +83,14 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
           name, temperatures > 0 ? std::min(most, HighestOrder(temperatures)) : most, order);
     };
   };
-  for (const auto& [term, name] : {std::pair(&ThermalOptions::rate_cross, "tau T'"),
-                                   std::pair(&ThermalOptions::rate_quadratic, "T'^2"),
-                                   std::pair(&ThermalOptions::rate_linear, "T'")}) {
+  for (const RateTermInfo& info : std::views::reverse(kRateTerms)) {
     add_where([](const TriadOptions& sensor) { return sensor.thermal.rate_auto; },
               PartKind::kThermalTerm,
-              [term = term, name = name](Triad) {
-                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
-                  options->thermal.*term = is_there;
-                });
+              [&info](Triad) {
+                return TermLevels(std::string(info.letters),
+                                  [term = info.term](TriadOptions* options, bool is_there) {
+                                    options->thermal.rate[term] = is_there;
+                                  });
               });
   }
   add_where(
@@ -105,17 +105,23 @@ std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatur
   add_where([](const TriadOptions& sensor) { return sensor.thermal.bias_order_auto; },
             PartKind::kBiasOrder,
             order_levels("bias", &ThermalOptions::bias_order));
-  for (const auto& [term, name] : {std::pair(&TriadOptions::quadratic, "quadratic term"),
-                                   std::pair(&TriadOptions::asymmetry, "asymmetry"),
-                                   std::pair(&TriadOptions::g_sensitivity, "g-sensitivity")}) {
-    add_where([term = term](const TriadOptions& sensor) { return sensor.*term == Wanted::kAuto; },
+  const auto add_term = [&](const std::string& name, const auto& of) {
+    add_where([&of](const TriadOptions& sensor) { return of(sensor) == Wanted::kAuto; },
               PartKind::kTerm,
-              [term = term, name = name](Triad) {
-                return TermLevels(name, [term](TriadOptions* options, bool is_there) {
-                  options->*term = is_there ? Wanted::kYes : Wanted::kNo;
+              [&](Triad) {
+                return TermLevels(name, [of](TriadOptions* options, bool is_there) {
+                  of(*options) = is_there ? Wanted::kYes : Wanted::kNo;
                 });
               });
+  };
+  for (const AxisTermInfo& info : kAxisTerms) {
+    add_term(
+        std::string(info.words), [term = info.term](auto& sensor) -> auto& {
+          return sensor.axis_terms[term];
+        });
   }
+  add_term(
+      "g-sensitivity", [](auto& sensor) -> auto& { return sensor.g_sensitivity; });
   add_where([](const TriadOptions& sensor) { return sensor.model == MatrixModel::kAuto; },
             PartKind::kMatrix,
             [&wanted](Triad triad) { return MatrixLevels(wanted, triad); });

@@ -105,36 +105,11 @@ std::map<std::string, std::string> Documents::Places() const {
   return places;
 }
 
-std::string PlaceOf(const std::string& message, const std::map<std::string, std::string>& places) {
-  // What people call a key that is spelled otherwise; the first that is said and there counts.
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kSpoken = {{
-      {"g-sensitivity", "sensors.gyroscope.g_sensitivity"},
-      {"g_sensitivity", "sensors.gyroscope.g_sensitivity"},
-      {"asymmetry", "sensors.gyroscope.asymmetry"},
-      {"quadratic term", "sensors.accelerometer.quadratic"},
-      {"earth rate", "reference.earth_rate"},
-      {"gauge", "gauge"},
-      {"fixture rotation", "attitudes.fixture_rotation"},
-      {"six-face", "attitudes"},
-      {"motion", "poses"},
-      {"sweep", "poses"},
-      {"turns: and rates:", "turns"},
-      {"gyroscope", "sensors.gyroscope"},
-      {"magnetometer", "sensors.magnetometer"},
-      {"accelerometer", "sensors.accelerometer"},
-  }};
-  const std::size_t colon = message.find(": ");
-  std::string name = message.substr(0, std::min(message.find(' '), colon));
-  while (!name.empty()) {
-    if (const auto found = places.find(name); found != places.end()) return found->second;
-    const std::size_t dot = name.rfind('.');
-    name.erase(dot == std::string::npos ? 0 : dot);
-  }
-  for (const auto& [spoken, key] : kSpoken) {
-    if (message.find(spoken) == std::string::npos) continue;
-    if (const auto found = places.find(std::string(key)); found != places.end()) {
-      return found->second;
-    }
+std::string PlaceOf(std::string key, const std::map<std::string, std::string>& places) {
+  while (!key.empty()) {
+    if (const auto found = places.find(key); found != places.end()) return found->second;
+    const std::size_t dot = key.rfind('.');
+    key.erase(dot == std::string::npos ? 0 : dot);
   }
   return {};
 }

@@ -40,9 +40,9 @@ class Documents {
 /// Adds the full names of all keys below `reader`.
 void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::string>* names);
 
-/// The place of the key that `message` is about, by the name that it begins with or says, else
-/// empty: a message about `a.b.c` belongs to the longest of a, a.b and a.b.c that is there.
-std::string PlaceOf(const std::string& message, const std::map<std::string, std::string>& places);
+/// The place of a key, or of the longest part of it that is there: of a, a.b and a.b.c for a.b.c;
+/// else empty.
+std::string PlaceOf(std::string key, const std::map<std::string, std::string>& places);
 
 /// One message of several lines.
 std::string Joined(const std::vector<std::string>& errors);

@@ -48,11 +48,11 @@ inline auto RegressionFactors() {
                           RegressionFactor::kAmbient,
                           RegressionFactor::kAmbientRate});
 }
-constexpr NamedValues<bool ThermalOptions::*, 3> kRateTerms = {{
-    {&ThermalOptions::rate_linear, "linear"},
-    {&ThermalOptions::rate_quadratic, "quadratic"},
-    {&ThermalOptions::rate_cross, "cross"},
-}};
+inline auto RateTerms() {
+  return Named(
+      +[](RateTerm term) { return InfoOf(term).name(); },
+      std::array{RateTerm::kLinear, RateTerm::kQuadratic, RateTerm::kCross});
+}
 constexpr NamedValues<AccelerometerSign, 2> kSigns = {{
     {AccelerometerSign::kSpecificForce, "specific_force"},
     {AccelerometerSign::kGravity, "gravity"},

@@ -86,9 +86,22 @@ Result<Experiment> ReadExperiment(const std::string& path,
   return experiment;
 }
 
+PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {
+  PerTriad<double> offsets_s{{0.0, 0.0, 0.0}};
+  Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
+  if (!config || !config->IsMap()) return offsets_s;
+  YamlReader sensors = config->Child("sensors");
+  for (const Triad triad : kTriads) {
+    if (!sensors.IsMap()) break;
+    YamlReader sensor = sensors.Child(TriadName(triad));
+    if (sensor.IsMap()) sensor.Optional("time_offset_s", &offsets_s[triad]);
+  }
+  return offsets_s;
+}
+
 Error AtItsKey(const Experiment& experiment, const Error& error) {
   if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
-  const std::string place = PlaceOf(error.message, experiment.draft->places);
+  const std::string place = PlaceOf(error.key, experiment.draft->places);
   return {error.code, (place.empty() ? experiment.path : place) + ": " + error.message};
 }
 

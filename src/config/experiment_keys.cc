@@ -200,13 +200,13 @@ void ReadThermal(YamlReader reader, ThermalOptions* thermal) {
   }
   if (YamlReader rate = reader.Child("rate"); IsWord(rate, "auto")) {
     thermal->rate_auto = true;
-    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = true;
+    thermal->rate = PerRateTerm<bool>::All(true);
   } else if (rate) {
     thermal->rate_auto = false;
-    thermal->rate_linear = thermal->rate_quadratic = thermal->rate_cross = false;
+    thermal->rate = {};
     for (const YamlReader& item : rate.Items()) {
-      bool ThermalOptions::*term = nullptr;
-      if (ReadChoice(item, kRateTerms, &term)) thermal->*term = true;
+      RateTerm term = RateTerm::kLinear;
+      if (ReadChoice(item, RateTerms(), &term)) thermal->rate[term] = true;
     }
   }
   if (YamlReader lag = reader.Child("lag"); IsWord(lag, "auto")) {
@@ -248,12 +248,12 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   TriadOptions& options = draft->experiment.options.triads[triad];
   ReadChoice(reader.Child("model"), Models(), &options.model);
   if (triad == Triad::kAccelerometer) ReadChoice(reader.Child("sign"), kSigns, &options.sign);
-  if (triad == Triad::kAccelerometer) {
-    ReadChoice(reader.Child("quadratic"), WantedTerms(), &options.quadratic);
-  }
   if (triad == Triad::kGyroscope) {
     ReadChoice(reader.Child("g_sensitivity"), WantedTerms(), &options.g_sensitivity);
-    ReadChoice(reader.Child("asymmetry"), WantedTerms(), &options.asymmetry);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != triad) continue;
+    ReadChoice(reader.Child(info.name), WantedTerms(), &options.axis_terms[info.term]);
   }
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);

@@ -82,8 +82,8 @@ void SettleField(Draft* draft, Fail fail) {
       take("strength_ut", earth->strength_ut, earth->strength_sigma_ut, &draft->strength_ut);
       take("dip_deg", earth->dip_deg, earth->dip_sigma_deg, &draft->dip_deg);
     } else if (!draft->strength_ut.value || !draft->dip_deg.value) {
-      fail("reference.field: `site: clean` needs the field at the position, but " +
-           experiment.no_earth_field);
+      fail("reference.field",
+           "`site: clean` needs the field at the position, but " + experiment.no_earth_field);
     }
   }
   if (earth && !draft->given.contains("reference.field.hemisphere")) {
@@ -103,9 +103,8 @@ void SettleEarthRate(Draft* draft, Fail fail) {
     rate.latitude = experiment.position->latitude_deg;
   }
   if (!rate.latitude) {
-    fail(
-        "reference.earth_rate: the latitude is missing; give `latitude_deg:` or "
-        "`reference.position`");
+    fail("reference.earth_rate",
+         "the latitude is missing; give `latitude_deg:` or `reference.position`");
   }
   const bool has_place = experiment.position && experiment.position->longitude_deg &&
                          !experiment.position->date.empty();
@@ -113,8 +112,9 @@ void SettleEarthRate(Draft* draft, Fail fail) {
     draft->given.insert("reference.earth_rate.declination_deg");
     rate.declination = experiment.earth_field->declination_deg;
   } else if (!rate.declination && has_place && !experiment.no_earth_field.empty()) {
-    fail("reference.earth_rate: the declination is missing, because " + experiment.no_earth_field +
-         "; fix that or give `declination_deg:`");
+    fail("reference.earth_rate",
+         "the declination is missing, because " + experiment.no_earth_field +
+             "; fix that or give `declination_deg:`");
   }
   draft->experiment.options.reference.earth_rate = EarthRateOptions{
       rate.latitude.value_or(0.0) * kRadPerDeg, rate.declination.value_or(0.0) * kRadPerDeg};
@@ -129,28 +129,29 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
   experiment->reference_given = draft.given.contains("reference.temperature_degc");
   if (experiment->poses.kind != PoseSelectionKind::kSweep) {
     if (!draft.static_file.empty()) {
-      fail("static: applies only to `poses: { sweep: auto }`; remove it");
+      fail("static", "applies only to `poses: { sweep: auto }`; remove it");
     }
     for (const Triad triad : kTriads) {
       const ThermalOptions& thermal = options.triads[triad].thermal;
       if (!thermal.needs_sweep()) continue;
-      fail("sensors." + std::string(TriadName(triad)) +
-           ".thermal: knots, lags and a regression need a sweep, `poses: { sweep: auto }`; remove "
-           "them");
+      fail("sensors." + std::string(TriadName(triad)) + ".thermal",
+           "knots, lags and a regression need a sweep, `poses: { sweep: auto }`; remove them");
     }
     return;
   }
   options.sweep.emplace();
-  if (experiment->plan) fail("plan: applies to poses, not to a sweep; remove one of them");
+  if (experiment->plan) fail("plan", "applies to poses, not to a sweep; remove one of them");
   // Neighbouring windows are alike: what is held out are blocks of time, enough of them that each
   // is a small part of the temperatures.
   constexpr int kSweepFolds = 14;
   if (!draft.given.contains("cross_validation.folds")) options.cross_validation_folds = kSweepFolds;
   if (!(draft.turns_file.empty() && draft.rates_file.empty()) ||
       options.attitudes.kind != AttitudeKind::kNone) {
-    fail("turns:, rates: and attitudes: apply to poses, not to `poses: { sweep }`; remove them");
+    fail("poses",
+         "a sweep cannot be combined with turns:, rates: or attitudes:, which apply to poses; "
+         "remove them");
   }
-  if (options.initialise.only) fail("initialise.only: a sweep has no start values; remove it");
+  if (options.initialise.only) fail("initialise.only", "a sweep has no start values; remove it");
   for (const Triad triad : kTriads) {
     const TriadOptions& sensor = options.triads[triad];
     experiment->poses.sweep.ambient =
@@ -158,9 +159,9 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
         (sensor.enabled && (sensor.thermal.has_factor(RegressionFactor::kAmbient) ||
                             sensor.thermal.has_factor(RegressionFactor::kAmbientRate)));
     const std::string name = "sensors." + std::string(TriadName(triad));
-    if (sensor.prior) fail(name + ".prior: has no effect on a sweep; remove it");
+    if (sensor.prior) fail(name + ".prior", "has no effect on a sweep; remove it");
     if (sensor.noise_sigma_raw || sensor.allan || sensor.excess == ExcessNoise::kGiven) {
-      fail(name + ".noise: the noise of a sweep comes from its windows; remove it");
+      fail(name + ".noise", "the noise of a sweep comes from its windows; remove it");
     }
   }
 }
@@ -171,17 +172,19 @@ void LeaveModelsOpen(Draft* draft) {
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = options.triads[triad];
     if (sensor.model != MatrixModel::kAuto) continue;
-    const auto leave_open = [&](const char* key, Wanted* term) {
-      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + key;
+    const auto leave_open = [&](std::string_view key, Wanted* term) {
+      const std::string name = "sensors." + std::string(TriadName(triad)) + "." + std::string(key);
       if (!draft->given.contains(name)) *term = Wanted::kAuto;
     };
-    if (triad == Triad::kAccelerometer) leave_open("quadratic", &sensor.quadratic);
-    if (triad != Triad::kGyroscope) continue;
     // It shows only where gravity is seen.
-    if (options.triads[Triad::kAccelerometer].enabled) {
+    if (triad == Triad::kGyroscope && options.triads[Triad::kAccelerometer].enabled) {
       leave_open("g_sensitivity", &sensor.g_sensitivity);
     }
-    leave_open("asymmetry", &sensor.asymmetry);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (info.triad == triad && info.is_in_auto_model) {
+        leave_open(info.name, &sensor.axis_terms[info.term]);
+      }
+    }
   }
 }
 
@@ -190,16 +193,17 @@ void LeaveModelsOpen(Draft* draft) {
 void Settle(Draft* draft, std::vector<std::string>* errors) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
-  const auto fail = [&](const std::string& message) {
-    const std::string place = PlaceOf(message, draft->places);
-    errors->push_back((place.empty() ? experiment.path : place) + ": " + message);
+  const auto fail = [&](const std::string& key, const std::string& problem) {
+    const std::string place = PlaceOf(key, draft->places);
+    errors->push_back((place.empty() ? experiment.path : place) + ": " + key + ": " + problem);
   };
+  const std::string motions_key = draft->turns_file.empty() ? "rates" : "turns";
   SettleGravity(draft);
   SettleField(draft, fail);
   for (const auto& [name, stated] :
        {std::pair("strength_ut", &draft->strength_ut), std::pair("dip_deg", &draft->dip_deg)}) {
     if (stated->sigma && !stated->value) {
-      fail(std::string("reference.field.") + name + ": has a sigma but no value; add `value:`");
+      fail(std::string("reference.field.") + name, "has a sigma but no value; add `value:`");
     }
   }
   options.reference.field_ut = KnowledgeOf(draft->strength_ut);
@@ -209,7 +213,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
 
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {
-    fail("gauge: fixture needs known attitudes; give `attitudes:` or choose another gauge");
+    fail("gauge", "fixture needs known attitudes; give `attitudes:` or choose another gauge");
   }
 
   bool any_enabled = false;
@@ -218,19 +222,19 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     const std::string prior = "sensors." + std::string(TriadName(triad)) + ".prior.";
     for (const std::string value : {"bias", "sensitivity"}) {
       if (draft->given.contains(prior + value) != draft->given.contains(prior + value + "_sigma")) {
-        fail(prior + value + " and " + value + "_sigma belong together; give both or none");
+        fail(prior + value, "belongs together with " + value + "_sigma; give both or none");
       }
     }
   }
   LeaveModelsOpen(draft);
   if (!any_enabled) {
-    fail("sensors: is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
+    fail("sensors", "is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (!has_gyroscope && !(draft->turns_file.empty() && draft->rates_file.empty())) {
-    fail(
-        "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:` or "
-        "remove them");
+    fail(motions_key,
+         "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:` or "
+         "remove them");
   }
   experiment.poses.known_motions = draft->known_motions;
   experiment.poses.known_motions.turns_file = Resolve(draft->turns_file, experiment.path);
@@ -240,9 +244,9 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
-      fail(
-          "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "
-          "one of them");
+      fail(motions_key,
+           "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "
+           "one of them");
     }
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }

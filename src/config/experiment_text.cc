@@ -42,8 +42,8 @@ void WriteReference(ResolvedText& out, const ExperimentDraft& draft) {
 std::string RatesText(const ThermalOptions& thermal) {
   if (thermal.rate_auto) return "auto";
   std::string rates;
-  for (const auto& [term, name] : kRateTerms.entries) {
-    if (thermal.*term) rates.append(rates.empty() ? "" : ", ").append(name);
+  for (const RateTermInfo& info : kRateTerms) {
+    if (thermal.rate[info.term]) rates.append(rates.empty() ? "" : ", ").append(info.name());
   }
   return "[" + rates + "]";
 }
@@ -112,12 +112,12 @@ void WriteModel(ResolvedText& out,
         WriteChoice(out, key, std::string(name(as_asked)), std::string(name(as_chosen)));
       };
   write("model", asked.model, chosen.model, MatrixModelName);
-  if (triad == Triad::kAccelerometer) {
-    write("quadratic", asked.quadratic, chosen.quadratic, WantedName);
-  }
   if (triad == Triad::kGyroscope) {
     write("g_sensitivity", asked.g_sensitivity, chosen.g_sensitivity, WantedName);
-    write("asymmetry", asked.asymmetry, chosen.asymmetry, WantedName);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != triad) continue;
+    write(info.name, asked.axis_terms[info.term], chosen.axis_terms[info.term], WantedName);
   }
 }
 

@@ -29,32 +29,37 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   if (!experiment.earth_field) {
     // A position without longitude and date is one for gravity: nobody asked.
     if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
-      calibration->messages.push_back("the field was not compared with the Earth's: " +
-                                      experiment.no_earth_field);
+      calibration->findings.emplace_back(
+          FindingCode::kFieldNotChecked,
+          "the field was not compared with the Earth's: " + experiment.no_earth_field);
     }
     return;
   }
   const EarthField& earth = *experiment.earth_field;
   const ReferenceValues& reference = calibration->reference;
   std::string found;
+  Finding finding(FindingCode::kFieldUnlikely, "");
   // Counts of unknown size say nothing of the strength.
   const bool says_strength =
       reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
   if (says_strength &&
       std::abs(*reference.field_ut - earth.strength_ut) > kGrossStrengthShare * earth.strength_ut) {
     found = Text("a strength of %.1f uT, expected %.1f", *reference.field_ut, earth.strength_ut);
+    finding.With("strength", *reference.field_ut, "uT").With("expected", earth.strength_ut, "uT");
   }
   if (reference.dip_rad) {
     const double dip_deg = *reference.dip_rad / kRadPerDeg;
     if (std::abs(dip_deg - earth.dip_deg) > kGrossDipDeg) {
       found += (found.empty() ? "" : ", and ") +
                Text("a dip of %.1f deg, expected %.1f", dip_deg, earth.dip_deg);
+      finding.With("dip", dip_deg, "deg").With("expected_dip", earth.dip_deg, "deg");
     }
   }
   if (found.empty()) return;
-  calibration->messages.push_back(
-      "the field differs from the World Magnetic Model at reference.position: " + found +
-      "; check for iron or currents nearby, a wrong position, a wrong unit or a flipped axis");
+  finding.text = "the field differs from the World Magnetic Model at reference.position: " + found;
+  finding.remedy =
+      "check for iron or currents nearby, a wrong position, a wrong unit or a flipped axis";
+  calibration->findings.push_back(std::move(finding.About(Triad::kMagnetometer)));
 }
 
 }  // namespace truetriad

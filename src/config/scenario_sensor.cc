@@ -91,9 +91,9 @@ void ReadThermal(YamlReader reader, Triad triad, std::optional<ThermalTerms>* th
     terms.sensitivity[i] = has_matrix ? matrix : Eigen::Matrix3d(scale.asDiagonal());
   }
   for (const auto& [keys, term] :
-       {std::pair(TriadKeys("rate", triad, "_degcps"), &terms.rate_linear),
-        std::pair(TriadKeys("rate", triad, "_degcps2"), &terms.rate_quadratic),
-        std::pair(TriadKeys("rate_cross", triad, "_degc_degcps"), &terms.rate_cross)}) {
+       {std::pair(TriadKeys("rate", triad, "_degcps"), &terms.rate[RateTerm::kLinear]),
+        std::pair(TriadKeys("rate", triad, "_degcps2"), &terms.rate[RateTerm::kQuadratic]),
+        std::pair(TriadKeys("rate_cross", triad, "_degc_degcps"), &terms.rate[RateTerm::kCross])}) {
     if (Eigen::Vector3d value; ReadQuantity(reader, keys, kAnyNumber, &value)) *term = value;
   }
   reader.RejectUnknown();
@@ -104,9 +104,14 @@ QuantityKeys GSensitivityKeys() {
           {"g_sensitivity_degps_g", kRadPerDeg / kStandardGravityMps2}};
 }
 
-/// One µg/g² adds 1e-6 g at 1 g.
-QuantityKeys QuadraticKeys() {
-  return {{"quadratic_per_mps2", 1.0}, {"quadratic_ug_g2", 1e-6 / kStandardGravityMps2}};
+/// Of the signal to the power of the term; one µg/g² adds 1e-6 g at 1 g.
+QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
+  const std::string name(info.name);
+  if (info.power == 0) return ShareKeys(name);
+  const std::string power = std::to_string(info.power), twice = std::to_string(2 * info.power);
+  return {
+      {name + (info.power == 1 ? "_per_mps2" : "_per_m" + power + "ps" + twice), 1.0},
+      {name + "_ug_g" + std::to_string(1 + info.power), 1e-6 / info.PowerOf(kStandardGravityMps2)}};
 }
 
 void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
@@ -120,10 +125,10 @@ void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
   ReadQuantity(reader, AngleKeys("misalignment"), kNotNegative, &spread->misalignment_rad);
   if (triad == Triad::kGyroscope) {
     ReadQuantity(reader, GSensitivityKeys(), kNotNegative, &spread->g_sensitivity);
-    ReadQuantity(reader, ShareKeys("asymmetry"), kNotNegative, &spread->asymmetry);
   }
-  if (triad == Triad::kAccelerometer) {
-    ReadQuantity(reader, QuadraticKeys(), kNotNegative, &spread->quadratic);
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != triad) continue;
+    ReadQuantity(reader, AxisTermKeys(info), kNotNegative, &spread->axis_terms[info.term]);
   }
   ReadQuantity(
       reader, TriadKeys("thermal_bias", triad, "_degc"), kNotNegative, &spread->thermal_bias);
@@ -230,14 +235,16 @@ void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSe
   ReadOutput(reader, triad, &draft);
   if (triad == Triad::kAccelerometer) {
     reader.Optional("lever_arm_m", &draft.settled.lever_arm_m);
-    ReadQuantity(reader, QuadraticKeys(), kAnyNumber, &draft.quadratic);
   }
   if (triad == Triad::kGyroscope) {
     if (Eigen::Matrix3d value; ReadQuantity(reader, GSensitivityKeys(), &value)) {
       draft.g_sensitivity = value;
     }
-    ReadQuantity(reader, ShareKeys("asymmetry"), kAnyNumber, &draft.settled.nominal.asymmetry);
     ReadChoice(reader.Child("output"), kGyroscopeOutputs, &draft.settled.gyroscope_output);
+  }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != triad) continue;
+    ReadQuantity(reader, AxisTermKeys(info), kAnyNumber, &draft.axis_terms[info.term]);
   }
   reader.RejectUnknown();
 }
@@ -262,15 +269,15 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                                          (Eigen::Matrix3d::Identity() + sensor.misalignment_rad));
   triad.nominal.bias = sensor.zero_raw + gain * sensor.bias;
   if (sensor.g_sensitivity) triad.g_sensitivity = gain * *sensor.g_sensitivity;
-  triad.nominal.quadratic = sensor.quadratic / gain;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    triad.nominal.axis_terms[info.term] = sensor.axis_terms[info.term] / info.PowerOf(gain);
+  }
   triad.thermal = sensor.thermal;
   if (triad.thermal) {
     for (Eigen::Vector3d& term : triad.thermal->bias) term *= gain;
     for (Eigen::Matrix3d& term : triad.thermal->sensitivity) term *= gain;
-    for (std::optional<Eigen::Vector3d>* term : {&triad.thermal->rate_linear,
-                                                 &triad.thermal->rate_quadratic,
-                                                 &triad.thermal->rate_cross}) {
-      if (*term) **term *= gain;
+    for (std::optional<Eigen::Vector3d>& term : triad.thermal->rate) {
+      if (term) *term *= gain;
     }
   }
 

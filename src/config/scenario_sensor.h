@@ -27,7 +27,8 @@ struct ScenarioSensor {
   Eigen::Vector3d scale_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d misalignment_rad = Eigen::Matrix3d::Zero();
   std::optional<Eigen::Matrix3d> g_sensitivity;
-  Eigen::Vector3d quadratic = Eigen::Vector3d::Zero();
+  PerAxisTerm<Eigen::Vector3d> axis_terms =
+      PerAxisTerm<Eigen::Vector3d>::All(Eigen::Vector3d::Zero());
   std::optional<ThermalTerms> thermal;
 
   /// Values of one sample; become a density once the rate is known.

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <string>
 
 #include <glog/logging.h>
+
+#include "base/messages.h"
 
 namespace truetriad {
 namespace {
@@ -154,10 +156,11 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   return kSlotS * (static_cast<double>(at - kMostLag) + beside);
 }
 
-std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set) {
+Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
   const bool has_gyroscope = set->Find(Triad::kGyroscope) != nullptr;
   const Triad reference = has_gyroscope ? Triad::kGyroscope : Triad::kAccelerometer;
-  std::string said, block;
+  Findings findings;
+  std::string block;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     if (triad == reference || set->Find(triad) == nullptr || set->Find(reference) == nullptr) {
       continue;
@@ -166,17 +169,21 @@ std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set) {
     if (!lag_s || std::abs(*lag_s) < kSaidS) continue;
     set->clock_lag_s[triad] = *lag_s;
     const std::string name(TriadName(triad));
-    std::array<char, 64> number{};
-    std::snprintf(number.data(), number.size(), "%.1f s ", std::abs(*lag_s));
-    said += (said.empty() ? "" : "; ") + name + ": readings " +
-            (*lag_s > 0.0 ? "delayed" : "early") + " by " + number.data() + "relative to the " +
-            std::string(TriadName(reference));
-    std::snprintf(number.data(), number.size(), "%.1f", set->time_offset_s[triad] + *lag_s);
-    block += (block.empty() ? "" : ", ") + name + ": { time_offset_s: " + number.data() + " }";
+    findings.push_back(Finding(FindingCode::kClockLag,
+                               name + ": readings " + (*lag_s > 0.0 ? "delayed" : "early") +
+                                   Format(" by %.1f s relative to the ", std::abs(*lag_s)) +
+                                   std::string(TriadName(reference)) + ": the clocks differ")
+                           .About(triad)
+                           .With("offset", *lag_s, "s"));
+    block += (block.empty() ? "" : ", ") + name +
+             Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  if (said.empty()) return {};
-  return said + ": the clocks differ; correct it with `sensors: { " + block +
-         " }` and run again to find the remaining delay";
+  // Once: one block corrects all of them.
+  if (!findings.empty()) {
+    findings.back().remedy =
+        "correct it with `sensors: { " + block + " }` and run again to find the remaining delay";
+  }
+  return findings;
 }
 
 }  // namespace truetriad

@@ -47,9 +47,9 @@ class ClockLagFinder {
   PerTriad<Track> tracks_;
 };
 
-/// Says of every triad by how much its times are off by tenths of a second and more, in one block
-/// that can be pasted; empty when none is. The gyroscope is the reference, without one the
+/// Finds the triads whose times are off by tenths of a second and more, each with one block for
+/// all of them that can be pasted. The gyroscope is the reference, without one the
 /// accelerometer. `set` needs its streams and the offsets that were taken off.
-std::string WordsOfClockLags(const ClockLagFinder& finder, PoseSet* set);
+Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set);
 
 }  // namespace truetriad

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "data/pose_statistics.h"
@@ -11,6 +10,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 
@@ -45,8 +45,8 @@ class RestFinder {
   virtual const std::vector<CollectedPose>& poses() const = 0;
   /// Every pose that ends before this time is complete; unset while nothing is.
   virtual std::optional<std::int64_t> judged_before_ns() const = 0;
-  /// All poses in order; adds warnings.
-  virtual Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings) = 0;
+  /// All poses in order; adds findings.
+  virtual Result<std::vector<CollectedPose>> Finish(Findings* findings) = 0;
   /// Why there is none, when Finish gave none.
   virtual Error NoPose(const PoseSet& set) const = 0;
 };

@@ -93,11 +93,16 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
   std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
-  return NotEnoughError(set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
-                        "; expected poses with the unit still for at least " + least.data() +
-                        "; hold each pose longer, or state the poses (`poses:`); for a unit "
-                        "tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
-                        (has_both ? "" : ", which needs gyroscope and accelerometer"));
+  return NotEnoughError(
+      Finding(
+          FindingCode::kNoRest,
+          set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
+              "; expected poses with the unit still for at least " + least.data(),
+          "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on purpose, "
+          "use `poses: { motion: { spacing_s: 0.1 } }`" +
+              std::string(has_both ? "" : ", which needs gyroscope and accelerometer"))
+          .With("duration", set.duration_s, "s")
+          .With("shortest_rest", options_.min_duration_s, "s"));
 }
 
 Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
@@ -215,11 +220,11 @@ void DetectedPoses::ClosePose() {
   open_ = PoseAccumulator();
 }
 
-Result<std::vector<CollectedPose>> DetectedPoses::Finish(std::vector<std::string>* warnings) {
+Result<std::vector<CollectedPose>> DetectedPoses::Finish(Findings* findings) {
   if (!buffer_) TRUETRIAD_RETURN_IF_ERROR(Start());
   FindRests(/*at_end=*/true);
-  const std::vector<std::string> stuck = stuck_->Warnings();
-  warnings->insert(warnings->end(), stuck.begin(), stuck.end());
+  const Findings stuck = stuck_->Stretches();
+  findings->insert(findings->end(), stuck.begin(), stuck.end());
   return std::move(poses_);
 }
 

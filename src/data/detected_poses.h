@@ -35,7 +35,7 @@ class DetectedPoses : public RestFinder {
     return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
   }
 
-  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings) override;
+  Result<std::vector<CollectedPose>> Finish(Findings* findings) override;
   Error NoPose(const PoseSet& set) const override;
 
   /// Windows held at most so far: what bounds the memory.

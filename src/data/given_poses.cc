@@ -278,7 +278,7 @@ std::optional<std::int64_t> GivenPoses::judged_before_ns() const {
   return last_ns_;
 }
 
-Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* warnings) {
+Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
   if (!open_.empty()) open_.back().closed = true;
   for (const StreamInfo& stream : info_.streams) {
     if (stream.triad != leading_) AddWaiting(stream.triad, true);
@@ -299,16 +299,18 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(std::vector<std::string>* 
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&
       2 * last_block_rows_ < selection_.every) {
     poses_.pop_back();
-    warnings->push_back("the last " + std::to_string(last_block_rows_) +
-                        " row(s) fill less than half a pose of " +
-                        std::to_string(selection_.every) + " rows and are skipped");
+    findings->push_back(Finding(FindingCode::kRowsLeftOver,
+                                "the last " + std::to_string(last_block_rows_) +
+                                    " row(s) fill less than half a pose of " +
+                                    std::to_string(selection_.every) + " rows and are skipped")
+                            .With("rows", static_cast<double>(last_block_rows_)));
   }
   return std::move(poses_);
 }
 
 Error GivenPoses::NoPose(const PoseSet& set) const {
-  return NotEnoughError(set.source + ": no row belongs to a pose (" + set.how +
-                        "); expected at least one pose");
+  return NotEnoughError(
+      Finding(FindingCode::kNoPose, set.source + ": no row belongs to a pose (" + set.how + ")"));
 }
 
 }  // namespace truetriad

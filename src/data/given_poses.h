@@ -45,7 +45,7 @@ class GivenPoses : public RestFinder {
   /// Unset before the first sample.
   std::optional<std::int64_t> judged_before_ns() const override;
   /// Error: a range without readings.
-  Result<std::vector<CollectedPose>> Finish(std::vector<std::string>* warnings) override;
+  Result<std::vector<CollectedPose>> Finish(Findings* findings) override;
   Error NoPose(const PoseSet& set) const override;
 
  private:

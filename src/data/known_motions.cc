@@ -141,7 +141,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   PoseSet turning;
   turning.streams = set->streams;
   if (means_) {
-    TRUETRIAD_ASSIGN_OR_RETURN(auto collected, means_->Finish(&set->warnings));
+    TRUETRIAD_ASSIGN_OR_RETURN(auto collected, means_->Finish(&set->findings));
     // Their noise by itself: a table that turns shakes the unit more than one that rests.
     std::vector<PerTriad<TriadPoseMoments>> turning_moments;
     for (CollectedPose& mean : collected) {
@@ -234,8 +234,9 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
       if (rate.means.first_row <= before.last_row || rate.means.last_row >= after.first_row) {
         continue;
       }
-      move.fault =
-          "a known rate was held during it, so its readings are used for that rate instead";
+      move.fault = Finding(
+          FindingCode::kTurnAtKnownRate,
+          "a known rate was held during it, so its readings are used for that rate instead");
     }
   }
   return {};

@@ -44,20 +44,23 @@ bool IsStuck(const std::vector<Eigen::Vector3d>& readings, double rest_radius) {
   return false;
 }
 
-// Why the readings do not tell the turn; empty when they do.
-std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
-  if (move.time_ns.size() < 2) return "the gyroscope has no readings during it";
+// Why the readings do not tell the turn; unset when they do.
+std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
+  if (move.time_ns.size() < 2) {
+    return Finding(FindingCode::kTurnGap, "the gyroscope has no readings during it");
+  }
   std::int64_t longest_gap_ns = 0;
   for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
     longest_gap_ns = std::max(longest_gap_ns, move.time_ns[i] - move.time_ns[i - 1]);
   }
   const double gap_s = 1e-9 * static_cast<double>(longest_gap_ns);
   if (gap_s > std::max(kBridgedS, kBridgedSpacings / gyroscope.rate_hz)) {
-    return "the gyroscope has a gap of " + Seconds(gap_s);
+    return Finding(FindingCode::kTurnGap, "the gyroscope has a gap of " + Seconds(gap_s))
+        .With("gap", gap_s, "s");
   }
   const double rest_radius =
       kAtRestShare * (gyroscope.maximum_raw - gyroscope.minimum_raw).maxCoeff();
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis) {
     const std::string name = std::string("gyroscope ") + "xyz"[axis];
     const double before = move.gyroscope_raw.front()[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
@@ -67,13 +70,15 @@ std::string Fault(const RecordedMove& move, const StreamSummary& gyroscope) {
       std::ostringstream text;
       text << name << " is saturated: it reads its limit of " << limit << ' ' << gyroscope.unit.name
            << " several times in a row";
-      return text.str();
+      return Finding(FindingCode::kTurnSaturated, text.str())
+          .About(Triad::kGyroscope, axis)
+          .With("limit", limit, gyroscope.unit.name);
     }
   }
   if (IsStuck(move.gyroscope_raw, rest_radius)) {
-    return "the gyroscope is stuck: it repeats one reading";
+    return Finding(FindingCode::kTurnStuck, "the gyroscope is stuck: it repeats one reading");
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace
@@ -237,8 +242,11 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
     if (duration_ns > kLongestMoveNs) {
       RecordedMove& move = moves.emplace_back();
       move.from = i;
-      move.fault = "it takes " + Seconds(1e-9 * static_cast<double>(duration_ns)) +
-                   ", more than the longest turn of " + Seconds(kLongestMoveS);
+      const double duration_s = 1e-9 * static_cast<double>(duration_ns);
+      move.fault = Finding(FindingCode::kTurnTooLong,
+                           "it takes " + Seconds(duration_s) + ", more than the longest turn of " +
+                               Seconds(kLongestMoveS))
+                       .With("duration", duration_s, "s");
       continue;
     }
     // The last reading of the one rest and the first of the other close the turn.

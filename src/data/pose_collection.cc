@@ -184,8 +184,8 @@ Status DescribeRecording(const SampleSource& source,
     const StreamMonitor& monitor = *monitors[stream.triad];
     TRUETRIAD_ASSIGN_OR_RETURN(const StreamSummary summary,
                                monitor.Summary(source.counts(stream.triad)));
-    const std::vector<std::string> warnings = monitor.Warnings(summary);
-    set->warnings.insert(set->warnings.end(), warnings.begin(), warnings.end());
+    const Findings findings = monitor.Check(summary);
+    set->findings.insert(set->findings.end(), findings.begin(), findings.end());
     set->streams.push_back(summary);
     if (monitor.samples() == 0) continue;
     first_ns = std::min(first_ns, monitor.first_ns());

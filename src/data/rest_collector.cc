@@ -11,24 +11,26 @@ namespace truetriad {
 namespace {
 
 // Names the turns that tell nothing, those of one reason together.
-void AddMoveWarnings(PoseSet* set) {
+void AddFaultsOfMoves(PoseSet* set) {
   // As many as people read.
   constexpr std::size_t kNamed = 10;
-  std::vector<std::pair<std::string, std::vector<const RecordedMove*>>> reasons;
+  std::vector<std::pair<Finding, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {
-    if (move.fault.empty()) continue;
+    if (!move.fault) continue;
     const auto same = std::find_if(reasons.begin(), reasons.end(), [&move](const auto& reason) {
-      return reason.first == move.fault;
+      return reason.first.text == move.fault->text;
     });
     if (same != reasons.end()) {
       same->second.push_back(&move);
     } else {
-      reasons.push_back({move.fault, {&move}});
+      reasons.push_back({*move.fault, {&move}});
     }
   }
   std::size_t unnamed = 0;
   for (std::size_t i = 0; i < reasons.size(); ++i) {
     const auto& [fault, moves] = reasons[i];
+    Finding finding = fault;
+    finding.About(Triad::kGyroscope);
     if (i >= kNamed) {
       unnamed += moves.size();
       continue;
@@ -36,8 +38,10 @@ void AddMoveWarnings(PoseSet* set) {
     const auto number = [set](std::size_t pose) { return std::to_string(set->poses[pose].number); };
     if (moves.size() == 1) {
       const std::size_t from = moves.front()->from;
-      set->warnings.push_back("the turn from pose " + number(from) + " to pose " +
-                              number(from + 1) + " is skipped: " + fault);
+      finding.AtPose(set->poses[from].number);
+      finding.text = "the turn from pose " + number(from) + " to pose " + number(from + 1) +
+                     " is skipped: " + fault.text;
+      set->findings.push_back(std::move(finding));
       continue;
     }
     std::string list;
@@ -45,12 +49,17 @@ void AddMoveWarnings(PoseSet* set) {
       list += (k == 0 ? "" : ", ") + number(moves[k]->from);
     }
     if (moves.size() > kNamed) list += ", …";
-    set->warnings.push_back(std::to_string(moves.size()) +
-                            " turns are skipped, those starting at poses " + list + ": " + fault);
+    finding.With("turns", static_cast<double>(moves.size())).text =
+        std::to_string(moves.size()) + " turns are skipped, those starting at poses " + list +
+        ": " + fault.text;
+    set->findings.push_back(std::move(finding));
   }
   if (unnamed > 0) {
-    set->warnings.push_back(std::to_string(unnamed) +
-                            " more turns are skipped for similar reasons");
+    set->findings.push_back(
+        Finding(reasons[kNamed].first.code,
+                std::to_string(unnamed) + " more turns are skipped for similar reasons")
+            .About(Triad::kGyroscope)
+            .With("turns", static_cast<double>(unnamed)));
   }
 }
 
@@ -101,7 +110,7 @@ Status RestCollector::Add(const std::vector<SampleBlock>& blocks) {
 }
 
 Status RestCollector::Finish(PoseSet* set) {
-  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<CollectedPose> collected, finder_->Finish(&set->warnings));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<CollectedPose> collected, finder_->Finish(&set->findings));
   std::vector<PerTriad<TriadPoseMoments>> moments;
   for (CollectedPose& pose : collected) {
     set->poses.push_back(std::move(pose.pose));
@@ -122,8 +131,8 @@ Status RestCollector::Finish(PoseSet* set) {
     set->poses[i].number = static_cast<int>(i + 1);
   }
   if (compares_clocks_) {
-    std::string lags = WordsOfClockLags(clock_lags_, set);
-    if (!lags.empty()) set->warnings.push_back(std::move(lags));
+    const Findings lags = FindClockLags(clock_lags_, set);
+    set->findings.insert(set->findings.end(), lags.begin(), lags.end());
   }
   if (RemoveMovingReadings(moments, set)) FillCovariances(moments, resolution_raw, set);
   TRUETRIAD_RETURN_IF_ERROR(rates_.Finish(resolution_raw, &moments, set));
@@ -132,7 +141,7 @@ Status RestCollector::Finish(PoseSet* set) {
     TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection_, moves_, set));
   }
   SetStaticShare(set);
-  AddMoveWarnings(set);
+  AddFaultsOfMoves(set);
   return {};
 }
 

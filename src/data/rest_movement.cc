@@ -5,8 +5,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <string>
+
+#include "base/messages.h"
 
 namespace truetriad {
 namespace {
@@ -165,24 +166,32 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     if (rests.moving == 0 && !sees_other_rests) continue;
     const Triad still =
         triad == Triad::kAccelerometer ? Triad::kMagnetometer : Triad::kAccelerometer;
-    std::array<char, 64> size{};
-    std::snprintf(size.data(), size.size(), "by up to %.2g ", rests.largest_raw);
+    const std::string& unit = set->Find(triad)->unit.name;
     const std::string words = std::string(TriadName(triad)) + ": readings change within " +
                               std::to_string(rests.moving) + " of " + std::to_string(rests.known) +
-                              " rests, " + size.data() + set->Find(triad)->unit.name +
+                              " rests, " + Format("by up to %.2g ", rests.largest_raw) + unit +
                               ", while the " + std::string(TriadName(still)) + " is still";
+    const auto finding = [&](FindingCode code, const std::string& why) {
+      return Finding(code, words + why)
+          .About(triad)
+          .With("moving", static_cast<double>(rests.moving))
+          .With("rests", static_cast<double>(rests.known))
+          .With("largest", rests.largest_raw, unit);
+    };
     if (2 * rests.moving > rests.known || sees_other_rests) {
-      set->not_at_rest[triad] =
-          words +
-          (lag_s ? ": its clock is delayed or early, so turns fall into rests"
-                 : ": either its clock is delayed or early (correct it with `time_offset_s`), or " +
-                       std::string(triad == Triad::kMagnetometer
-                                       ? "iron or current nearby changes"
-                                       : "the stated poses are not where it rests"));
+      const std::string other = triad == Triad::kMagnetometer
+                                    ? "iron or current nearby changes"
+                                    : "the stated poses are not where it rests";
+      set->not_at_rest[triad] = finding(
+          FindingCode::kNotAtRest,
+          lag_s ? ": its clock is delayed or early, so turns fall into rests"
+                : ": either its clock is delayed or early (correct it with `time_offset_s`), or " +
+                      other);
       continue;
     }
-    set->warnings.push_back(words + "; skipped for these poses (" + NumbersOf(rests.moves, *set) +
-                            ")");
+    set->findings.push_back(
+        finding(FindingCode::kMovingReadings,
+                "; skipped for these poses (" + NumbersOf(rests.moves, *set) + ")"));
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) set->poses[i].triads[triad].reset();
     }

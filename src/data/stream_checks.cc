@@ -174,29 +174,44 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   return summary;
 }
 
-std::vector<std::string> StreamMonitor::Warnings(const StreamSummary& summary) const {
-  std::vector<std::string> warnings;
-  const std::string name = Name(info_.triad);
+Findings StreamMonitor::Check(const StreamSummary& summary) const {
+  Findings findings;
+  const Triad triad = info_.triad;
+  const std::string name = Name(triad);
   if (samples_ == 0) {
-    warnings.push_back(name + ": " + info_.file + " has no readings");
-    return warnings;
+    findings.push_back(
+        Finding(FindingCode::kNoReadings, name + ": " + info_.file + " has no readings")
+            .About(triad));
+    return findings;
   }
   if (summary.gaps > 0) {
-    warnings.push_back(name + ": " + std::to_string(summary.gaps) + " gap(s) in time, longest " +
-                       Number(summary.longest_gap_s) + " s");
+    findings.push_back(Finding(FindingCode::kTimeGaps,
+                               name + ": " + std::to_string(summary.gaps) +
+                                   " gap(s) in time, longest " + Number(summary.longest_gap_s) +
+                                   " s")
+                           .About(triad)
+                           .With("gaps", static_cast<double>(summary.gaps))
+                           .With("longest", summary.longest_gap_s, "s"));
   }
   if (summary.duplicate_times > 0) {
-    warnings.push_back(name + ": " + std::to_string(summary.duplicate_times) +
-                       " sample(s) with the same time as the previous one");
+    findings.push_back(Finding(FindingCode::kEqualTimes,
+                               name + ": " + std::to_string(summary.duplicate_times) +
+                                   " sample(s) with the same time as the previous one")
+                           .About(triad)
+                           .With("samples", static_cast<double>(summary.duplicate_times)));
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
-      warnings.push_back(name + ": the " + kAxisLetters[static_cast<std::size_t>(axis)] +
-                         " axis reads " + Number(minimum_raw_[axis]) + " " + info_.unit.name +
-                         " throughout; check for a dead axis or a wrong column");
+      findings.push_back(Finding(FindingCode::kConstantAxis,
+                                 name + ": the " + kAxisLetters[static_cast<std::size_t>(axis)] +
+                                     " axis reads " + Number(minimum_raw_[axis]) + " " +
+                                     info_.unit.name +
+                                     " throughout; check for a dead axis or a wrong column")
+                             .About(triad, axis)
+                             .With("reading", minimum_raw_[axis], info_.unit.name));
     }
   }
-  return warnings;
+  return findings;
 }
 
 namespace {
@@ -271,19 +286,25 @@ void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vecto
   }
 }
 
-std::vector<std::string> StuckFinder::Warnings() const {
-  std::vector<std::string> warnings;
+Findings StuckFinder::Stretches() const {
+  Findings findings;
   for (const Stretch& stretch : stretches_) {
-    warnings.push_back(Name(stretch.triad) + ": stuck at one reading from " +
-                       Seconds(origin_ns_, stretch.first_ns) + " to " +
-                       Seconds(origin_ns_, stretch.last_ns) + "; skipped");
+    findings.push_back(
+        Finding(FindingCode::kStuckReadings,
+                Name(stretch.triad) + ": stuck at one reading from " +
+                    Seconds(origin_ns_, stretch.first_ns) + " to " +
+                    Seconds(origin_ns_, stretch.last_ns) + "; skipped")
+            .About(stretch.triad)
+            .With("from", 1e-9 * static_cast<double>(stretch.first_ns - origin_ns_), "s")
+            .With("to", 1e-9 * static_cast<double>(stretch.last_ns - origin_ns_), "s"));
   }
-  if (stretch_count_ > static_cast<std::int64_t>(stretches_.size())) {
-    warnings.push_back(
-        "and " + std::to_string(stretch_count_ - static_cast<std::int64_t>(stretches_.size())) +
-        " more times with a stuck sensor");
+  const auto more = stretch_count_ - static_cast<std::int64_t>(stretches_.size());
+  if (more > 0) {
+    findings.push_back(Finding(FindingCode::kStuckReadings,
+                               "and " + std::to_string(more) + " more times with a stuck sensor")
+                           .With("stretches", static_cast<double>(more)));
   }
-  return warnings;
+  return findings;
 }
 
 namespace {
@@ -346,7 +367,9 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
                          std::to_string(poses) + " poses are clipped (" + limits +
                          "); set a larger full-scale range and record again");
   }
-  set->warnings.push_back("clipped: " + limits + "; these poses are skipped");
+  set->findings.push_back(
+      Finding(FindingCode::kClippedPoses, "clipped: " + limits + "; these poses are skipped")
+          .With("poses", static_cast<double>(lost)));
   std::size_t kept = 0;
   for (std::size_t i = 0; i < poses; ++i) {
     if (clipped[i]) continue;

@@ -37,7 +37,7 @@ class StreamMonitor {
   Result<StreamSummary> Summary(const StreamCounts& counts) const;
 
   /// What people should know: gaps, equal times, dropped rows, an axis that never changes.
-  std::vector<std::string> Warnings(const StreamSummary& summary) const;
+  Findings Check(const StreamSummary& summary) const;
 
  private:
   void CountGap(std::int64_t spacing_ns, double median_ns);
@@ -68,7 +68,7 @@ class StuckFinder {
   /// Clears `usable` for the stuck windows among [0, count) of each stream.
   void Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable);
 
-  std::vector<std::string> Warnings() const;
+  Findings Stretches() const;
 
  private:
   struct Stretch {
@@ -80,7 +80,7 @@ class StuckFinder {
   std::int64_t stretch_count_ = 0;
 };
 
-/// Removes the poses in which an axis sits at the limit of its range, with a warning each axis.
+/// Removes the poses in which an axis sits at the limit of its range, with a finding.
 /// A clipped axis reads its stream's extreme in (nearly) all windows: without noise while others
 /// show noise, or heaped up at the extreme. Error: that leaves less than half of the poses.
 Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,

@@ -106,8 +106,8 @@ std::vector<bool> FarOff(const std::vector<double>& value,
 }  // namespace
 
 void SweepCutter::LeaveOut(std::size_t i, const std::string& what) {
-  std::string& reasons = cells_[i].far_off;
-  if (reasons.find(what) == std::string::npos) reasons += (reasons.empty() ? "" : ", ") + what;
+  std::vector<std::string>& reasons = cells_[i].far_off;
+  if (std::find(reasons.begin(), reasons.end(), what) == reasons.end()) reasons.push_back(what);
 }
 
 // Readings of an axis in one attitude that are far from their neighbours, or scatter far more.
@@ -183,8 +183,10 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     const std::string rows = first == last
                                  ? "row " + std::to_string(first)
                                  : "rows " + std::to_string(first) + " to " + std::to_string(last);
+    std::string what;
+    for (const std::string& reason : cells_[i].far_off) what += (what.empty() ? "" : ", ") + reason;
     set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
-                                  Fixed1(track.degc[i]) + " degC): outliers: " + cells_[i].far_off);
+                                  Fixed1(track.degc[i]) + " degC): outliers: " + what);
   }
   if (count > kNamedCells) {
     set->sweep.left_out.push_back(std::to_string(count - kNamedCells) +

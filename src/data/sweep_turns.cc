@@ -11,6 +11,7 @@
 #include "base/rounded_text.h"
 #include "math/distributions.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -27,11 +28,14 @@ Status CheckHeld(const PoseSet& set) {
     if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
     const double change = (after->mean_raw - before->mean_raw).norm();
     if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
-    return NotEnoughError(set.source + ": the accelerometer jumps between the rows " +
-                          std::to_string(set.poses[k - 1].last_row) + " and " +
-                          std::to_string(set.poses[k].first_row) +
-                          ", as if the unit was turned; state when each attitude was held: `poses: "
-                          "{ sweep: { attitudes: poses.yaml } }`");
+    return NotEnoughError(
+        Finding(FindingCode::kUnitTurned,
+                set.source + ": the accelerometer jumps between the rows " +
+                    std::to_string(set.poses[k - 1].last_row) + " and " +
+                    std::to_string(set.poses[k].first_row) + ", as if the unit was turned",
+                "state when each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`")
+            .About(kTriad)
+            .With("row", static_cast<double>(set.poses[k].first_row)));
   }
   return {};
 }
@@ -87,12 +91,16 @@ void NameTurns(PoseSet* set) {
     }
     if (!is_largest) continue;
     const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
-    set->warnings.push_back("near row " + std::to_string(set->poses[index[i]].first_row) +
-                            " the accelerometer steps as if the unit was turned by " +
-                            Fixed1(degrees) +
-                            " degrees and stays there, which is not a thermal effect; fix the unit "
-                            "in place and repeat, or state when each attitude was held: `poses: { "
-                            "sweep: { attitudes: poses.yaml } }`");
+    set->findings.push_back(
+        Finding(FindingCode::kUnitTurned,
+                "near row " + std::to_string(set->poses[index[i]].first_row) +
+                    " the accelerometer steps as if the unit was turned by " + Fixed1(degrees) +
+                    " degrees and stays there, which is not a thermal effect",
+                "fix the unit in place and repeat, or state when each attitude was held: `poses: { "
+                "sweep: { attitudes: poses.yaml } }`")
+            .About(Triad::kAccelerometer)
+            .With("row", static_cast<double>(set->poses[index[i]].first_row))
+            .With("turned", degrees, "deg"));
   }
 }
 

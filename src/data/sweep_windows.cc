@@ -325,30 +325,38 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
   // Less is not worth a word: a percent of a sweep moves no term of it.
   constexpr double kNotableWithoutDegc = 0.01;
   if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
-    set->warnings.push_back("skipped: " +
-                            std::to_string(std::lround(100.0 * static_cast<double>(without) /
-                                                       static_cast<double>(seen))) +
-                            " % of the time, without a temperature reading for more than a minute");
+    const double share = static_cast<double>(without) / static_cast<double>(seen);
+    set->findings.push_back(
+        Finding(FindingCode::kTemperatureMissing,
+                "skipped: " + std::to_string(std::lround(100.0 * share)) +
+                    " % of the time, without a temperature reading for more than a minute")
+            .With("share", share));
   }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
 }
 
 void SweepCutter::Warn(double duration_s, PoseSet* set) const {
   if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
-    set->warnings.push_back(
+    set->findings.emplace_back(
+        FindingCode::kWindowsLengthened,
         "the recording has too many windows for memory; windows are longer than stated: " +
-        (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
-                           : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
+            (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
+                               : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
   }
   for (const std::string& left_out : set->sweep.left_out) {
-    set->warnings.push_back("skipped: " + left_out);
+    set->findings.emplace_back(FindingCode::kReadingsLeftOut, "skipped: " + left_out);
   }
   const double taken = thermometer_.hold_s() > 0.0 ? duration_s / thermometer_.hold_s() : 1e9;
   if (taken < static_cast<double>(kFewestReadings)) {
-    set->warnings.push_back("the thermometer is read only every " + Fixed1(thermometer_.hold_s()) +
-                            " s and repeated in between: " + Fixed1(taken) +
-                            " readings are too few for a sweep, expected at least " +
-                            std::to_string(kFewestReadings) + "; read it more often");
+    set->findings.push_back(Finding(FindingCode::kSlowThermometer,
+                                    "the thermometer is read only every " +
+                                        Fixed1(thermometer_.hold_s()) +
+                                        " s and repeated in between: " + Fixed1(taken) +
+                                        " readings are too few for a sweep, expected at least " +
+                                        std::to_string(kFewestReadings),
+                                    "read it more often")
+                                .With("interval", thermometer_.hold_s(), "s")
+                                .With("readings", taken));
   } else {
     // Of so few readings the windows are as wide as their steps.
     NameTurns(set);
@@ -359,10 +367,13 @@ Status SweepCutter::Finish(PoseSet* set) {
   TRUETRIAD_RETURN_IF_ERROR(CheckRangesUsed());
   LeaveOutWithoutTemperature(set);
   if (cells_.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": has temperatures in only " +
-                          std::to_string(cells_.size()) + " windows; a sweep needs at least " +
-                          std::to_string(kFewestCells) +
-                          ": record longer, or state shorter windows");
+    return NotEnoughError(
+        Finding(FindingCode::kTooFewWindows,
+                set->source + ": has temperatures in only " + std::to_string(cells_.size()) +
+                    " windows; a sweep needs at least " + std::to_string(kFewestCells),
+                "record longer, or state shorter windows")
+            .With("windows", static_cast<double>(cells_.size()))
+            .With("needed", static_cast<double>(kFewestCells)));
   }
   std::vector<double> time_s, degc;
   for (const Cell& cell : cells_) {
@@ -373,7 +384,11 @@ Status SweepCutter::Finish(PoseSet* set) {
   const std::vector<bool> spikes = TemperatureSpikes(degc, step_degc);
   Result<TemperatureTrack> track =
       SmoothTemperature(time_s, Bridged(time_s, degc, spikes), step_degc, thermometer_.hold_s());
-  if (!track) return NotEnoughError(set->source + ": " + track.error().message);
+  if (!track) {
+    Finding why = RefusalOf(track.error(), FindingCode::kTemperatureRangeTooSmall);
+    why.text.insert(0, set->source + ": ");
+    return NotEnoughError(std::move(why));
+  }
   set->sweep.attitude_names = attitude_names_;
   LeaveOutFarOff(*track, spikes, set);
   if (selection_.sweep.ambient) {
@@ -393,10 +408,12 @@ Status SweepCutter::Finish(PoseSet* set) {
   for (StreamSummary& stream : set->streams) stream.noise_sigma_raw = SampleSigma(stream.triad);
   MakeWindows(set);
   if (set->poses.size() < kFewestCells) {
-    return NotEnoughError(set->source + ": " + std::to_string(set->poses.size()) +
-                          " windows remain; a sweep needs at least " +
-                          std::to_string(kFewestCells) +
-                          ": record longer, or state shorter windows");
+    return NotEnoughError(Finding(FindingCode::kTooFewWindows,
+                                  set->source + ": " + std::to_string(set->poses.size()) +
+                                      " windows remain; a sweep needs at least " +
+                                      std::to_string(kFewestCells))
+                              .With("windows", static_cast<double>(set->poses.size()))
+                              .With("needed", static_cast<double>(kFewestCells)));
   }
   Warn(time_s.back() - time_s.front(), set);
   return CheckHeld(*set);

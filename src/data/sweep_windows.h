@@ -45,7 +45,7 @@ class SweepCutter : public Collector {
     double time_sum_s = 0.0;  ///< Since the first sample.
     std::int64_t ambient_count = 0;
     double ambient_sum = 0.0;
-    std::string far_off;  ///< Why it is left out; empty: it is not.
+    std::vector<std::string> far_off;  ///< Why it is left out; empty: it is not.
 
     double ambient_degc() const { return ambient_sum / static_cast<double>(ambient_count); }
     double degc() const { return degc_sum / static_cast<double>(degc_count); }

@@ -34,7 +34,7 @@ struct TriadCapacity {
   bool matrix_thermal = false;  // powers of the temperature in the sensitivity, any order
   bool rate_thermal = false;    // bias by the rate of temperature
   bool g_sensitivity = false;
-  bool higher_terms = false;  // quadratic and asymmetry
+  bool axis_terms = false;  // terms.h
   // Unit of the readings that the consumer corrects; empty: that of the calibration.
   std::string_view reading_unit = {};
   // The user may choose another one with --units.

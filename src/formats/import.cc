@@ -138,9 +138,12 @@ Result<Import> ImportCalibration(std::string_view format_name,
   calibration.outcome = Outcome::kConverged;
   calibration.software_version = options.software_version;
   calibration.created = TimestampUtc();
-  calibration.messages = {"imported from " + std::string(format.info.name) +
-                          ": the unit's present calibration, every sigma is zero"};
-  calibration.messages.insert(calibration.messages.end(), import.notes.begin(), import.notes.end());
+  calibration.findings = {{FindingCode::kImported,
+                           "imported from " + std::string(format.info.name) +
+                               ": the unit's present calibration, every sigma is zero"}};
+  for (const std::string& note : import.notes) {
+    calibration.findings.emplace_back(FindingCode::kImported, note);
+  }
   return import;
 }
 

@@ -50,7 +50,7 @@ Format JsonFormat() {
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
-                              .higher_terms = true};
+                              .axis_terms = true};
   }
   format.write = WriteJsonExport;
   format.read = ReadJsonExport;

@@ -81,10 +81,8 @@ class PredictionSigma {
         factor *= truth[name.col];
       } else if (name.kind == ParameterKind::kGSensitivity) {
         factor *= force_mps2[name.col];
-      } else if (name.kind == ParameterKind::kQuadratic) {
-        factor *= felt[name.row] * felt[name.row];
-      } else if (name.kind == ParameterKind::kAsymmetry) {
-        factor *= std::abs(felt[name.row]);
+      } else if (const auto term = InfoOf(name.kind).axis_term) {
+        factor *= ValueOf(*term, felt[name.row]);
       } else if (name.kind != ParameterKind::kBias) {
         continue;  // Terms in the rate of temperature: no rate here.
       }
@@ -98,10 +96,7 @@ class PredictionSigma {
   const Eigen::MatrixXd& matrix_;
 };
 
-bool HasRates(const ThermalTerms& thermal) {
-  return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross ||
-         thermal.element_lag_s;
-}
+bool HasRates(const ThermalTerms& thermal) { return thermal.rate.any() || thermal.element_lag_s; }
 
 bool DropsRates(const Restated& restated, Triad triad) {
   const std::optional<ThermalTerms>& held = restated.held.sensors[triad]->thermal;

@@ -118,20 +118,19 @@ std::string StatusText(const Calibration& calibration) {
 
 std::string ExpandedMembers(const TriadCalibration& sensor) {
   constexpr std::string_view kIndent = "      ";
-  const auto expanded = [&](const std::string& name, const std::optional<Eigen::Vector3d>& sigma) {
-    if (!sigma) return std::string();
+  const auto expanded = [&](std::string_view name, const Eigen::Vector3d& sigma) {
     return Member(kIndent,
-                  name + "_expanded_uncertainty",
-                  ListText(Eigen::Vector3d(kCoverageFactor * *sigma)));
+                  std::string(name) + "_expanded_uncertainty",
+                  ListText(Eigen::Vector3d(kCoverageFactor * sigma)));
   };
-  return Member(kIndent,
-                "bias_expanded_uncertainty",
-                ListText(Eigen::Vector3d(kCoverageFactor * sensor.bias_sigma))) +
-         Member(kIndent,
-                "sensitivity_expanded_uncertainty",
-                RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma))) +
-         expanded("quadratic", sensor.quadratic_sigma) +
-         expanded("asymmetry", sensor.asymmetry_sigma);
+  std::string text = expanded("bias", sensor.bias_sigma) +
+                     Member(kIndent,
+                            "sensitivity_expanded_uncertainty",
+                            RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma)));
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (const auto& sigma = sensor.axis_term_sigma[info.term]) text += expanded(info.name, *sigma);
+  }
+  return text;
 }
 
 std::string RecordJson(const WriteRequest& request) {
@@ -171,7 +170,7 @@ std::string RecordJson(const WriteRequest& request) {
   }
   const std::string conditions =
       Member("    ", "poses", std::to_string(quality.poses)) +
-      Member("    ", "rejected_poses", std::to_string(quality.rejected_poses.size())) +
+      Member("    ", "rejected_poses", std::to_string(quality.rests.rejected_poses.size())) +
       Member("    ", "temperature", JsonText(Temperatures(calibration))) +
       Member("    ", "gauge", JsonText(GaugeName(calibration.gauge))) +
       Member("    ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor)));
@@ -217,11 +216,14 @@ class ResultRows {
               sensor.model.sensitivity,
               sensor.sensitivity_sigma,
               raw_ == truth_ ? "" : raw_ + " per " + truth_);
-    if (sensor.quadratic_sigma) {
-      Add("quadratic", sensor.model.quadratic, *sensor.quadratic_sigma, "1/(" + raw_ + ")");
-    }
-    if (sensor.asymmetry_sigma) {
-      Add("asymmetry", sensor.model.asymmetry, *sensor.asymmetry_sigma, "");
+    for (const AxisTermInfo& info : kAxisTerms) {
+      const auto& sigma = sensor.axis_term_sigma[info.term];
+      if (!sigma) continue;
+      const std::string power = info.power > 1 ? "^" + std::to_string(info.power) : "";
+      Add(std::string(info.name),
+          sensor.model.axis_terms[info.term],
+          *sigma,
+          info.power > 0 ? DisplayUnit("1/(" + raw_ + ")" + power) : "");
     }
     if (sensor.g_sensitivity) {
       AddMatrix("g-sensitivity G",
@@ -251,7 +253,8 @@ class ResultRows {
                  const Eigen::Matrix3d& matrix,
                  const Eigen::Matrix3d& sigmas,
                  const std::string& unit) {
-    for (int i = 0; i < 3; ++i) Add(label + " " + "xyz"[i], matrix.row(i), sigmas.row(i), unit);
+    for (int i = 0; i < 3; ++i)
+      Add(label + " " + "xyz"[i], matrix.row(i).transpose(), sigmas.row(i).transpose(), unit);
   }
 
   void AddThermal(const ThermalTerms& thermal) {
@@ -285,9 +288,12 @@ class ResultRows {
       }
       Add(label, *values, sigmas, unit);
     };
-    add(thermal.rate_linear, "b, dT/dt", "rate.linear", raw_ + " s/°C");
-    add(thermal.rate_quadratic, "b, (dT/dt)²", "rate.quadratic", raw_ + " s²/°C²");
-    add(thermal.rate_cross, "b, τ dT/dt", "rate.cross", raw_ + " s/°C²");
+    for (const RateTermInfo& info : kRateTerms) {
+      add(thermal.rate[info.term],
+          "b, " + DisplayUnit(info.words),
+          std::string(info.path),
+          raw_ + " " + DisplayUnit(info.unit));
+    }
     add(thermal.element_lag_s, "lag of T", "element_lag", "s");
     add(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
   }
@@ -322,7 +328,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   Table conditions{{}, "ll", {}};
   conditions.rows.push_back({"poses",
                              std::to_string(calibration.quality.poses) + ", " +
-                                 std::to_string(calibration.quality.rejected_poses.size()) +
+                                 std::to_string(calibration.quality.rests.rejected_poses.size()) +
                                  " rejected"});
   conditions.rows.push_back({"temperature", Temperatures(calibration)});
   Table references{{"reference", "value", "how known"}, "lll", {}};
@@ -382,7 +388,7 @@ Format RecordFormat() {
                               .matrix_thermal = true,
                               .rate_thermal = true,
                               .g_sensitivity = true,
-                              .higher_terms = true};
+                              .axis_terms = true};
   }
   format.write = WriteRecord;
   format.read = ReadRecord;

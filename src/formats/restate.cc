@@ -77,16 +77,13 @@ Status HoldThermal(Triad triad,
   TRUETRIAD_ASSIGN_OR_RETURN(const double at, ConstantTemperature(triad, thermal, options));
   const std::string where = " at " + RoundedText(at, 6) + " degC";
   const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, at);
-  const auto has_rate = [&thermal] {
-    return thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
-  };
-  if (has_rate() && !capacity.rate_thermal) {
+  if (thermal.rate.any() && !capacity.rate_thermal) {
     notes->emplace_back(
         Name(triad) + ": dropped: bias from the temperature rate" +
         (thermal.rate_range_degcps
              ? ""
              : "; the loss depends on how fast the temperature changes and is not included above"));
-    thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = std::nullopt;
+    thermal.rate = {};
     thermal.rate_lag_s.reset();
   }
   if (thermal.element_lag_s && !capacity.rate_thermal) {
@@ -121,20 +118,20 @@ Status HoldThermal(Triad triad,
     LowerBiasOrder(order, sensor);
   }
   thermal.knots.clear();
-  if (thermal.bias.empty() && thermal.sensitivity.empty() && !has_rate()) sensor->thermal.reset();
+  if (thermal.bias.empty() && thermal.sensitivity.empty() && !thermal.rate.any()) {
+    sensor->thermal.reset();
+  }
   return {};
 }
 
-void DropHigherTerms(Triad triad, TriadCalibration* sensor, std::vector<std::string>* notes) {
-  if (!sensor->model.quadratic.isZero(0.0)) {
-    notes->emplace_back(Name(triad) + ": dropped: quadratic term");
-    sensor->model.quadratic.setZero();
+void DropAxisTerms(Triad triad, TriadCalibration* sensor, std::vector<std::string>* notes) {
+  for (const AxisTermInfo& info : kAxisTerms) {
+    Eigen::Vector3d& term = sensor->model.axis_terms[info.term];
+    if (term.isZero(0.0)) continue;
+    notes->emplace_back(Name(triad) + ": dropped: " + std::string(info.words));
+    term.setZero();
   }
-  if (!sensor->model.asymmetry.isZero(0.0)) {
-    notes->emplace_back(Name(triad) + ": dropped: asymmetry");
-    sensor->model.asymmetry.setZero();
-  }
-  sensor->quadratic_sigma = sensor->asymmetry_sigma = std::nullopt;
+  sensor->axis_term_sigma = {};
 }
 
 void Turn(const Eigen::Matrix3d& rotation, TriadCalibration* sensor) {
@@ -271,11 +268,11 @@ void ScaleCovariance(Triad triad,
   for (std::size_t i = 0; i < covariance->parameters.size(); ++i) {
     const auto name = ParameterName::Parse(covariance->parameters[i]);
     if (!name || name->triad != triad) continue;
+    const auto term = InfoOf(name->kind).axis_term;
     const double factor = name->kind == ParameterKind::kSensitivity
                               ? reading_per_raw / result_per_truth
-                          : name->kind == ParameterKind::kQuadratic ? 1.0 / reading_per_raw
-                          : name->kind == ParameterKind::kAsymmetry ? 1.0
-                                                                    : reading_per_raw;
+                          : term ? 1.0 / InfoOf(*term).PowerOf(reading_per_raw)
+                                 : reading_per_raw;
     covariance->matrix.row(static_cast<Eigen::Index>(i)) *= factor;
     covariance->matrix.col(static_cast<Eigen::Index>(i)) *= factor;
   }
@@ -358,15 +355,17 @@ TriadCalibration InUnits(const TriadCalibration& sensor,
   restated.noise.excess_sigma *= result_per_truth;
   restated.model.sensitivity *= matrix_factor;
   restated.sensitivity_sigma *= matrix_factor;
-  restated.model.quadratic /= reading_per_raw;
-  if (restated.quadratic_sigma) *restated.quadratic_sigma /= reading_per_raw;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    restated.model.axis_terms[info.term] /= info.PowerOf(reading_per_raw);
+    if (auto& sigma = restated.axis_term_sigma[info.term]) *sigma /= info.PowerOf(reading_per_raw);
+  }
   if (restated.g_sensitivity) *restated.g_sensitivity *= reading_per_raw;
   if (restated.thermal) {
     ThermalTerms& thermal = *restated.thermal;
     for (Eigen::Vector3d& term : thermal.bias) term *= reading_per_raw;
     for (Eigen::Matrix3d& term : thermal.sensitivity) term *= matrix_factor;
-    for (auto* const rate : {&thermal.rate_linear, &thermal.rate_quadratic, &thermal.rate_cross}) {
-      if (*rate) **rate *= reading_per_raw;
+    for (std::optional<Eigen::Vector3d>& rate : thermal.rate) {
+      if (rate) *rate *= reading_per_raw;
     }
   }
   return restated;
@@ -422,7 +421,7 @@ Result<Restated> Restate(const Calibration& calibration,
     any = true;
     TRUETRIAD_RETURN_IF_ERROR(
         HoldThermal(triad, format.capacity[triad], options, &*sensor, &restated.notes));
-    if (!format.capacity[triad].higher_terms) DropHigherTerms(triad, &*sensor, &restated.notes);
+    if (!format.capacity[triad].axis_terms) DropAxisTerms(triad, &*sensor, &restated.notes);
     if (sensor->g_sensitivity && !format.capacity[triad].g_sensitivity) {
       restated.notes.emplace_back(Name(triad) + ": dropped: g-sensitivity");
       sensor->g_sensitivity.reset();

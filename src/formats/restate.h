@@ -34,7 +34,7 @@ struct Restated {
 //   diagonal matrix                    diag(C)
 //   symmetric matrix                   P of C = R P
 //   no matrix                          offsets only
-//   quadratic, asymmetry               nothing
+//   no axis terms                      nothing
 // Errors (bad input): not usable, counts of unknown size into another unit, another unit into
 // counts, a mirrored triad into a format that cannot mirror; (usage) options that do not fit.
 Result<Restated> Restate(const Calibration& calibration,

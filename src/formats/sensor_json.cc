@@ -38,11 +38,11 @@ std::string ThermalText(const ThermalTerms& thermal) {
                                 NumberText(thermal.range_degc[1]) + "]") +
                      Member(kIndent, "bias", "[" + bias + "]") +
                      Member(kIndent, "sensitivity", "[" + sensitivity + "]");
-  if (thermal.rate_linear) text += Member(kIndent, "rate_linear", ListText(*thermal.rate_linear));
-  if (thermal.rate_quadratic) {
-    text += Member(kIndent, "rate_quadratic", ListText(*thermal.rate_quadratic));
+  for (const RateTermInfo& info : kRateTerms) {
+    if (const auto& rate = thermal.rate[info.term]) {
+      text += Member(kIndent, "rate_" + std::string(info.name()), ListText(*rate));
+    }
   }
-  if (thermal.rate_cross) text += Member(kIndent, "rate_cross", ListText(*thermal.rate_cross));
   if (thermal.element_lag_s) {
     text += Member(kIndent, "element_lag_s", ListText(*thermal.element_lag_s));
   }
@@ -59,12 +59,12 @@ TriadCalibration ReadSensor(YamlReader* sensor) {
   const std::vector<double> bias = ReadList(sensor->RequireChild("bias"), 3);
   if (!bias.empty()) read.model.bias = Eigen::Map<const Eigen::Vector3d>(bias.data());
   read.model.sensitivity = ReadRows(sensor->RequireChild("sensitivity"));
-  for (const auto& [key, values] : {std::pair("quadratic", &read.model.quadratic),
-                                    std::pair("asymmetry", &read.model.asymmetry)}) {
-    if (YamlReader term = sensor->Child(key)) {
-      const std::vector<double> numbers = ReadList(term, 3);
-      if (!numbers.empty()) *values = Eigen::Map<const Eigen::Vector3d>(numbers.data());
-    }
+  for (const AxisTermInfo& info : kAxisTerms) {
+    YamlReader term = sensor->Child(info.name);
+    if (!term) continue;
+    const std::vector<double> numbers = ReadList(term, 3);
+    if (numbers.empty()) continue;
+    read.model.axis_terms[info.term] = Eigen::Map<const Eigen::Vector3d>(numbers.data());
   }
   if (YamlReader G = sensor->Child("g_sensitivity")) read.g_sensitivity = ReadRows(G);
   if (YamlReader block = sensor->Child("thermal")) {
@@ -94,13 +94,12 @@ std::string SensorMembers(const TriadCalibration& sensor) {
                      Member(kIndent, "correction", RowsText(sensor.model.Correction())) +
                      Member(kIndent, "bias_sigma", ListText(sensor.bias_sigma)) +
                      Member(kIndent, "sensitivity_sigma", RowsText(sensor.sensitivity_sigma));
-  if (sensor.quadratic_sigma) {
-    text += Member(kIndent, "quadratic", ListText(sensor.model.quadratic)) +
-            Member(kIndent, "quadratic_sigma", ListText(*sensor.quadratic_sigma));
-  }
-  if (sensor.asymmetry_sigma) {
-    text += Member(kIndent, "asymmetry", ListText(sensor.model.asymmetry)) +
-            Member(kIndent, "asymmetry_sigma", ListText(*sensor.asymmetry_sigma));
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const auto& sigma = sensor.axis_term_sigma[info.term];
+    if (!sigma) continue;
+    const std::string name(info.name);
+    text += Member(kIndent, name, ListText(sensor.model.axis_terms[info.term])) +
+            Member(kIndent, name + "_sigma", ListText(*sigma));
   }
   if (sensor.g_sensitivity) {
     text += Member(kIndent, "g_sensitivity", RowsText(*sensor.g_sensitivity));

@@ -26,7 +26,7 @@ std::string CovarianceText(const NamedCovariance& covariance);
 //
 //   truth = C(T) u(raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
 //
-// u as in triad_model.h; the reading itself where there is no quadratic term or asymmetry.
+// u as in triad_model.h; the reading itself where there is no axis term.
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name);
 
 }  // namespace truetriad

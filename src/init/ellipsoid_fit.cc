@@ -33,6 +33,7 @@
 #include "math/dense/lu.h"
 #include "math/dense/products.h"
 #include "math/dense/qr.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -190,8 +191,11 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   const int needed = ParameterCount(methods.front());
   const std::string count = std::to_string(points.size()) + " readings";
   if (points.size() < static_cast<std::size_t>(needed)) {
-    return NotEnoughError(count + " cannot determine an ellipsoid; at least " +
-                          std::to_string(needed) + " in different attitudes are needed");
+    return NotEnoughError(Finding(FindingCode::kTooFewDirections,
+                                  count + " cannot determine an ellipsoid; at least " +
+                                      std::to_string(needed) + " in different attitudes are needed")
+                              .With("readings", static_cast<double>(points.size()))
+                              .With("needed", needed));
   }
   Vector3d mean = Vector3d::Zero();
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -205,12 +209,13 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   start.centre = mean;
   const Vector3d spread =
       (start.Map(points).rowwise().squaredNorm() / static_cast<double>(points.size())).cwiseSqrt();
-  const Error undetermined =
-      NotEnoughError(count +
-                     " do not determine an ellipsoid: they lie close to a plane or another "
-                     "surface, or cover too little of the sphere; add attitudes with every axis "
-                     "up, down and level, and some on edges and corners (six faces alone are "
-                     "enough for `model: diagonal` or with `attitudes: { six_face: {} }`)");
+  const Error undetermined = NotEnoughError(Finding(
+      FindingCode::kTooFewDirections,
+      count +
+          " do not determine an ellipsoid: they lie close to a plane or another surface, or cover "
+          "too little of the sphere",
+      "add attitudes with every axis up, down and level, and some on edges and corners (six faces "
+      "alone are enough for `model: diagonal` or with `attitudes: { six_face: {} }`)"));
   // A spread of rounding size: the axis reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
@@ -228,9 +233,10 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
     }
   }
   if (!best) {
-    return NotEnoughError("the best fit to " + count +
-                          " is not an ellipsoid; add attitudes, or look for readings disturbed by "
-                          "motion or magnetic objects");
+    return NotEnoughError(
+        Finding(FindingCode::kNotAnEllipsoid,
+                "the best fit to " + count + " is not an ellipsoid",
+                "add attitudes, or look for readings disturbed by motion or magnetic objects"));
   }
   const Eigen::Matrix3Xd sphere = best->Map(points);
   Ellipsoid ellipsoid;

@@ -10,6 +10,7 @@
 #include "math/dense/cholesky.h"
 #include "math/dense/products.h"
 #include "math/dense/qr.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -62,8 +63,9 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 double strength) {
   CHECK_EQ(readings.size(), fixture_from_body.size());
   const Error not_enough = NotEnoughError(
-      "the fixture's orientation is unobservable from these attitudes; give at least five, about "
-      "several axes, with every axis up and down");
+      Finding(FindingCode::kFixtureUndetermined,
+              "the fixture's orientation is unobservable from these attitudes",
+              "give at least five, about several axes, with every axis up and down"));
   if (readings.size() < kFewestPoses) return not_enough;
   Eigen::MatrixXd values(static_cast<Eigen::Index>(readings.size()), 3);
   for (Eigen::Index k = 0; k < values.rows(); ++k) {

@@ -26,6 +26,7 @@
 #include "math/dense/cholesky.h"
 #include "math/dense/eigenvalues.h"
 #include "truetriad/math/rotation.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -145,9 +146,12 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   // Three numbers of the rotation and the angle between the fields, of which each pair tells one.
   constexpr std::size_t kMinPairs = 4;
   if (pairs < kMinPairs) {
-    return NotEnoughError(std::to_string(pairs) +
-                          " poses are too few to align the sensors' axes with each other; record "
-                          "at least 4 in different attitudes");
+    return NotEnoughError(
+        Finding(
+            FindingCode::kAlignmentUndetermined,
+            std::to_string(pairs) + " poses are too few to align the sensors' axes with each other",
+            "record at least 4 in different attitudes")
+            .With("poses", static_cast<double>(pairs)));
   }
   const double weight = 1.0 / static_cast<double>(pairs);
   Moments moments;
@@ -197,10 +201,13 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   // Rounding of moments of size one leaves 1e-16 where a turn of the triad changes nothing.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
-    return NotEnoughError("the alignment between the sensors' axes is unobservable from these " +
-                          std::to_string(pairs) +
-                          " poses: one sensor could be rotated without any effect; add poses "
-                          "tilted about another axis");
+    return NotEnoughError(
+        Finding(FindingCode::kAlignmentUndetermined,
+                "the alignment between the sensors' axes is unobservable from these " +
+                    std::to_string(pairs) +
+                    " poses: one sensor could be rotated without any effect",
+                "add poses tilted about another axis")
+            .With("poses", static_cast<double>(pairs)));
   }
   std::sort(alignments.begin(),
             alignments.end(),

@@ -12,6 +12,7 @@
 #include "math/dense/products.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -69,8 +70,10 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   const Vector9 values = svd.values;
   if (!(std::sqrt(values[8]) > kThinTurns * std::sqrt(values[0]))) {
     return NotEnoughError(
-        "gyroscope: the turns between the poses do not cover all of its axes; turn the unit about "
-        "three different axes, each in both directions");
+        Finding(FindingCode::kTurnAxesMissing,
+                "gyroscope: the turns between the poses do not cover all of its axes",
+                "turn the unit about three different axes, each in both directions")
+            .About(Triad::kGyroscope));
   }
   const Vector9 solution = svd.x;
   const Eigen::Matrix3d correction = solution.reshaped(3, 3);
@@ -106,8 +109,10 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   }
   if (!model.triad.sensitivity.allFinite()) {
     return NotEnoughError(
-        "gyroscope: its readings do not match how gravity turned between the poses; check its "
-        "unit, axes and time stamps");
+        Finding(FindingCode::kTurnsUnexplained,
+                "gyroscope: its readings do not match how gravity turned between the poses",
+                "check its unit, axes and time stamps")
+            .About(Triad::kGyroscope));
   }
   return model.triad.sensitivity;
 }
@@ -133,8 +138,10 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   const Eigen::Vector3d extent = EigenOfSymmetric3(scatter).values;
   if (!sensitivity && !(std::sqrt(std::max(extent[0], 0.0)) > kThinRates * std::sqrt(extent[2]))) {
     return NotEnoughError(
-        "gyroscope: the motion does not cover all of its axes; turn the unit about three different "
-        "axes, each in both directions");
+        Finding(FindingCode::kTurnAxesMissing,
+                "gyroscope: the motion does not cover all of its axes",
+                "turn the unit about three different axes, each in both directions")
+            .About(Triad::kGyroscope));
   }
   const double spread = std::sqrt(extent.sum() / std::max(count, 1.0));
 
@@ -181,8 +188,10 @@ Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves
   model.bias = bias_raw.value_or(centre + model.sensitivity * found.tail<3>());
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
     return NotEnoughError(
-        "gyroscope: its readings do not match how gravity turned in the body frame; check its "
-        "unit, axes and time stamps");
+        Finding(FindingCode::kTurnsUnexplained,
+                "gyroscope: its readings do not match how gravity turned in the body frame",
+                "check its unit, axes and time stamps")
+            .About(Triad::kGyroscope));
   }
   return model;
 }

@@ -18,6 +18,7 @@
 
 #include "init/ellipsoid_fit.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -52,8 +53,10 @@ std::string MissingFaces(const std::vector<FacePose>& faces) {
 }
 
 Error MissingFacesError(const std::string& missing) {
-  return NotEnoughError("no rest with these axes up: " + missing +
-                        "; a six-face calibration needs every axis up and down, so record these");
+  return NotEnoughError(
+      Finding(FindingCode::kMissingFaces,
+              "no rest with these axes up: " + missing,
+              "a six-face calibration needs every axis up and down, so record these"));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 
 #include <Eigen/Dense>
 
+#include "io/calibration_findings.h"
 #include "io/calibration_quality.h"
 #include "io/calibration_sensors.h"
 #include "io/calibration_values.h"
@@ -119,10 +120,26 @@ void ReadStatus(YamlReader reader, Calibration* calibration) {
       !IsNull(limits) && limits.Read(&within_limits)) {
     calibration->within_limits = within_limits;
   }
-  for (YamlReader& item : reader.RequireChild("messages").Items()) {
-    item.Read(&calibration->messages.emplace_back());
-  }
+  ReadFindings(&reader, calibration->outcome, &calibration->findings);
   reader.RejectUnknown();
+}
+
+/// Files of yesterday say only in their experiment what they were made from.
+Mode ModeOfConfig(YamlReader config) {
+  if (!config.IsMap()) return Mode::kPoses;
+  YamlReader poses = config.Child("poses");
+  if (!poses.IsMap()) return Mode::kPoses;
+  if (poses.Child("motion")) return Mode::kMotion;
+  return poses.Child("sweep") ? Mode::kSweep : Mode::kPoses;
+}
+
+void ReadMode(YamlReader* reader, Calibration* calibration) {
+  if (YamlReader mode = reader->Child("mode")) {
+    ReadWord(mode, ModeFromName, &calibration->mode);
+    return;
+  }
+  calibration->mode = ModeOfConfig(reader->Child("config"));
+  if (!calibration->quality.sweep.axes.empty()) calibration->mode = Mode::kSweep;
 }
 
 /// The text below the top-level key `config:`, moved to the left margin. The text and not the
@@ -162,16 +179,14 @@ std::string CalibrationToYaml(const Calibration& calibration) {
     out << "  - { file: " << Quoted{input.file} << ", sha256: " << Quoted{input.sha256}
         << ", samples: " << input.samples << " }\n";
   }
-  out << "status:\n  outcome: " << OutcomeName(calibration.outcome) << "\n  within_limits: ";
+  out << "mode: " << ModeName(calibration.mode)
+      << "\nstatus:\n  outcome: " << OutcomeName(calibration.outcome) << "\n  within_limits: ";
   if (calibration.within_limits) {
     out << *calibration.within_limits << "\n";
   } else {
     out << "null\n";
   }
-  WriteItem(out, "messages", calibration.messages.empty());
-  for (const std::string& message : calibration.messages) {
-    out << "    - " << Quoted{message} << "\n";
-  }
+  WriteFindings(out, calibration.findings);
   WriteReference(out, calibration.reference);
   out << "gauge: " << GaugeName(calibration.gauge) << "\n"
       << "gauge_sensor: " << TriadName(calibration.gauge_sensor) << "\n";
@@ -237,6 +252,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     ReadCovariance(reader.RequireChild("covariance"), &calibration.covariance);
   }
   ReadQuality(reader.RequireChild("quality"), &calibration.quality);
+  ReadMode(&reader, &calibration);
   if (reader.RequireChild("config")) calibration.config_yaml = ConfigText(text);
   reader.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(reader.status());

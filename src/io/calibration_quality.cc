@@ -77,9 +77,9 @@ void WriteRegression(YamlText& out, const SweepRegression& regression) {
 }
 
 void WriteSweep(YamlText& out, const Quality& quality) {
-  if (quality.sweep.empty()) return;
+  if (quality.sweep.axes.empty()) return;
   out << "  sweep:\n";
-  for (const SweepAxis& axis : quality.sweep) {
+  for (const SweepAxis& axis : quality.sweep.axes) {
     out << "    - sensor: " << TriadName(axis.triad)
         << "\n      axis: " << kAxisLetters.substr(static_cast<std::size_t>(axis.axis), 1)
         << "\n      chosen: " << Quoted{axis.chosen} << "\n      noise_sigma: " << axis.noise_sigma
@@ -105,8 +105,8 @@ void WriteSweep(YamlText& out, const Quality& quality) {
   out << "  # Rows: sensor, time s, temperature degC, rate degC/s, bias x y z, fit x y z, its "
          "sigma "
          "x y z.\n";
-  WriteItem(out, "sweep_windows", quality.sweep_windows.empty());
-  for (const SweepWindow& window : quality.sweep_windows) {
+  WriteItem(out, "sweep_windows", quality.sweep.windows.empty());
+  for (const SweepWindow& window : quality.sweep.windows) {
     out << "    - [" << TriadName(window.triad) << ", " << window.time_s << ", " << window.degc
         << ", " << window.rate_degcps;
     for (const auto* values : {&window.bias_raw, &window.fit_raw, &window.fit_sigma_raw}) {
@@ -293,45 +293,45 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     out << "    - { description: " << Quoted{weak.description}
         << ", advice: " << Quoted{weak.advice} << ", sigma: " << weak.sigma << " }\n";
   }
-  if (quality.held_out) {
-    out << "  held_out:\n    folds: " << quality.held_out->folds << "\n    rms: ";
-    WritePerTriad(out, quality.held_out->rms);
+  if (quality.rests.held_out) {
+    out << "  held_out:\n    folds: " << quality.rests.held_out->folds << "\n    rms: ";
+    WritePerTriad(out, quality.rests.held_out->rms);
     out << "\n    in_sample_rms: ";
-    WritePerTriad(out, quality.held_out->in_sample_rms);
+    WritePerTriad(out, quality.rests.held_out->in_sample_rms);
     out << "\n";
-    if (quality.held_out->turns) WriteHeldOutTurns(out, *quality.held_out->turns);
+    if (quality.rests.held_out->turns) WriteHeldOutTurns(out, *quality.rests.held_out->turns);
   } else {
     out << "  held_out: null\n";
   }
-  WriteModels(out, "model_choice", quality.model_choice);
-  WriteModels(out, "model_steps", quality.model_steps);
-  if (!quality.temperature_settings.empty()) {
+  WriteModels(out, "model_choice", quality.rests.model_choice);
+  WriteModels(out, "model_steps", quality.rests.model_steps);
+  if (!quality.rests.temperature_settings.empty()) {
     out << "  # From the poses at one temperature: bias x y z, its sigma and its residual beyond "
            "the terms, raw unit; RMS with the calibration at the reference temperature and with "
            "the thermal terms.\n";
     WriteItem(out, "temperature_settings", false);
   }
-  for (const TemperatureSetting& setting : quality.temperature_settings) {
+  for (const TemperatureSetting& setting : quality.rests.temperature_settings) {
     out << "    - { sensor: " << TriadName(setting.triad) << ", degc: " << setting.degc
         << ", poses: " << setting.poses << ", bias: " << setting.bias_raw
         << ", bias_sigma: " << setting.bias_sigma_raw
         << ", beyond_terms: " << setting.beyond_terms_raw << ", rms_before: " << setting.rms_before
         << ", rms_after: " << setting.rms_after << " }\n";
   }
-  WriteItem(out, "rejected_poses", quality.rejected_poses.empty());
-  for (const RejectedPose& rejected : quality.rejected_poses) {
+  WriteItem(out, "rejected_poses", quality.rests.rejected_poses.empty());
+  for (const RejectedPose& rejected : quality.rests.rejected_poses) {
     out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
         << ", reason: " << Quoted{rejected.reason} << " }\n";
   }
-  if (!quality.turns.empty()) WriteItem(out, "turns", false);
-  for (const TurnCheck& turn : quality.turns) {
+  if (!quality.rests.turns.empty()) WriteItem(out, "turns", false);
+  for (const TurnCheck& turn : quality.rests.turns) {
     out << "    - { name: " << Quoted{turn.name} << ", axis: " << turn.axis
         << ", stated_rad: " << turn.stated_rad << ", stated_sigma_rad: " << turn.stated_sigma_rad
         << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
         << ", used: " << turn.used << ", fault: " << Quoted{turn.fault} << " }\n";
   }
-  if (!quality.clock_offsets.empty()) WriteItem(out, "clock_offsets", false);
-  for (const ClockOffset& offset : quality.clock_offsets) {
+  if (!quality.rests.clock_offsets.empty()) WriteItem(out, "clock_offsets", false);
+  for (const ClockOffset& offset : quality.rests.clock_offsets) {
     out << "    - { sensor: " << TriadName(offset.triad) << ", later_s: " << offset.later_s
         << ", sigma_s: " << offset.sigma_s << ", moves: " << offset.moves
         << ", p_value: " << offset.p_value << " }\n";
@@ -349,7 +349,7 @@ void WriteQuality(YamlText& out, const Quality& quality) {
         << " }\n";
   }
   WriteSweep(out, quality);
-  WritePoseResiduals(out, quality.pose_residuals);
+  WritePoseResiduals(out, quality.rests.pose_residuals);
 }
 
 void ReadQuality(YamlReader reader, Quality* quality) {
@@ -370,7 +370,7 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.RejectUnknown();
   }
   if (YamlReader held_out = reader.Child("held_out"); held_out && !IsNull(held_out)) {
-    HeldOut& result = quality->held_out.emplace();
+    HeldOut& result = quality->rests.held_out.emplace();
     held_out.Require("folds", &result.folds);
     ReadPerTriad(held_out.RequireChild("rms"), &result.rms);
     ReadPerTriad(held_out.Child("in_sample_rms"), &result.in_sample_rms);
@@ -388,10 +388,10 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     }
     held_out.RejectUnknown();
   }
-  ReadModels(reader.Child("model_choice"), &quality->model_choice);
-  ReadModels(reader.Child("model_steps"), &quality->model_steps);
+  ReadModels(reader.Child("model_choice"), &quality->rests.model_choice);
+  ReadModels(reader.Child("model_steps"), &quality->rests.model_steps);
   for (YamlReader& item : reader.Child("temperature_settings").Items()) {
-    TemperatureSetting& setting = quality->temperature_settings.emplace_back();
+    TemperatureSetting& setting = quality->rests.temperature_settings.emplace_back();
     ReadWord(item.RequireChild("sensor"), TriadFromName, &setting.triad);
     ReadNumber(item.RequireChild("degc"), &setting.degc);
     item.Require("poses", &setting.poses);
@@ -403,14 +403,14 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {
-    RejectedPose& rejected = quality->rejected_poses.emplace_back();
+    RejectedPose& rejected = quality->rests.rejected_poses.emplace_back();
     item.Require("pose", &rejected.pose);
     ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected.triad);
     item.Require("reason", &rejected.reason);
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.Child("turns").Items()) {
-    TurnCheck& turn = quality->turns.emplace_back();
+    TurnCheck& turn = quality->rests.turns.emplace_back();
     item.Require("name", &turn.name);
     ReadVector(item.RequireChild("axis"), &turn.axis);
     ReadNumber(item.RequireChild("stated_rad"), &turn.stated_rad);
@@ -422,7 +422,7 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.RejectUnknown();
   }
   for (YamlReader& item : reader.Child("clock_offsets").Items()) {
-    ClockOffset& offset = quality->clock_offsets.emplace_back();
+    ClockOffset& offset = quality->rests.clock_offsets.emplace_back();
     ReadWord(item.RequireChild("sensor"), TriadFromName, &offset.triad);
     ReadNumber(item.RequireChild("later_s"), &offset.later_s);
     ReadNumber(item.RequireChild("sigma_s"), &offset.sigma_s);
@@ -447,13 +447,13 @@ void ReadQuality(YamlReader reader, Quality* quality) {
     item.RejectUnknown();
   }
   for (const YamlReader& item : reader.Child("sweep").Items()) {
-    ReadSweepAxis(item, &quality->sweep.emplace_back());
+    ReadSweepAxis(item, &quality->sweep.axes.emplace_back());
   }
   for (const YamlReader& item : reader.Child("sweep_windows").Items()) {
-    ReadSweepWindow(item, &quality->sweep_windows.emplace_back());
+    ReadSweepWindow(item, &quality->sweep.windows.emplace_back());
   }
   for (const YamlReader& item : reader.Child("pose_residuals").Items()) {
-    ReadPoseResidual(item, &quality->pose_residuals.emplace_back());
+    ReadPoseResidual(item, &quality->rests.pose_residuals.emplace_back());
   }
   reader.RejectUnknown();
 }

@@ -24,11 +24,10 @@ void WriteThermal(YamlText& out, const ThermalTerms& thermal) {
   WriteList(out, thermal.sensitivity);
   out << "\n      rate: {";
   std::string_view separator = " ";
-  for (const auto& [key, value] : {std::pair("linear", &thermal.rate_linear),
-                                   std::pair("quadratic", &thermal.rate_quadratic),
-                                   std::pair("cross", &thermal.rate_cross)}) {
-    if (!*value) continue;
-    out << separator << key << ": " << **value;
+  for (const RateTermInfo& info : kRateTerms) {
+    const std::optional<Eigen::Vector3d>& value = thermal.rate[info.term];
+    if (!value) continue;
+    out << separator << info.name() << ": " << *value;
     separator = ", ";
   }
   out << " }\n";
@@ -51,8 +50,8 @@ void CheckThermal(YamlReader& reader, const ThermalTerms& thermal) {
   bool finite = std::isfinite(thermal.reference_degc) && thermal.range_degc.allFinite();
   for (const Eigen::Vector3d& term : thermal.bias) finite = finite && term.allFinite();
   for (const Eigen::Matrix3d& term : thermal.sensitivity) finite = finite && term.allFinite();
-  for (const auto* rate : {&thermal.rate_linear, &thermal.rate_quadratic, &thermal.rate_cross}) {
-    finite = finite && (!*rate || (*rate)->allFinite());
+  for (const std::optional<Eigen::Vector3d>& rate : thermal.rate) {
+    finite = finite && (!rate || rate->allFinite());
   }
   for (const ThermalKnot& knot : thermal.knots) {
     finite = finite && std::isfinite(knot.degc) && std::isfinite(knot.slope) &&
@@ -78,11 +77,9 @@ void ReadThermal(YamlReader reader, ThermalTerms* thermal) {
     ReadMatrix3(item, &thermal->sensitivity.emplace_back());
   }
   if (YamlReader rate = reader.RequireChild("rate")) {
-    for (const auto& [key, value] : {std::pair("linear", &thermal->rate_linear),
-                                     std::pair("quadratic", &thermal->rate_quadratic),
-                                     std::pair("cross", &thermal->rate_cross)}) {
+    for (const RateTermInfo& info : kRateTerms) {
       Eigen::Vector3d vector;
-      if (ReadVector(rate.Child(key), &vector)) *value = vector;
+      if (ReadVector(rate.Child(info.name()), &vector)) thermal->rate[info.term] = vector;
     }
     rate.RejectUnknown();
   }
@@ -145,16 +142,6 @@ void CheckCorrection(YamlReader reader, const TriadModel<double>& model) {
   }
 }
 
-/// A term that need not be there: its values and their σ.
-void ReadTerm(YamlReader& sensor,
-              YamlReader& sigmas,
-              std::string_view key,
-              Eigen::Vector3d* values,
-              std::optional<Eigen::Vector3d>* sigma) {
-  if (!ReadVector(sensor.Child(key), values)) return;
-  ReadVector(sigmas.RequireChild(key), &sigma->emplace());
-}
-
 }  // namespace
 
 void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
@@ -166,13 +153,18 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
       << "    correction: " << sensor.model.Correction() << "\n"
       << "    scale: " << sensor.Scale() << "\n"
       << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n";
-  if (sensor.quadratic_sigma) out << "    quadratic: " << sensor.model.quadratic << "\n";
-  if (sensor.asymmetry_sigma) out << "    asymmetry: " << sensor.model.asymmetry << "\n";
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (!sensor.axis_term_sigma[info.term]) continue;
+    out << "    " << info.name << ": " << sensor.model.axis_terms[info.term] << "\n";
+  }
   out << "    sigma:\n"
       << "      bias: " << sensor.bias_sigma << "\n"
       << "      sensitivity: " << sensor.sensitivity_sigma << "\n";
-  if (sensor.quadratic_sigma) out << "      quadratic: " << *sensor.quadratic_sigma << "\n";
-  if (sensor.asymmetry_sigma) out << "      asymmetry: " << *sensor.asymmetry_sigma << "\n";
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (const auto& sigma = sensor.axis_term_sigma[info.term]) {
+      out << "      " << info.name << ": " << *sigma << "\n";
+    }
+  }
   if (sensor.g_sensitivity) out << "    g_sensitivity: " << *sensor.g_sensitivity << "\n";
   if (sensor.thermal) WriteThermal(out, *sensor.thermal);
   if (sensor.si_per_count) out << "    si_per_count: " << *sensor.si_per_count << "\n";
@@ -202,8 +194,10 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   if (YamlReader sigma = reader.RequireChild("sigma")) {
     ReadVector(sigma.RequireChild("bias"), &sensor->bias_sigma);
     ReadMatrix3(sigma.RequireChild("sensitivity"), &sensor->sensitivity_sigma);
-    ReadTerm(reader, sigma, "quadratic", &sensor->model.quadratic, &sensor->quadratic_sigma);
-    ReadTerm(reader, sigma, "asymmetry", &sensor->model.asymmetry, &sensor->asymmetry_sigma);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (!ReadVector(reader.Child(info.name), &sensor->model.axis_terms[info.term])) continue;
+      ReadVector(sigma.RequireChild(info.name), &sensor->axis_term_sigma[info.term].emplace());
+    }
     sigma.RejectUnknown();
   }
   Eigen::Matrix3d g_sensitivity;

@@ -39,10 +39,9 @@ class Corrector {
         return BadInputError(stream.file + ": has no temperature, but the calibration of the " +
                              name + " depends on it; add a temperature column");
       }
-      const bool has_rate = thermal.rate_linear || thermal.rate_quadratic || thermal.rate_cross;
       const bool tells_rate =
           thermal.rate_lag_s || thermal.element_lag_s || thermal.smoothing_s > 0.0;
-      if (has_rate && !tells_rate) {
+      if (thermal.rate.any() && !tells_rate) {
         return BadInputError("the calibration of the " + name +
                              " depends on the temperature rate, but does not state how to compute "
                              "it from a log; calibrate from a sweep (`poses: { sweep: auto }`), or "
@@ -83,8 +82,7 @@ class Corrector {
         correction_(calibration.model.Correction()) {
     if (!calibration.thermal) return;
     const ThermalTerms& thermal = *calibration.thermal;
-    follows_time_ = thermal.element_lag_s || thermal.rate_linear || thermal.rate_quadratic ||
-                    thermal.rate_cross;
+    follows_time_ = thermal.element_lag_s || thermal.rate.any();
   }
 
   // Lags and rates: the model changes with every reading.

@@ -355,7 +355,8 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
       return BadInputError(path + ": " + duplicates.Describe() +
                            " These are too many to be readings; check how the table was made");
     }
-    poses.warnings.push_back(duplicates.Describe());
+    poses.findings.push_back(Finding(FindingCode::kRepeatedRows, duplicates.Describe())
+                                 .With("rows", static_cast<double>(duplicates.count())));
   }
   TRUETRIAD_RETURN_IF_ERROR(RejectClipped(poses));
   if (poses.has_time && !poses.poses.empty()) {

@@ -14,6 +14,12 @@ constexpr NamedValues<Outcome, 5> kOutcomes = {{
     {Outcome::kNotEnough, "not_enough"},
 }};
 
+constexpr NamedValues<Mode, 3> kModes = {{
+    {Mode::kPoses, "poses"},
+    {Mode::kMotion, "motion"},
+    {Mode::kSweep, "sweep"},
+}};
+
 constexpr NamedValues<NoiseSource, 5> kNoiseSources = {{
     {NoiseSource::kStatic, "static"},
     {NoiseSource::kAllan, "allan"},
@@ -26,6 +32,9 @@ constexpr NamedValues<NoiseSource, 5> kNoiseSources = {{
 
 std::string_view OutcomeName(Outcome outcome) { return kOutcomes.Name(outcome); }
 std::optional<Outcome> OutcomeFromName(std::string_view name) { return kOutcomes.Find(name); }
+
+std::string_view ModeName(Mode mode) { return kModes.Name(mode); }
+std::optional<Mode> ModeFromName(std::string_view name) { return kModes.Find(name); }
 
 std::string_view NoiseSourceName(NoiseSource source) { return kNoiseSources.Name(source); }
 std::optional<NoiseSource> NoiseSourceFromName(std::string_view name) {

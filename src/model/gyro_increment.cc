@@ -20,11 +20,12 @@ using Padded = Eigen::Matrix<double, 10, 1>;
 struct Sums {
   // Times 1, the rates x y z, the forces x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
-  // With asymmetry: of readings, forces and sizes, each through its own slope.
+  // Of axes with terms: of readings, forces and terms, each through its own slope.
   Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_force{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  Eigen::Matrix3d by_size = Eigen::Matrix3d::Zero();
+  PerAxisTerm<Eigen::Matrix3d> by_axis_term =
+      PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
 
   Eigen::Matrix3d Factor(Eigen::Index i) const {
@@ -41,7 +42,7 @@ struct Sensor {
   const GyroModel& model;
   Eigen::Matrix3d correction;
   Eigen::Vector3d variance_raw;
-  Eigen::Matrix3d noise;  // of a rate, without asymmetry
+  Eigen::Matrix3d noise;  // of a rate, without axis terms
 };
 
 // What one reading adds: it turned the body by weight_s * rate while that stood at `turned`.
@@ -56,7 +57,7 @@ void AddReading(const Sensor& sensor,
   padded << weighted.reshaped(), 0.0;
   sums->by_factor.leftCols<4>().noalias() +=
       padded * Eigen::RowVector4d(1.0, rate_radps.x(), rate_radps.y(), rate_radps.z());
-  if (!sensor.model.has_asymmetry) {
+  if (!sensor.model.is_bent) {
     if (force_mps2 != nullptr) {
       sums->by_factor.rightCols<3>().noalias() += padded * force_mps2->transpose();
     }
@@ -66,7 +67,11 @@ void AddReading(const Sensor& sensor,
   const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
   const Eigen::Matrix3d by_reading =
       weighted * sensor.correction * sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
-  sums->by_size += by_reading * felt.cwiseAbs().asDiagonal();
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != Triad::kGyroscope) continue;
+    const Eigen::Vector3d values = felt.unaryExpr([&](double u) { return ValueOf(info.term, u); });
+    sums->by_axis_term[info.term] += by_reading * values.asDiagonal();
+  }
   sums->by_reading += by_reading;
   if (force_mps2 != nullptr) {
     for (std::size_t j = 0; j < 3; ++j) {
@@ -119,7 +124,7 @@ class RateWindow {
   Eigen::Vector3d RateOf(std::size_t i) const {
     Eigen::Vector3d raw = readings_.reading_raw[i] - model_.triad.bias;
     if (has_force_) raw -= model_.g_sensitivity * readings_.force_mps2[i];
-    return correction_ * (model_.has_asymmetry ? model_.triad.Felt(raw) : raw);
+    return correction_ * (model_.is_bent ? model_.triad.Felt(raw) : raw);
   }
 
   const GyroReadings& readings_;
@@ -149,8 +154,10 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   CHECK_EQ(readings.reading_raw.size(), count);
   const bool has_force = !readings.force_mps2.empty();
   if (has_force) CHECK_EQ(readings.force_mps2.size(), count);
-  CHECK(model.triad.quadratic.isZero(0.0));
-  CHECK(model.has_asymmetry || model.triad.asymmetry.isZero(0.0));
+  for (const AxisTermInfo& info : kAxisTerms) {
+    CHECK((model.is_bent && info.triad == Triad::kGyroscope) ||
+          model.triad.axis_terms[info.term].isZero(0.0));
+  }
 
   const Sensor sensor(model, sigma_raw);
   const auto force_at = [&](std::size_t i) {
@@ -190,15 +197,17 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   increment.duration_s = readings.time_s.back() - readings.time_s.front();
   increment.rotation = rotation.normalized();
   const Eigen::Matrix3d to_end = turned.transpose();
-  // d rate = -C dS rate - C D^-1 (db + dG force + |u| da) with D = d raw / d u.
-  if (!model.has_asymmetry) {
+  // d rate = -C dS rate - C D^-1 (db + dG force + f(u) da) with D = d raw / d u.
+  if (!model.is_bent) {
     sums.by_reading = sums.Factor(0) * sensor.correction;
     for (std::size_t j = 0; j < 3; ++j) {
       sums.by_force[j] = sums.Factor(4 + static_cast<Eigen::Index>(j)) * sensor.correction;
     }
   }
   increment.by_bias = -to_end * sums.by_reading;
-  increment.by_asymmetry = -to_end * sums.by_size;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    increment.by_axis_term[info.term] = -to_end * sums.by_axis_term[info.term];
+  }
   for (Eigen::Index j = 0; j < 3; ++j) {
     increment.by_sensitivity.middleCols<3>(3 * j) =
         -to_end * sums.Factor(1 + j) * sensor.correction;

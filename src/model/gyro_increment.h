@@ -33,17 +33,17 @@ struct GyroReadings {
   std::span<const Eigen::Vector3d> force_mps2;
 };
 
-/// A gyroscope: raw = u + a |u| + b + G f, u = S omega (triad_model.h), f the specific force.
+/// A gyroscope: raw of triad_model.h + G f, f the specific force.
 struct GyroModel {
-  TriadModel<double> triad;                                 ///< The quadratic term is zero.
+  TriadModel<double> triad;                                 ///< Axis terms of a gyroscope alone.
   Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
-  bool has_asymmetry = false;  ///< Else the asymmetry is zero, and nothing is asked about it.
+  bool is_bent = false;  ///< Else axis terms are zero, and nothing is asked about them.
 };
 
 /// The rotation that a gyroscope saw, and how it depends on the gyroscope's parameters:
 ///
 ///   rotation(p + d) = rotation(p) Exp(by_bias db + by_sensitivity vec(dS) + by_g vec(dG)
-///                                     + by_asymmetry da)
+///                                     + by_axis_term da)
 ///
 /// to first order in d; matrices column by column.
 struct GyroIncrement {
@@ -51,7 +51,9 @@ struct GyroIncrement {
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();             ///< rad per raw.
   Eigen::Matrix<double, 3, 9> by_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
   Eigen::Matrix<double, 3, 9> by_g_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
-  Eigen::Matrix3d by_asymmetry = Eigen::Matrix3d::Zero();  ///< rad; zero without has_asymmetry.
+  /// rad per unit of the term; zero without is_bent.
+  PerAxisTerm<Eigen::Matrix3d> by_axis_term =
+      PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
   /// Of the error at the end, in the body frame there, rad^2: readings with independent errors of
   /// the stated sigma.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();

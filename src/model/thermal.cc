@@ -49,11 +49,10 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
     power *= tau;
     model.sensitivity += power.matrix().asDiagonal() * term;
   }
-  if (thermal.rate_linear) model.bias.array() += rate * thermal.rate_linear->array();
-  if (thermal.rate_quadratic) {
-    model.bias.array() += rate.square() * thermal.rate_quadratic->array();
+  for (const RateTermInfo& info : kRateTerms) {
+    const std::optional<Eigen::Vector3d>& term = thermal.rate[info.term];
+    if (term) model.bias.array() += FactorOf(info.term, tau, rate) * term->array();
   }
-  if (thermal.rate_cross) model.bias.array() += tau * rate * thermal.rate_cross->array();
   for (const ThermalKnot& knot : thermal.knots) {
     const double above = std::max(0.0, state.degc[knot.axis] - knot.degc);
     const double before = std::max(0.0, thermal.reference_degc - knot.degc);

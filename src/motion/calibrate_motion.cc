@@ -6,7 +6,6 @@
 #include <limits>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -19,16 +18,17 @@
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
+#include "verdict/checks/check.h"
 #include "verdict/observability.h"
 #include "verdict/presentation.h"
 #include "verdict/quality.h"
-#include "verdict/verdict.h"
+#include "verdict/result.h"
 
 namespace truetriad {
 namespace {
 
 // Noise and starts are settled on a chain no finer than this: the readings between two of its nodes
-// lose nothing, and a hand's accelerations hang together much longer.
+// lose nothing, and a hand's accelerations stay correlated much longer.
 constexpr double kSettlingSpacingS = 0.1;
 constexpr int kMaxRounds = 20;
 // A density that changes less than this moves σ by half of it.
@@ -45,7 +45,7 @@ constexpr double kMotionTolerance = 1e-11;
 constexpr double kExplainedShare = 0.5;
 // Nodes that stand for the whole chain where single ones are looked at.
 constexpr std::size_t kShownNodes = 200;
-// The chain hangs together worse than it should where the gyroscope told nothing for longer.
+// A chain that the gyroscope does not tell for longer is no chain.
 constexpr double kMuchUntoldShare = 0.1;
 
 // Everything about one start, as far as it has come.
@@ -238,17 +238,23 @@ double DegreesOfFreedom(const MotionRun& run) {
 void SayRemarks(const CalibrateOptions& options,
                 const MotionTrack& track,
                 const MotionRun& run,
-                Messages* messages) {
-  messages->push_back("the unit was followed through its motion: a chain of " +
-                      std::to_string(run.nodes.size()) +
-                      Format(" attitudes over %.0f s", track.duration_s()));
+                Findings* findings) {
+  findings->push_back(Finding(FindingCode::kFollowedMotion,
+                              "the unit was followed through its motion: a chain of " +
+                                  std::to_string(run.nodes.size()) +
+                                  Format(" attitudes over %.0f s", track.duration_s()))
+                          .With("attitudes", static_cast<double>(run.nodes.size()))
+                          .With("duration", track.duration_s(), "s"));
   for (const Triad triad : kTriads) {
     if (!options.triads[triad].enabled || !(run.noise.correlation[triad] > 1.0)) continue;
-    messages->push_back(
-        std::string(TriadName(triad)) +
-        Format(": residuals hang together from one attitude to the next (%.1f times the variance "
-               "of white noise); weights and σ allow for it",
-               run.noise.correlation[triad]));
+    findings->push_back(
+        Finding(FindingCode::kCorrelatedResiduals,
+                std::string(TriadName(triad)) +
+                    Format(": residuals are correlated from one attitude to the next (%.1f times "
+                           "the variance of white noise); weights and σ allow for it",
+                           run.noise.correlation[triad]))
+            .About(triad)
+            .With("variance_ratio", run.noise.correlation[triad]));
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const double ahead_s = track.ahead_s(triad);
@@ -256,51 +262,79 @@ void SayRemarks(const CalibrateOptions& options,
         !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
       continue;
     }
-    messages->push_back(
-        std::string(TriadName(triad)) + Format(": its times are %.2f ", 1e3 * std::abs(ahead_s)) +
-        Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
-        (ahead_s > 0.0 ? "later" : "earlier") + " than the gyroscope's; allowed for");
+    findings->push_back(Finding(FindingCode::kClockCorrected,
+                                std::string(TriadName(triad)) +
+                                    Format(": its times are %.2f ", 1e3 * std::abs(ahead_s)) +
+                                    Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
+                                    (ahead_s > 0.0 ? "later" : "earlier") +
+                                    " than the gyroscope's; corrected")
+                            .About(triad)
+                            .With("offset", ahead_s, run.clock_sigma_s[triad], "s"));
   }
-  if (options.triads[Triad::kMagnetometer].enabled &&
-      run.graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
-    messages->emplace_back(kLeftHandedMagnetometer);
-  }
-  if (run.graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
-    messages->emplace_back(kLeftHandedGyroscope);
-  }
+  const Findings mirrored = CheckHandedness(options, run.graph);
+  findings->insert(findings->end(), mirrored.begin(), mirrored.end());
   if (track.untold() > 0) {
-    messages->push_back(Format("the gyroscope tells nothing for %.2f s in ", track.untold_s()) +
-                        std::to_string(track.untold()) +
-                        " place(s) (gaps, saturation or repeated readings): the chain is broken "
-                        "there");
+    findings->push_back(
+        Finding(FindingCode::kGyroscopeGaps,
+                Format("the gyroscope has no usable data for %.2f s in ", track.untold_s()) +
+                    std::to_string(track.untold()) +
+                    " place(s) (gaps, saturation or repeated readings): the chain is broken there")
+            .About(Triad::kGyroscope)
+            .With("duration", track.untold_s(), "s")
+            .With("places", track.untold()));
   }
 }
 
-// Why a solution cannot be used; unset when it can.
-std::optional<std::string> WhyUnusable(const MotionTrack& track,
-                                       const MotionRun& run,
-                                       const Quality& quality,
-                                       Outcome* outcome) {
-  *outcome = Outcome::kNotConverged;
+// Why a solution cannot be used; empty when it can.
+Findings WhyUnusable(const MotionTrack& track,
+                     const MotionRun& run,
+                     const PresentedSolution& solution,
+                     const Quality& quality,
+                     bool determined) {
+  const Findings non_finite = CheckFinite(TriadOptions(), run.graph.shared, solution.covariance);
+  if (Find(non_finite, FindingCode::kNonFinite) != nullptr) return non_finite;
+  if (!determined) {
+    return {{FindingCode::kNotDetermined,
+             "the motion does not determine every parameter that was asked for",
+             "see the weak directions"}};
+  }
+  if (!non_finite.empty()) return non_finite;
   if (track.untold_s() > kMuchUntoldShare * track.duration_s()) {
-    return Format("the gyroscope tells nothing for %.1f s of ", track.untold_s()) +
-           Format(
-               "%.1f s (gaps, saturation or repeated readings): what moved meanwhile is not "
-               "known",
-               track.duration_s());
+    return {Finding(FindingCode::kGyroscopeGaps,
+                    Format("the gyroscope has no usable data for %.1f s of ", track.untold_s()) +
+                        Format("%.1f s (gaps, saturation or repeated readings): what moved "
+                               "meanwhile is not known",
+                               track.duration_s()))
+                .As(Severity::kRefusal)
+                .About(Triad::kGyroscope)
+                .With("duration", track.untold_s(), "s")};
   }
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!quality.residual_rms[triad]) continue;
-    const double share =
-        *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
-    if (share <= kExplainedShare) continue;
-    return std::string(TriadName(triad)) +
-           Format(
-               ": after the fit the readings still scatter by %.0f %% of the field; this is no "
-               "unit turned in one constant field",
-               100.0 * share);
-  }
-  return std::nullopt;
+  Findings unexplained = CheckExplained(quality,
+                                        run.graph.reference(),
+                                        kExplainedShare,
+                                        "this is no unit turned in one constant field");
+  if (!unexplained.empty() || run.outcome.converged) return unexplained;
+  return {{FindingCode::kDidNotConverge,
+           "the optimiser did not converge: the readings do not fit the model from any start"}};
+}
+
+TriadNoise NoiseOf(const MotionTrack& track,
+                   const MotionRun& run,
+                   const Eigen::Matrix3d& sensitivity,
+                   Triad triad) {
+  TriadNoise noise;
+  noise.source = run.noise.source[triad];
+  const double averaged_s = AveragedTime(track, run, triad);
+  noise.sigma = (run.noise.noise.density[triad] / averaged_s).cwiseSqrt();
+  if (run.noise.source[triad] == NoiseSource::kResidual) return noise;
+  const Eigen::Vector3d stated = (run.noise.stated.density[triad] / averaged_s).cwiseSqrt();
+  const Eigen::Vector3d gain = sensitivity.rowwise().norm();
+  noise.excess_sigma = std::sqrt((noise.sigma.cwiseAbs2() - stated.cwiseAbs2())
+                                     .cwiseQuotient(gain.cwiseAbs2())
+                                     .cwiseMax(0.0)
+                                     .mean());
+  noise.sigma = stated;
+  return noise;
 }
 
 Status StateMotionVerdict(const PoseSet& poses,
@@ -323,51 +357,24 @@ Status StateMotionVerdict(const PoseSet& poses,
 
   const SharedInformation information(
       graph.layout, graph.shared, solved.information(), solved.gradient());
-  Observability observability = AnalyseObservability(graph, information, options.observable_sigma);
+  Observability observability = AnalyseObservability(
+      graph, information, options.observable_sigma, "keep it in motion longer");
   quality.weak_directions = std::move(observability.weak_directions);
-  constexpr std::string_view kAddPoses = "add poses ";
-  for (WeakDirection& weak : quality.weak_directions) {
-    if (weak.advice.starts_with(kAddPoses)) {
-      weak.advice.replace(0, kAddPoses.size(), "keep it in motion longer ");
-    }
-  }
   PresentedSolution solution = SolvedFrame(graph, information.covariance());
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
 
-  std::optional<std::string> refusal = WhyUnusable(track, *run, quality, &calibration->outcome);
-  if (!graph.shared.allFinite() || !solution.covariance.matrix.allFinite()) {
-    refusal = "the numbers left the range that can be computed with; look for absurd readings";
-  } else if (!observability.determined || information.rank() < information.size()) {
-    calibration->outcome = Outcome::kNotObservable;
-    refusal = "the motion does not determine every wanted parameter; see the weak directions";
-  } else if (!refusal && !run->outcome.converged) {
-    refusal = "the optimiser did not converge: the readings do not fit the model from any start";
-  }
-  if (refusal) {
-    calibration->messages.push_back(*refusal);
-    return {};
-  }
-  calibration->outcome = Outcome::kConverged;
-  calibration->covariance = solution.covariance;
-  for (const Triad triad : kTriads) {
-    if (!options.triads[triad].enabled) continue;
-    TriadCalibration sensor = SensorOf(triad, poses, solution);
-    sensor.noise.source = run->noise.source[triad];
-    const double averaged_s = AveragedTime(track, *run, triad);
-    sensor.noise.sigma = (run->noise.noise.density[triad] / averaged_s).cwiseSqrt();
-    if (run->noise.source[triad] != NoiseSource::kResidual) {
-      const Eigen::Vector3d stated = (run->noise.stated.density[triad] / averaged_s).cwiseSqrt();
-      const Eigen::Vector3d gain = sensor.model.sensitivity.rowwise().norm();
-      sensor.noise.excess_sigma = std::sqrt((sensor.noise.sigma.cwiseAbs2() - stated.cwiseAbs2())
-                                                .cwiseQuotient(gain.cwiseAbs2())
-                                                .cwiseMax(0.0)
-                                                .mean());
-      sensor.noise.sigma = stated;
+  const bool determined = observability.determined && information.rank() >= information.size();
+  calibration->findings = WhyUnusable(track, *run, solution, quality, determined);
+  if (calibration->findings.empty()) {
+    PerTriad<TriadNoise> noise;
+    for (const Triad triad : kTriads) {
+      if (!options.triads[triad].enabled) continue;
+      noise[triad] = NoiseOf(track, *run, solution.models[triad]->sensitivity, triad);
     }
-    calibration->sensors[triad] = sensor;
+    StateSolution(options, poses, solution, noise, calibration);
+    SayRemarks(options, track, *run, &calibration->findings);
   }
-  SayRemarks(options, track, *run, &calibration->messages);
-  return StateLimits(options, poses, calibration);
+  return Conclude(options, poses, calibration);
 }
 
 }  // namespace
@@ -376,17 +383,16 @@ Status CalibrateMotion(const PoseSet& poses,
                        const CalibrateOptions& options,
                        CalibrationSummary* summary) {
   Calibration& calibration = summary->calibration;
-  const auto refuse = [&](Outcome outcome, const std::string& message) -> Status {
-    calibration.outcome = outcome;
-    calibration.messages.push_back(message);
-    return {};
+  const auto refuse = [&](Finding refusal) -> Status {
+    calibration.findings.push_back(std::move(refusal));
+    return Conclude(options, poses, &calibration);
   };
   auto track = MotionTrack::Of(poses, options.triads[Triad::kMagnetometer].enabled);
   if (!track) return track.error();
   const auto starts = FindMotionStarts(poses, options, *track);
   if (!starts) {
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
-    return refuse(Outcome::kNotObservable, starts.error().message);
+    return refuse(RefusalOf(starts.error()));
   }
   const double wanted_s = options.motion->spacing_s;
   const double settling_s = std::max(wanted_s, kSettlingSpacingS);
@@ -396,10 +402,13 @@ Status CalibrateMotion(const PoseSet& poses,
     if (!std::isfinite(run.outcome.final_cost)) continue;
     if (!best || run.outcome.final_cost < best->outcome.final_cost) best = std::move(run);
   }
-  if (!best) return refuse(Outcome::kNotConverged, "the optimiser failed from every start");
+  if (!best) {
+    return refuse({FindingCode::kSolverFailed, "the optimiser failed from every start"});
+  }
   MotionRun& run = *best;
   if (run.graph.layout.free_size() == 0) {
-    return UsageError("every wanted parameter is held by `fixed:`; nothing is left to estimate");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to estimate",
+                      "sensors");
   }
   Settle(options, settling_s, &*track, &run);
   GatherAgain(options, wanted_s, &*track, &run);

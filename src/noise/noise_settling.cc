@@ -11,6 +11,7 @@
 
 #include <glog/logging.h>
 
+#include "base/messages.h"
 #include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "solve/solve_graph.h"
@@ -94,14 +95,17 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
-                             Messages* messages) {
+                             Findings* findings) {
   while (const auto unseen = LeastSeen(*noise, *graph)) {
     noise->excess[*unseen] = 0.0;
     std::erase(noise->estimated, *unseen);
-    messages->push_back(
+    Finding& finding = findings->emplace_back(
+        FindingCode::kExcessUnknown,
         NoiseComponentName(*unseen) +
-        ": these poses hold no information on pose-to-pose noise; σ rests on the noise inside "
-        "rests alone (state `noise: { excess: { sigma: … } }` if you know it)");
+            ": these poses hold no information on pose-to-pose noise; σ uses within-rest noise "
+            "only",
+        "state `noise: { excess: { sigma: … } }` if you know it");
+    finding.sensor = TriadOf(*unseen);
     ApplyExcess(noise->excess, graph);
     system->Eliminate(*graph);
     noise->estimate = ExcessEstimate{};
@@ -324,7 +328,7 @@ bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
 
 }  // namespace
 
-NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Messages* messages) {
+NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings) {
   NoiseState noise;
   for (const Triad triad : kTriads) {
     const TriadOptions& sensor = options.triads[triad];
@@ -343,11 +347,15 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Me
     const bool all_have_covariance = with_covariance == seen;
     const bool stated = sensor.noise_sigma_raw || sensor.allan;
     if (!all_have_covariance && with_covariance > 0 && !stated) {
-      messages->push_back(
-          std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) + " of " +
-          std::to_string(seen) +
-          " poses state no sigma; those of the others are not used, noise comes from the "
-          "residuals");
+      findings->push_back(
+          Finding(FindingCode::kSigmaPartlyStated,
+                  std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) +
+                      " of " + std::to_string(seen) +
+                      " poses state no sigma; those of the others are not used, noise comes from "
+                      "the residuals")
+              .About(triad)
+              .With("without_sigma", seen - with_covariance)
+              .With("poses", seen));
     }
     if (sensor.noise_sigma_raw) {
       noise.source[triad] = sensor.noise_source;
@@ -443,23 +451,25 @@ int SettleNoise(const RobustOptions& robust,
                 NoiseState* noise,
                 PoseGraph* graph,
                 SolveLog* log,
-                Messages* messages) {
+                Findings* findings) {
   ApplyExcess(noise->excess, graph);
   ReducedSystem system(*graph);
   UnknownNoise unknown{noise->estimated, {}};
   const double dof = ResidualDof(*graph, system);
   const bool weighs = robust.enabled && dof >= kMinRobustDof;
   if (robust.enabled && !weighs) {
-    messages->push_back(
-        Format("few residual degrees of freedom (%.0f): a disturbed pose could not be told from a "
-               "good one, none was looked for",
-               dof));
+    findings->push_back(
+        Finding(FindingCode::kOutliersNotSought,
+                Format("few residual degrees of freedom (%.0f): an outlier could not be told from "
+                       "a good pose, none was looked for",
+                       dof))
+            .With("degrees_of_freedom", dof));
   }
   if (dof < 1.0) {
     if (!noise->estimated.empty()) {
-      messages->emplace_back(
-          "no residual degrees of freedom: pose-to-pose noise could not be estimated, σ rests on "
-          "the noise inside rests alone");
+      findings->emplace_back(FindingCode::kExcessUnknown,
+                             "no residual degrees of freedom: pose-to-pose noise could not be "
+                             "estimated, σ uses within-rest noise only");
     }
     for (const NoiseComponent component : noise->estimated) {
       const bool from_residuals = noise->IsFromResiduals(component);
@@ -497,7 +507,7 @@ int SettleNoise(const RobustOptions& robust,
     if (!noise->estimated.empty()) {
       Estimate(noise, graph, &system);
       if (weighs && ReadmitWhatCannotBeJudged(*noise, *graph, &unknown)) continue;
-      DropExcessThatIsNotSeen(noise, graph, &system, messages);
+      DropExcessThatIsNotSeen(noise, graph, &system, findings);
     }
     bool excess_changed = false;
     for (const NoiseComponent component : noise->estimated) {

@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include "base/messages.h"
 #include "noise/variance_components.h"
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
 #include "truetriad/data/static_pose.h"
+#include "truetriad/model/finding.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
@@ -30,7 +30,7 @@ struct NoiseState {
 };
 
 // Where each triad's rest noise comes from, and whether its excess is estimated.
-NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Messages* messages);
+NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings);
 
 // Before anything is known of the excess: what keeps triads without rest noise balanced against
 // each other. Sets the graph's variances.
@@ -62,6 +62,6 @@ int SettleNoise(const RobustOptions& robust,
                 NoiseState* noise,
                 PoseGraph* graph,
                 SolveLog* log,
-                Messages* messages);
+                Findings* findings);
 
 }  // namespace truetriad

@@ -128,7 +128,8 @@ Status CheckFaces(const PlanOptions& options) {
   if (all) return {};
   return UsageError(
       "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, and give "
-      "no program with other poses");
+      "no program with other poses",
+      "plan");
 }
 
 // Temperature terms are planned for at stated temperatures.
@@ -138,7 +139,8 @@ Status CheckTemperatures(const PlanOptions& options) {
     if (!options.grid.temperatures_degc.empty()) return {};
     return UsageError(
         "`thermal:` terms are enabled, but no chamber temperatures are stated to plan for; state "
-        "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`");
+        "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`",
+        "plan.temperatures_degc");
   }
   for (std::size_t k = 0; k < options.program->poses.size(); ++k) {
     if (options.program->poses[k].temperature_degc) continue;
@@ -226,37 +228,51 @@ bool Plan::IsMet() const {
 
 Status PlanOptions::Validate() const {
   std::string problems;
-  const auto expect = [&problems](bool good, const std::string& problem) {
-    if (!good) problems += (problems.empty() ? "" : "\n") + problem;
+  std::string key = "plan";
+  const auto expect = [&](bool good, const char* about, const std::string& problem) {
+    if (good) return;
+    if (problems.empty()) key = about;
+    problems += (problems.empty() ? "" : "\n") + problem;
   };
-  expect(poses >= 0, "poses = " + std::to_string(poses) + " is below zero");
-  expect(max_poses >= 1, "max_poses = " + std::to_string(max_poses) + " is below one");
+  expect(poses >= 0, "plan.poses", "poses = " + std::to_string(poses) + " is below zero");
+  expect(max_poses >= 1,
+         "plan.max_poses",
+         "max_poses = " + std::to_string(max_poses) + " is below one");
   expect(poses <= max_poses || program,
+         "plan.poses",
          "poses = " + std::to_string(poses) +
              " is more than max_poses = " + std::to_string(max_poses));
-  expect(rest_s >= 0.0, "rest_s = " + std::to_string(rest_s) + " is below zero");
-  expect(random_draws >= 0, "random = " + std::to_string(random_draws) + " is below zero");
+  expect(rest_s >= 0.0, "plan.rest_s", "rest_s = " + std::to_string(rest_s) + " is below zero");
+  expect(random_draws >= 0,
+         "plan.random",
+         "random = " + std::to_string(random_draws) + " is below zero");
   for (const auto& [name, sigma] : wanted) {
-    expect(sigma > 0.0, "wanted " + name + " = " + std::to_string(sigma) + " is not positive");
+    expect(sigma > 0.0,
+           "plan.wanted",
+           "wanted " + name + " = " + std::to_string(sigma) + " is not positive");
   }
   expect(program || poses > 0 || !wanted.empty(),
+         "plan",
          "the number of poses is open; give `poses`, `wanted` sigmas, or a program to evaluate");
-  expect(program || !grid.attitudes.empty(), "the grid of rotations is empty");
+  expect(program || !grid.attitudes.empty(), "plan.rotations", "the grid of rotations is empty");
   for (const double temperature : grid.temperatures_degc) {
     expect(std::isfinite(temperature),
+           "plan.temperatures_degc",
            "chamber temperature " + std::to_string(temperature) + " is not a number");
   }
-  expect(!program || !program->poses.empty(), "the program has no poses");
+  expect(!program || !program->poses.empty(), "plan.program", "the program has no poses");
   expect(!calibrate.triads[Triad::kGyroscope].enabled ||
              calibrate.triads[Triad::kAccelerometer].enabled,
+         "sensors.gyroscope",
          "planning turns for the gyroscope needs the accelerometer; enable it too (for a gyroscope "
          "alone, state turntable rates instead of planning)");
-  expect(turn_s > 0.0, "turn_s = " + std::to_string(turn_s) + " is not above zero");
-  expect(turn_sigma_rad >= 0.0, "turn_sigma_deg is below zero");
+  expect(turn_s > 0.0, "plan.turn_s", "turn_s = " + std::to_string(turn_s) + " is not above zero");
+  expect(turn_sigma_rad >= 0.0, "plan.turn_sigma_deg", "turn_sigma_deg is below zero");
   expect(!calibrate.HasChoice(),
+         "sensors",
          "`auto` chooses a model from readings, and there are none yet; name the models and terms "
          "to plan for");
-  if (!problems.empty()) return UsageError(problems);
+  if (!problems.empty()) return UsageError(problems, key);
   return calibrate.Validate();
 }
 
@@ -275,8 +291,9 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     if (groups.contains(name)) continue;
     std::string known;
     for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
-    return UsageError("wanted `" + name + "` is not a quantity of this plan; expected one of " +
-                      known);
+    return UsageError(
+        "wanted `" + name + "` is not a quantity of this plan; expected one of " + known,
+        "plan.wanted." + name);
   }
 
   Plan plan;

@@ -159,7 +159,7 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
     TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
   }
   if (calibrated) {
-    for (const PoseResidual& residual : calibrated->quality.pose_residuals) {
+    for (const PoseResidual& residual : calibrated->quality.rests.pose_residuals) {
       weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
     }
   }

@@ -104,7 +104,8 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for");
+    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for",
+                      "sensors");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -142,7 +143,7 @@ std::vector<ProgramPose> PlanProblem::OrderedForGyroscope(
                            *nominal_.models[Triad::kGyroscope],
                            AttitudeSigma(),
                            has_heading_,
-                           calibrate_.triads[Triad::kGyroscope].asymmetry == Wanted::kYes);
+                           calibrate_.triads[Triad::kGyroscope].HasAxisTerm(Wanted::kYes));
 }
 
 PoseSet PlanProblem::ExactReadings(const std::vector<ProgramPose>& poses) const {

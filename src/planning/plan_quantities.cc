@@ -98,33 +98,21 @@ class QuantityList {
     const double gain = sensing.gain[term->row];
     if (term->kind == ParameterKind::kGSensitivity) {
       Add(group, axes, "rad/s/(m/s^2)", 1.0 / reference[kGravity], RowOf(name) / gain);
-    } else if (term->kind == ParameterKind::kAsymmetry) {
-      Add(group, axes, "", 1.0, RowOf(name));
-    } else if (term->kind == ParameterKind::kQuadratic && sensing.triad != Triad::kGyroscope) {
+    } else if (const auto bend = InfoOf(term->kind).axis_term) {
       // As a share of the signal.
-      Add(group, axes, "", 1.0, RowOf(name) * gain * sensing.signal);
+      Add(group, axes, "", 1.0, RowOf(name) * InfoOf(*bend).PowerOf(gain * sensing.signal));
     }
     if (!term->is_thermal()) return;
     const bool is_bias = term->kind != ParameterKind::kSensitivity;
     std::string unit = is_bias ? std::string(TruthUnitName(sensing.triad)) : "1";
     double typical = is_bias ? sensing.signal : 1.0;
-    switch (term->kind) {
-      case ParameterKind::kRateLinear:
-        unit += " s/degC";
-        typical /= scale.rate_degcps;
-        break;
-      case ParameterKind::kRateQuadratic:
-        unit += " s^2/degC^2";
-        typical /= scale.rate_degcps * scale.rate_degcps;
-        break;
-      case ParameterKind::kRateCross:
-        unit += " s/degC^2";
-        typical /= scale.rate_degcps * scale.half_range_degc;
-        break;
-      default:
-        unit += "/degC";
-        if (term->power > 1) unit.append("^").append(std::to_string(term->power));
-        typical /= std::pow(scale.half_range_degc, term->power);
+    if (const auto rate = InfoOf(term->kind).rate) {
+      unit.append(" ").append(InfoOf(*rate).unit);
+      typical /= FactorOf(*rate, scale.half_range_degc, scale.rate_degcps);
+    } else {
+      unit += "/degC";
+      if (term->power > 1) unit.append("^").append(std::to_string(term->power));
+      typical /= std::pow(scale.half_range_degc, term->power);
     }
     Add(group, axes, unit, typical, RowOf(name) / gain);
   }

@@ -25,8 +25,9 @@ constexpr int kMostOrderSweeps = 50;
 // Chosen: pieces of six degrees of a quarter turn, over which gravity in the body is straight.
 constexpr int kIntegrationSteps = 16;
 
-// 9 entries of the matrix and 3 asymmetries.
-using TurnInformation = Eigen::Matrix<double, 12, 12>;
+// 9 entries of the matrix and 3 of each axis term.
+constexpr int kBent = 9 + 3 * static_cast<int>(CountAxisTerms(Triad::kGyroscope));
+using TurnInformation = Eigen::Matrix<double, kBent, kBent>;
 
 TurnInformation InformationOf(const Eigen::Quaterniond& from,
                               const Eigen::Quaterniond& to,
@@ -34,7 +35,7 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
                               const TriadModel<double>& gyroscope,
                               double attitude_sigma_rad,
                               bool has_heading,
-                              bool asymmetry) {
+                              bool is_bent) {
   const Eigen::Vector3d turn = RotationLog(from.conjugate() * to);
   GyroMove move;
   for (int i = 0; i <= kIntegrationSteps; ++i) {
@@ -45,10 +46,8 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   const Eigen::Vector3d sigma_raw =
       turns.reading_sigma_raw *
       std::sqrt(kIntegrationSteps / std::max(turns.duration_s * turns.rate_hz, 1.0));
-  const GyroIncrement seen = IntegrateMove(move,
-                                           {gyroscope, Eigen::Matrix3d::Zero(), asymmetry},
-                                           sigma_raw,
-                                           RateSampling::kInstantaneous);
+  const GyroIncrement seen = IntegrateMove(
+      move, {gyroscope, Eigen::Matrix3d::Zero(), is_bent}, sigma_raw, RateSampling::kInstantaneous);
   const double isotropic =
       turns.sigma_rad * turns.sigma_rad + 2.0 * attitude_sigma_rad * attitude_sigma_rad;
   Eigen::Matrix3d covariance = seen.covariance + isotropic * Eigen::Matrix3d::Identity();
@@ -58,30 +57,35 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   }
   // By shares of the gains.
   const Eigen::Vector3d gain = gyroscope.sensitivity.rowwise().norm();
-  Eigen::Matrix<double, 3, 12> by;
+  Eigen::Matrix<double, 3, kBent> by;
   by.leftCols<9>() = seen.by_sensitivity * gain.replicate<3, 1>().asDiagonal();
-  by.rightCols<3>() = seen.by_asymmetry;
+  int at = 9;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != Triad::kGyroscope) continue;
+    by.middleCols<3>(at) = seen.by_axis_term[info.term];
+    at += 3;
+  }
   return by.transpose() * Cholesky(covariance).Solve(by);
 }
 
 class Orderer {
  public:
-  Orderer(std::vector<TurnInformation> information, std::size_t count, bool asymmetry)
-      : information_(std::move(information)), count_(count), asymmetry_(asymmetry) {}
+  Orderer(std::vector<TurnInformation> information, std::size_t count, bool is_bent)
+      : information_(std::move(information)), count_(count), is_bent_(is_bent) {}
 
   double Worth(const std::vector<std::size_t>& order) const {
     TurnInformation sum = kHardlyKnown * TurnInformation::Identity();
     for (std::size_t k = 0; k + 1 < order.size(); ++k) {
       sum += information_[order[k] * count_ + order[k + 1]];
     }
-    const Eigen::Index size = asymmetry_ ? 12 : 9;
+    const Eigen::Index size = is_bent_ ? kBent : 9;
     return Cholesky(sum.topLeftCorner(size, size)).LogDeterminant();
   }
 
  private:
   std::vector<TurnInformation> information_;
   std::size_t count_;
-  bool asymmetry_;
+  bool is_bent_;
 };
 
 }  // namespace
@@ -111,7 +115,7 @@ std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
                                            const TriadModel<double>& gyroscope,
                                            double attitude_sigma_rad,
                                            bool has_heading,
-                                           bool asymmetry) {
+                                           bool is_bent) {
   const std::size_t count = poses.size();
   if (count < 3) return poses;
   std::vector<TurnInformation> information;
@@ -124,10 +128,10 @@ std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
                                           gyroscope,
                                           attitude_sigma_rad,
                                           has_heading,
-                                          asymmetry));
+                                          is_bent));
     }
   }
-  const Orderer orderer(std::move(information), count, asymmetry);
+  const Orderer orderer(std::move(information), count, is_bent);
   std::vector<std::size_t> order(count);
   for (std::size_t k = 0; k < count; ++k) order[k] = k;
   double worth = orderer.Worth(order);

@@ -32,13 +32,13 @@ RecordedMove ExactMove(const Eigen::Quaterniond& from,
 // Orders the poses of a program so that the turns between them show the gyroscope's matrix best,
 // temperatures from cold to hot as they are: the determinant of what the turns say of it, attitudes
 // known to `attitude_sigma_rad` about each axis, and their headings if `has_heading`. Stretches are
-// turned about until that helps no more. `asymmetry`: what a gyroscope does differently both ways
+// turned about until that helps no more. `is_bent`: what a gyroscope does differently both ways
 // counts too.
 std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
                                            const PlannedTurns& turns,
                                            const TriadModel<double>& gyroscope,
                                            double attitude_sigma_rad,
                                            bool has_heading,
-                                           bool asymmetry);
+                                           bool is_bent);
 
 }  // namespace truetriad

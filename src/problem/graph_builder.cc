@@ -78,7 +78,7 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   for (const RecordedMove& move : poses.moves) {
     const int number = poses.poses[move.from].number;
     while (node < nodes.size() && nodes[node].number < number) ++node;
-    if (!move.fault.empty() || node + 1 >= nodes.size() || nodes[node].number != number ||
+    if (move.fault || node + 1 >= nodes.size() || nodes[node].number != number ||
         nodes[node + 1].number != poses.poses[move.from + 1].number || !SeesAttitude(nodes[node]) ||
         !SeesAttitude(nodes[node + 1])) {
       continue;
@@ -283,11 +283,9 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     layout.sensitivity[triad] = size + 3;
     layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
     size += 12 + layout.thermal[triad].size();
-    for (const auto& [term, at] :
-         {std::pair(options.triads[triad].quadratic, &layout.quadratic[triad]),
-          std::pair(options.triads[triad].asymmetry, &layout.asymmetry[triad])}) {
-      if (term != Wanted::kYes) continue;
-      *at = size;
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (options.triads[triad].axis_terms[info.term] != Wanted::kYes) continue;
+      layout.axis_terms[triad].push_back({info.term, size});
       size += 3;
     }
   }
@@ -335,8 +333,8 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
         free_matrix(thermal.matrix_at(i), entry);
       }
     }
-    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
-      for (int i = 0; i < 3 && at >= 0; ++i) free_entry(at + i);
+    for (const auto& [term, at] : layout.axis_terms[triad]) {
+      for (int i = 0; i < 3; ++i) free_entry(at + i);
     }
     if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
       for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);

@@ -18,7 +18,7 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
   if (layout.g_sensitivity >= 0) {
     model.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(shared + layout.g_sensitivity);
   }
-  model.has_asymmetry = layout.asymmetry[kGyroscope] >= 0;
+  model.is_bent = !layout.axis_terms[kGyroscope].empty();
   return model;
 }
 

@@ -22,7 +22,7 @@ namespace {
 constexpr double kNothingRad = 1.0;
 constexpr double kNothingShare = 10.0;
 
-bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && turn.move.fault.empty(); }
+bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && !turn.move.fault; }
 
 double Duration(const RecordedMove& move) {
   return 1e-9 * static_cast<double>(move.time_ns.back() - move.time_ns.front());
@@ -248,8 +248,10 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
   if (count >= 4) qr.compute(design);
   if (count < 4 || qr.rank() < 4) {
     return NotEnoughError(
-        "gyroscope: the known turns and rates do not cover all of its axes and its bias; turn the "
-        "unit about three different axes, each in both directions, or add rests");
+        Finding(FindingCode::kTurnAxesMissing,
+                "gyroscope: the known turns and rates do not cover all of its axes and its bias",
+                "turn the unit about three different axes, each in both directions, or add rests")
+            .About(Triad::kGyroscope));
   }
   const Eigen::MatrixXd solution = qr.solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose() / largest,
@@ -296,8 +298,10 @@ std::vector<TurnCheck> CheckTurns(const PoseSet& poses,
     check.axis = stated.axis;
     check.stated_rad = stated.angle_rad;
     check.stated_sigma_rad = stated.sigma_rad;
-    check.fault = turn.move.fault;
-    if (!check.fault.empty()) continue;
+    if (turn.move.fault) {
+      check.fault = turn.move.fault->text;
+      continue;
+    }
     const IncrementEdge edge = EdgeOfTurn(turn, poses, has_force ? &accelerometer : nullptr, graph);
     PoseNode begin, end;
     SetState(StatedRotation(stated), &end);

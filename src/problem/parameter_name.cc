@@ -1,40 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/parameter_name.h"
 
-#include <array>
+#include <algorithm>
 #include <string_view>
 
-#include "base/named_values.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
-namespace {
-
-constexpr NamedValues<ParameterKind, 8> kKinds = {{
-    {ParameterKind::kBias, "bias"},
-    {ParameterKind::kSensitivity, "sensitivity"},
-    {ParameterKind::kGSensitivity, "g_sensitivity"},
-    {ParameterKind::kRateLinear, "rate.linear"},
-    {ParameterKind::kRateQuadratic, "rate.quadratic"},
-    {ParameterKind::kRateCross, "rate.cross"},
-    {ParameterKind::kQuadratic, "quadratic"},
-    {ParameterKind::kAsymmetry, "asymmetry"},
-}};
-
-bool IsMatrix(ParameterKind kind) {
-  return kind == ParameterKind::kSensitivity || kind == ParameterKind::kGSensitivity;
-}
-
-}  // namespace
 
 std::string ParameterName::str() const {
   std::string text(TriadName(triad));
   if (is_thermal()) text += ".thermal";
-  text.append(".").append(kKinds.Name(kind));
+  text.append(".").append(InfoOf(kind).name);
   if (power > 0) text.append(".").append(std::to_string(power));
   text += '.';
   text += kAxisLetters[static_cast<std::size_t>(row)];
-  if (IsMatrix(kind)) text += kAxisLetters[static_cast<std::size_t>(col)];
+  if (InfoOf(kind).is_matrix) text += kAxisLetters[static_cast<std::size_t>(col)];
   return text;
 }
 
@@ -56,13 +37,15 @@ std::optional<ParameterName> ParameterName::Parse(const std::string& text) {
       what = what.substr(0, dot);
     }
   }
-  const auto kind = kKinds.Find(what);
+  const auto* info = std::find_if(kParameters.begin(),
+                                  kParameters.end(),
+                                  [&](const ParameterInfo& listed) { return listed.name == what; });
   const std::string_view axes = std::string_view(text).substr(last + 1);
-  if (!kind || axes.size() != (IsMatrix(*kind) ? 2U : 1U)) return std::nullopt;
-  name.kind = *kind;
+  if (info == kParameters.end() || axes.size() != (info->is_matrix ? 2U : 1U)) return std::nullopt;
+  name.kind = info->kind;
   if (axes.find_first_not_of(kAxisLetters) != std::string_view::npos) return std::nullopt;
   name.row = static_cast<int>(kAxisLetters.find(axes.front()));
-  if (IsMatrix(name.kind)) name.col = static_cast<int>(kAxisLetters.find(axes.back()));
+  if (info->is_matrix) name.col = static_cast<int>(kAxisLetters.find(axes.back()));
   return name;
 }
 

@@ -5,27 +5,16 @@
 #include <string>
 
 #include "truetriad/base/triad.h"
+#include "truetriad/model/terms.h"
 
 namespace truetriad {
-
-enum class ParameterKind {
-  kBias,
-  kSensitivity,
-  kGSensitivity,
-  kRateLinear,
-  kRateQuadratic,
-  kRateCross,
-  kQuadratic,
-  kAsymmetry,
-};
 
 // One entry of a sensor's model, by the name that it has in a covariance:
 //
 //   accelerometer.bias.x                        magnetometer.sensitivity.xy
 //   accelerometer.thermal.bias.2.x              magnetometer.thermal.sensitivity.1.xy
 //   accelerometer.thermal.rate.linear.x         (quadratic, cross)
-//   gyroscope.g_sensitivity.xy                  accelerometer.quadratic.x
-//   gyroscope.asymmetry.x
+//   gyroscope.g_sensitivity.xy                  accelerometer.quadratic.x  (all axis terms)
 struct ParameterName {
   Triad triad = Triad::kAccelerometer;
   ParameterKind kind = ParameterKind::kBias;
@@ -33,10 +22,7 @@ struct ParameterName {
   int row = 0;
   int col = 0;  // of a matrix
 
-  bool is_thermal() const {
-    return power > 0 || kind == ParameterKind::kRateLinear ||
-           kind == ParameterKind::kRateQuadratic || kind == ParameterKind::kRateCross;
-  }
+  bool is_thermal() const { return power > 0 || InfoOf(kind).rate; }
   std::string str() const;
   // Unset: no entry of a sensor's model ("reference.dip_rad").
   static std::optional<ParameterName> Parse(const std::string& text);

@@ -31,11 +31,8 @@ TriadModel<double> SharedLayout::ModelOf(Triad triad,
   TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + sensitivity[triad]),
                            Eigen::Map<const Eigen::Vector3d>(shared + bias[triad])};
   thermal[triad].AddTerms(factors, shared, &model);
-  if (quadratic[triad] >= 0) {
-    model.quadratic = Eigen::Map<const Eigen::Vector3d>(shared + quadratic[triad]);
-  }
-  if (asymmetry[triad] >= 0) {
-    model.asymmetry = Eigen::Map<const Eigen::Vector3d>(shared + asymmetry[triad]);
+  for (const auto& [term, at] : axis_terms[triad]) {
+    model.axis_terms[term] = Eigen::Map<const Eigen::Vector3d>(shared + at);
   }
   return model;
 }
@@ -136,8 +133,8 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     for (int i = 0; i < thermal.terms.matrix_order; ++i) {
       sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
     }
-    if (layout.quadratic[triad] >= 0) {
-      sizes.segment<3>(layout.quadratic[triad]) = (gain * strength).cwiseInverse();
+    for (const auto& [term, at] : layout.axis_terms[triad]) {
+      for (int i = 0; i < 3; ++i) sizes[at + i] = 1.0 / InfoOf(term).PowerOf(gain[i] * strength);
     }
   }
   if (layout.g_sensitivity >= 0) {
@@ -180,19 +177,11 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
       name_vector(thermal.vector_at(i), ParameterKind::kBias, i + 1);
       ++i;
     }
-    for (const auto& [wanted, kind] :
-         {std::pair(thermal.terms.rate_linear, ParameterKind::kRateLinear),
-          std::pair(thermal.terms.rate_quadratic, ParameterKind::kRateQuadratic),
-          std::pair(thermal.terms.rate_cross, ParameterKind::kRateCross)}) {
-      if (wanted) name_vector(thermal.vector_at(i++), kind, 0);
+    for (const RateTermInfo& info : kRateTerms) {
+      if (thermal.terms.rate[info.term]) name_vector(thermal.vector_at(i++), info.kind, 0);
     }
     for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
-    if (layout.quadratic[triad] >= 0) {
-      name_vector(layout.quadratic[triad], ParameterKind::kQuadratic, 0);
-    }
-    if (layout.asymmetry[triad] >= 0) {
-      name_vector(layout.asymmetry[triad], ParameterKind::kAsymmetry, 0);
-    }
+    for (const auto& [term, at] : layout.axis_terms[triad]) name_vector(at, InfoOf(term).kind, 0);
   }
   if (layout.g_sensitivity >= 0) {
     for (int i = 0; i < 9; ++i) {

@@ -33,8 +33,7 @@ using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
 //   <triad>.bias         3   raw unit
 //   <triad>.sensitivity  9   raw per true unit, column-major
 //   <triad>.thermal          temperature terms that are wanted, thermal_block.h
-//   <triad>.quadratic    3   per raw unit, triad_model.h
-//   <triad>.asymmetry    3   share of the gain
+//   <triad>.<axis term>  3   raw^-power, each that is wanted: terms.h
 //   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
 //   reference            6   g (m/s^2), B (uT), dip (rad), heading of the field (rad), tilt of the
 //                            fixture about its two level axes (rad)
@@ -48,8 +47,12 @@ struct SharedLayout {
   PerTriad<int> sensitivity{{-1, -1, -1}};
   PerTriad<ThermalBlock> thermal;
   ThermalScale thermal_scale;
-  PerTriad<int> quadratic{{-1, -1, -1}};
-  PerTriad<int> asymmetry{{-1, -1, -1}};
+  // Those that are wanted, in the order of kAxisTerms.
+  struct AxisTermBlock {
+    AxisTerm term = AxisTerm::kQuadratic;
+    int at = -1;
+  };
+  PerTriad<std::vector<AxisTermBlock>> axis_terms;
   int g_sensitivity = -1;
   int reference = 0;
   std::array<int, kFaceCount> face_tilt{-1, -1, -1, -1, -1, -1};
@@ -75,7 +78,7 @@ struct SharedLayout {
                              const ThermalFactors& factors) const;
   // Sets the columns of a triad's bias, sensitivity and temperature terms in `rows`, from the
   // derivatives with respect to the bias and the sensitivity (columns of it one after another)
-  // that ModelOf gives. Higher terms and g-sensitivity are left to the caller.
+  // that ModelOf gives. Axis terms and g-sensitivity are left to the caller.
   void SetModelJacobian(Triad triad,
                         const ThermalFactors& factors,
                         const Eigen::Matrix3d& by_bias,
@@ -104,8 +107,7 @@ Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
 //   bias         gain_i * reference     raw unit       (a bias as large as the signal)
 //   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
 //   thermal      the same               as much over the range of temperatures
-//   quadratic    1 / (gain_i * reference)  per raw (a term as large as the signal)
-//   asymmetry    1                      share
+//   axis terms   (gain_i * reference)^-power   raw^-power (a term as large as the signal)
 //   gravity, B   their value            true unit
 //   dip, heading, tilts  1              rad
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);

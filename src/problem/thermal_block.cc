@@ -23,9 +23,9 @@ ThermalFactors ThermalScale::FactorsAt(double temperature_degc,
     value_ref = next_ref;
   }
   const double q = temperature_rate_degcps / rate_degcps;
-  factors.rate_linear = q;
-  factors.rate_quadratic = q * q;
-  factors.rate_cross = (v - v_ref) * q;
+  for (const RateTermInfo& info : kRateTerms) {
+    factors.rate[info.term] = FactorOf(info.term, v - v_ref, q);
+  }
   return factors;
 }
 
@@ -52,9 +52,9 @@ std::array<double, kMaxThermalVectors> ThermalBlock::VectorFactors(
     values[count] = factors.power[count];
     ++count;
   }
-  if (terms.rate_linear) values[count++] = factors.rate_linear;
-  if (terms.rate_quadratic) values[count++] = factors.rate_quadratic;
-  if (terms.rate_cross) values[count++] = factors.rate_cross;
+  for (const RateTermInfo& info : kRateTerms) {
+    if (terms.rate[info.term]) values[count++] = factors.rate[info.term];
+  }
   return values;
 }
 
@@ -76,14 +76,11 @@ Eigen::MatrixXd ThermalBlock::ListedFromVectors(const ThermalScale& scale) const
   Eigen::MatrixXd listed = Eigen::MatrixXd::Zero(vector_count(), vector_count());
   int i = terms.bias_order;
   listed.topLeftCorner(i, i) = scale.PowersOfTau(i);
-  const auto add_rate = [&](bool wanted, double factor) {
-    if (!wanted) return;
-    listed(i, i) = factor;
+  for (const RateTermInfo& info : kRateTerms) {
+    if (!terms.rate[info.term]) continue;
+    listed(i, i) = 1.0 / FactorOf(info.term, scale.half_range_degc, scale.rate_degcps);
     ++i;
-  };
-  add_rate(terms.rate_linear, 1.0 / scale.rate_degcps);
-  add_rate(terms.rate_quadratic, 1.0 / (scale.rate_degcps * scale.rate_degcps));
-  add_rate(terms.rate_cross, 1.0 / (scale.half_range_degc * scale.rate_degcps));
+  }
   return listed;
 }
 
@@ -99,9 +96,9 @@ ThermalTerms ThermalBlock::TermsInTau(const ThermalScale& scale, const double* s
       ListedFromVectors(scale).transpose();
   int i = 0;
   while (i < terms.bias_order) result.bias.emplace_back(vectors.col(i++));
-  if (terms.rate_linear) result.rate_linear = vectors.col(i++);
-  if (terms.rate_quadratic) result.rate_quadratic = vectors.col(i++);
-  if (terms.rate_cross) result.rate_cross = vectors.col(i++);
+  for (const RateTermInfo& info : kRateTerms) {
+    if (terms.rate[info.term]) result.rate[info.term] = vectors.col(i++);
+  }
   const Eigen::MatrixXd matrices =
       Eigen::Map<const Eigen::MatrixXd>(shared + matrix_at(0), 9, terms.matrix_order) *
       ListedFromMatrices(scale).transpose();

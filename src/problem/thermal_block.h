@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include <Eigen/Core>
@@ -12,20 +13,21 @@
 namespace truetriad {
 
 // Bias terms of a triad that temperature and its rate may have: powers of tau and three rates.
-inline constexpr int kMaxThermalVectors = ThermalOptions::kMaxBiasOrder + 3;
+inline constexpr int kMaxThermalVectors =
+    ThermalOptions::kMaxBiasOrder + static_cast<int>(kRateTermCount);
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
 // What the temperature terms are multiplied with at one pose.
 struct ThermalFactors {
   std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // the terms that stand for tau^i
-  double rate_linear = 0.0, rate_quadratic = 0.0, rate_cross = 0.0;
+  PerRateTerm<double> rate;
 };
 
 // The variables that temperature terms are solved in: of size 1 over the poses, and zero at the
 // reference, so that bias and sensitivity are the values there.
 //
 //   power i   T_i(v) - T_i(v_ref)      T_i: Chebyshev polynomial,  v = (T - centre) / half_range
-//   rates     q, q^2, tau / half_range * q                         q = T' / rate
+//   rates     of tau / half_range and q, terms.h                   q = T' / rate
 //
 // Powers of tau themselves are so alike over a range that the normal equations of order 7 would
 // keep no digit.
@@ -44,15 +46,15 @@ struct ThermalScale {
 // Where the temperature terms of one triad stand in the shared vector, one after another:
 //
 //   bias         3 for each power      raw unit, scaled variables
-//   rates        3 for each wanted     linear, quadratic, cross
+//   rates        3 for each wanted     in the order of kRateTerms
 //   sensitivity  9 for each power      column-major
 struct ThermalBlock {
   int at = -1;
   ThermalOptions terms;
 
   int vector_count() const {
-    return terms.bias_order + (terms.rate_linear ? 1 : 0) + (terms.rate_quadratic ? 1 : 0) +
-           (terms.rate_cross ? 1 : 0);
+    return terms.bias_order +
+           static_cast<int>(std::count(terms.rate.begin(), terms.rate.end(), true));
   }
   int size() const { return 3 * vector_count() + 9 * terms.matrix_order; }
   int vector_at(int i) const { return at + 3 * i; }

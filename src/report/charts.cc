@@ -188,7 +188,7 @@ std::string ResidualChart(const Quality& quality, Triad triad, double sigma) {
   std::vector<Point> rejected;
   int first = std::numeric_limits<int>::max();
   int last = std::numeric_limits<int>::min();
-  for (const PoseResidual& pose : quality.pose_residuals) {
+  for (const PoseResidual& pose : quality.rests.pose_residuals) {
     if (pose.triad != triad) continue;
     first = std::min(first, pose.pose);
     last = std::max(last, pose.pose);
@@ -227,7 +227,7 @@ std::string ResidualChart(const Quality& quality, Triad triad, double sigma) {
 
 std::string CoverageChart(const Quality& quality, Triad triad) {
   std::vector<const PoseResidual*> poses;
-  for (const PoseResidual& pose : quality.pose_residuals) {
+  for (const PoseResidual& pose : quality.rests.pose_residuals) {
     if (pose.triad == triad && pose.direction.allFinite() && pose.direction.norm() > 0.5) {
       poses.push_back(&pose);
     }

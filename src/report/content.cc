@@ -30,11 +30,6 @@ constexpr std::size_t kMaxRejectedRows = 50;
 /// What a gyroscope's residual is.
 constexpr const char* kTurnRow = "Gyroscope: direction of gravity after a turn";
 
-/// Whether the unit was followed through its motion instead of rests, as its experiment says.
-bool IsFromMotion(const Calibration& calibration) {
-  return calibration.config_yaml.find("poses: { motion: ") != std::string::npos;
-}
-
 std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion) {
   std::string text = std::string(from_motion ? "Noise is the σ of the mean at one attitude, "
                                              : "Rest noise is the σ of a pose mean, ") +
@@ -148,10 +143,19 @@ Section LimitsSection(const Calibration& calibration) {
   return section;
 }
 
-Section MessagesSection(const Calibration& calibration) {
-  Section section{SectionKind::kMessages, calibration.IsUsable() ? "Messages" : "Why", {}};
-  for (const std::string& message : calibration.messages) {
-    section.blocks.emplace_back(Bullet{message});
+/// Refusals, then warnings, then notes.
+Section FindingsSection(const Calibration& calibration) {
+  Section section{SectionKind::kFindings, calibration.IsUsable() ? "Findings" : "Why", {}};
+  for (const Severity severity : {Severity::kRefusal, Severity::kWarning, Severity::kNote}) {
+    for (const Finding& finding : calibration.findings) {
+      if (finding.severity != severity) continue;
+      Bullet bullet{finding.Message()};
+      if (finding.code != FindingCode::kMessage) {
+        bullet.tag =
+            std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(finding.code));
+      }
+      section.blocks.emplace_back(std::move(bullet));
+    }
   }
   return section;
 }
@@ -161,9 +165,9 @@ Section ParametersSection(const Calibration& calibration) {
   if (!calibration.IsUsable()) return section;
   const Propagation propagation(calibration.covariance);
   const double dof = calibration.quality.effective_dof;
-  const bool from_motion = IsFromMotion(calibration);
+  const bool from_motion = calibration.mode == Mode::kMotion;
   section.blocks.emplace_back(IntervalSentence(dof));
-  if (std::string caution = FewDofSentence(dof, !calibration.quality.sweep.empty());
+  if (std::string caution = FewDofSentence(dof, calibration.mode == Mode::kSweep);
       !caution.empty()) {
     section.blocks.emplace_back(Bullet{std::move(caution)});
   }
@@ -227,20 +231,20 @@ Table ModelTable(const std::string& title, const std::vector<ModelAlternative>& 
 
 Section ModelChoiceSection(const Quality& quality) {
   Section section{SectionKind::kModelChoice, "Choice of the model", {}};
-  if (quality.model_choice.empty()) return section;
-  section.blocks.emplace_back("Chosen: " + quality.model_choice.front().description + ".");
+  if (quality.rests.model_choice.empty()) return section;
+  section.blocks.emplace_back("Chosen: " + quality.rests.model_choice.front().description + ".");
   section.blocks.emplace_back(std::string(
       "The table lists the chosen model, then those that differ from it by one step. A term is "
       "included if three criteria agree: p of the likelihood ratio below 1 % (for thermal terms of "
       "a bias: p of the F test against the scatter between temperatures), a lower BIC, and a lower "
       "error on held-out poses and turns (RMS, in units of their noise; for thermal terms, holding "
       "out one temperature at a time)."));
-  section.blocks.emplace_back(ModelTable("model", quality.model_choice));
-  if (quality.model_steps.size() > 1) {
+  section.blocks.emplace_back(ModelTable("model", quality.rests.model_choice));
+  if (quality.rests.model_steps.size() > 1) {
     section.blocks.emplace_back("Steps from the largest observable model, " +
-                                quality.model_steps.front().description +
+                                quality.rests.model_steps.front().description +
                                 ": the term removed or restored, and the resulting model.");
-    std::vector<ModelAlternative> steps = quality.model_steps;
+    std::vector<ModelAlternative> steps = quality.rests.model_steps;
     steps.front().description = "start";
     section.blocks.emplace_back(ModelTable("step", steps));
   }
@@ -250,16 +254,16 @@ Section ModelChoiceSection(const Quality& quality) {
 Section HeldOutSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kHeldOut, "Held-out error (cross-validation)", {}};
-  if (!quality.sweep.empty()) return section;  // It is in the section of the sweep.
-  if (!quality.held_out) {
+  if (calibration.mode == Mode::kSweep) return section;  // It is in the section of the sweep.
+  if (!quality.rests.held_out) {
     if (quality.poses > 0) {
-      section.blocks.emplace_back(
-          std::string(IsFromMotion(calibration) ? "Not computed for a unit in motion without rests."
-                                                : "Not computed: no poses were held out."));
+      section.blocks.emplace_back(std::string(
+          calibration.mode == Mode::kMotion ? "Not computed for a unit in motion without rests."
+                                            : "Not computed: no poses were held out."));
     }
     return section;
   }
-  const HeldOut& held_out = *quality.held_out;
+  const HeldOut& held_out = *quality.rests.held_out;
   section.blocks.emplace_back(
       "Each of " + std::to_string(held_out.folds) +
       " groups of poses was predicted by a calibration from the others: this is the error to "
@@ -331,7 +335,7 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
 Section ResidualsSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kResiduals, "Residuals", {}};
-  if (quality.pose_residuals.empty() && quality.turns.empty()) return section;
+  if (quality.rests.pose_residuals.empty() && quality.rests.turns.empty()) return section;
   section.blocks.emplace_back(
       std::string("A small residual alone proves nothing: a model with many terms, or poses with "
                   "poor coverage, can fit well and still be wrong. Judge by the limits, the σ and "
@@ -357,14 +361,14 @@ Section ResidualsSection(const Calibration& calibration) {
     }
   }
   section.blocks.emplace_back(fit + ".");
-  AddKnownTurns(quality.turns, &section);
-  AddClockOffsets(quality.clock_offsets, &section);
-  if (!quality.rejected_poses.empty()) {
-    const std::size_t count = quality.rejected_poses.size();
+  AddKnownTurns(quality.rests.turns, &section);
+  AddClockOffsets(quality.rests.clock_offsets, &section);
+  if (!quality.rests.rejected_poses.empty()) {
+    const std::size_t count = quality.rests.rejected_poses.size();
     section.blocks.emplace_back(Subtitle{"Rejected poses (" + std::to_string(count) + ")"});
     Table rejected{{"pose", "sensor", "reason"}, "rll", {}};
     for (std::size_t i = 0; i < std::min(count, kMaxRejectedRows); ++i) {
-      const RejectedPose& pose = quality.rejected_poses[i];
+      const RejectedPose& pose = quality.rests.rejected_poses[i];
       rejected.rows.push_back(
           {std::to_string(pose.pose), std::string(TriadName(pose.triad)), pose.reason});
     }
@@ -397,6 +401,12 @@ Section CoverageSection(const Quality& quality) {
       std::string("Spread: eigenvalues of the mean of u uᵀ over the pose directions u; 0.333 each "
                   "if even. Gap: radius of the largest cap of the sphere without a direction."));
   return section;
+}
+
+std::string FirstRefusal(const Findings& findings) {
+  const auto refusal = std::find_if(
+      findings.begin(), findings.end(), [](const Finding& finding) { return finding.IsRefusal(); });
+  return refusal == findings.end() ? "too few poses." : refusal->Message();
 }
 
 std::string FailedLimits(const Quality& quality) {
@@ -458,7 +468,7 @@ Verdict VerdictOf(const Calibration& calibration) {
       return {Grade::kBad,
               "NOT USABLE: not enough",
               "The recording is not enough for the enabled parameters: " +
-                  (calibration.messages.empty() ? "too few poses." : calibration.messages.front())};
+                  FirstRefusal(calibration.findings)};
     case Outcome::kNotCalled:
       break;
   }
@@ -469,7 +479,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   std::vector<Section> sections;
   for (Section& section : std::vector<Section>{LimitsSection(calibration),
-                                               MessagesSection(calibration),
+                                               FindingsSection(calibration),
                                                ParametersSection(calibration),
                                                SoakSection(calibration),
                                                SweepSection(calibration),
@@ -483,7 +493,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
   // A reader of a failure wants the reason and the cure before the limits.
   if (!calibration.IsUsable()) {
     std::stable_partition(sections.begin(), sections.end(), [](const Section& section) {
-      return section.kind == SectionKind::kMessages || section.kind == SectionKind::kWeakDirections;
+      return section.kind == SectionKind::kFindings || section.kind == SectionKind::kWeakDirections;
     });
   }
   return sections;
@@ -526,7 +536,7 @@ Table PoseTable(const Quality& quality) {
                "direction"},
               "rlrrrrrlrrr",
               {}};
-  for (const PoseResidual& pose : quality.pose_residuals) {
+  for (const PoseResidual& pose : quality.rests.pose_residuals) {
     table.rows.push_back({std::to_string(pose.pose),
                           std::string(TriadName(pose.triad)),
                           Significant(pose.norm_error_before, 3),

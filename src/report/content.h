@@ -31,6 +31,7 @@ struct Subtitle {
 /// One point of a list.
 struct Bullet {
   std::string text;
+  std::string tag = {};  ///< Shown small behind it: "warning, clock-offset".
 };
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
@@ -38,7 +39,7 @@ using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 /// What a section is about, so that HTML can put its figures there.
 enum class SectionKind {
   kLimits,
-  kMessages,
+  kFindings,
   kParameters,
   kSoak,
   kSweep,
@@ -55,7 +56,7 @@ struct Section {
   std::vector<Block> blocks;
 };
 
-/// The sections in reading order: limits, messages, parameters with σ, temperature, weak
+/// The sections in reading order: limits, findings, parameters with σ, temperature, weak
 /// directions, choice of the model, held-out error, residuals, coverage; one with nothing to say is
 /// left out. A calibration that is not usable has no parameters section, whatever numbers it
 /// carries.
@@ -73,7 +74,7 @@ std::string_view NoiseSourceWords(NoiseSource source);
 /// "Accelerometer".
 std::string TriadTitle(Triad triad);
 
-/// "0.0912 deg; 0.271 deg with the gains that its unit says …" for errors of turns.
+/// "0.0912 deg; 0.271 deg with nominal gains …" for errors of turns.
 std::string MedianAngles(double median_rad, const std::optional<double>& nominal_rad);
 
 /// The true unit of one triad, for display.

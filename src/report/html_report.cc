@@ -63,7 +63,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
       }
       return html;
     case SectionKind::kSweep:
-      for (const SweepAxis& axis : quality.sweep) {
+      for (const SweepAxis& axis : quality.sweep.axes) {
         html += Figure(SweepFitChart(calibration, axis.triad, axis.axis),
                        "Left: windows (dots) and the fit (line) with ±2σ (shaded) against the "
                        "thermometer. Right: residual over time.");
@@ -86,7 +86,7 @@ std::string FiguresOf(const Calibration& calibration, SectionKind kind) {
 }
 
 std::string PoseDetails(const Quality& quality) {
-  const std::size_t count = quality.pose_residuals.size();
+  const std::size_t count = quality.rests.pose_residuals.size();
   if (count == 0) return "";
   if (count > kMostPoseRows) {
     return Element(
@@ -111,10 +111,10 @@ std::string CalibrationHtml(const Calibration& calibration) {
   if (!calibration.config_yaml.empty()) {
     html += Details("Configuration, defaults included", Element("pre", calibration.config_yaml));
   }
-  const std::string_view style =
-      calibration.quality.sweep.empty() && calibration.quality.temperature_settings.empty()
-          ? std::string_view()
-          : kFitStyle;
+  const std::string_view style = calibration.quality.sweep.axes.empty() &&
+                                         calibration.quality.rests.temperature_settings.empty()
+                                     ? std::string_view()
+                                     : kFitStyle;
   return HtmlPage(title, verdict, html + "</section>\n", style);
 }
 

@@ -159,33 +159,39 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
   const StreamSummary* stream = poses.Find(triad);
   return "\nPoses: " + std::string(TriadName(triad)) +
          (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-         std::to_string(count) + (count > kMaxPoseRows ? ", the middle omitted\n" : "\n") +
+         std::to_string(count) + (count > kMaxPoseLines ? ", the middle omitted\n" : "\n") +
          TextOf(table);
 }
 
+/// Whether poses suffice; the better, the higher.
+enum class Enough { kNo, kBarely, kYes };
+struct Judgement {
+  Enough enough = Enough::kYes;
+  std::string text;
+};
+
 /// Whether poses that point as these do determine `unknowns` parameters of one triad.
-std::string Judgement(const Directions& directions, int unknowns) {
+Judgement JudgementOf(const Directions& directions, int unknowns) {
   const std::string have = std::to_string(directions.distinct);
   const std::string need = std::to_string(unknowns);
   if (directions.distinct < unknowns) {
-    return "no: " + have + " distinct directions for " + need + " unknowns";
+    return {Enough::kNo, "no: " + have + " distinct directions for " + need + " unknowns"};
   }
   if (directions.coverage.eigenvalues(0) < kPlanar) {
-    return "no: the directions lie close to one plane; turn the unit about another axis too";
+    return {Enough::kNo,
+            "no: the directions lie close to one plane; turn the unit about another axis too"};
   }
   if (directions.distinct < std::max(2 * unknowns, 6)) {
-    return "barely: " + have + " distinct directions for " + need + " unknowns; " +
-           std::to_string(std::max(kRecommendedPoses * unknowns / 9, 6)) + " or more recommended";
+    return {Enough::kBarely,
+            "barely: " + have + " distinct directions for " + need + " unknowns; " +
+                std::to_string(std::max(kRecommendedPoses * unknowns / 9, 6)) +
+                " or more recommended"};
   }
-  return "yes: " + have + " distinct directions for " + need + " unknowns";
+  return {Enough::kYes, "yes: " + have + " distinct directions for " + need + " unknowns"};
 }
 
-/// The lesser of two judgements by its first word.
-std::string Joint(const std::string& a, const std::string& b) {
-  const auto rank = [](const std::string& text) {
-    return text.starts_with("no") ? 0 : text.starts_with("barely") ? 1 : 2;
-  };
-  return rank(a) <= rank(b) ? a : b;
+const std::string& Lesser(const Judgement& a, const Judgement& b) {
+  return a.enough <= b.enough ? a.text : b.text;
 }
 
 std::string CoverageAndJudgementText(const PoseSet& poses) {
@@ -205,14 +211,14 @@ std::string CoverageAndJudgementText(const PoseSet& poses) {
                                  Fixed(found.coverage.eigenvalues(2), 3),
                              Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
     const std::string name(TriadName(triad));
-    verdicts.rows.push_back({name + ", bias only", Judgement(found, 3)});
-    verdicts.rows.push_back({name + ", diagonal", Judgement(found, 6)});
-    verdicts.rows.push_back({name + ", full", Judgement(found, 9)});
+    verdicts.rows.push_back({name + ", bias only", JudgementOf(found, 3).text});
+    verdicts.rows.push_back({name + ", diagonal", JudgementOf(found, 6).text});
+    verdicts.rows.push_back({name + ", full", JudgementOf(found, 9).text});
   }
   if (poses.Find(Triad::kAccelerometer) && poses.Find(Triad::kMagnetometer)) {
     verdicts.rows.push_back({"accelerometer and magnetometer, full",
-                             Joint(Judgement(directions[Triad::kAccelerometer], 9),
-                                   Judgement(directions[Triad::kMagnetometer], 9))});
+                             Lesser(JudgementOf(directions[Triad::kAccelerometer], 9),
+                                    JudgementOf(directions[Triad::kMagnetometer], 9))});
   }
   if (poses.Find(Triad::kGyroscope)) {
     const bool rests = std::any_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
@@ -262,7 +268,9 @@ std::string InspectionText(const PoseSet& poses) {
                             Fixed(poses.temperature_range_degc->y(), 1) + " °C."
                       : "No temperature recorded.",
                   0);
-  for (const std::string& warning : poses.warnings) text += Wrapped(warning, 0, "WARNING: ");
+  for (const Finding& finding : poses.findings) {
+    text += Wrapped(finding.Message(), 0, finding.severity == Severity::kNote ? "" : "WARNING: ");
+  }
   if (IsTumbled(poses)) {
     text += Wrapped(
         "The unit hardly rests: if it was tumbled on purpose, calibrate it with `poses: { motion: "

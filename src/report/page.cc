@@ -25,7 +25,7 @@ th,td{padding:.25rem .8rem .25rem 0;text-align:left;vertical-align:top;border-bo
 th{font-weight:600;color:var(--soft);border-bottom-color:var(--line)}td.r,th.r{text-align:right;white-space:nowrap;padding-left:.6rem}
 td:first-child{white-space:nowrap}td.fail{color:var(--bad);font-weight:600}td.pass{color:var(--good)}
 .identity{color:var(--soft)}.identity td{border:0;padding-top:.05rem;padding-bottom:.05rem}.identity td+td{color:var(--ink);overflow-wrap:anywhere}
-ul{padding-left:1.2rem;margin:.5rem 0}li{margin:.2rem 0}
+ul{padding-left:1.2rem;margin:.5rem 0}li{margin:.2rem 0}li small{color:var(--soft);white-space:nowrap}
 figure{margin:1rem 0}figcaption{color:var(--soft);font-size:.85rem;max-width:48rem}
 details{margin:1rem 0}summary{cursor:pointer;color:var(--blue)}pre{overflow-x:auto;padding:.8rem;background:#f4f6f8;border-radius:4px;font-size:.8rem}
 svg{display:block;width:100%;height:auto;font:11px system-ui,"Segoe UI",Roboto,Arial,sans-serif}
@@ -49,7 +49,10 @@ std::string TextOfBlock(const Block& block) {
         using Content = std::decay_t<decltype(content)>;
         if constexpr (std::is_same_v<Content, Table>) return TextOf(content);
         if constexpr (std::is_same_v<Content, std::string>) return Wrapped(content);
-        if constexpr (std::is_same_v<Content, Bullet>) return Wrapped(content.text, 2, "- ");
+        if constexpr (std::is_same_v<Content, Bullet>) {
+          const std::string tag = content.tag.empty() ? "" : " [" + content.tag + "]";
+          return Wrapped(content.text + tag, 2, "- ");
+        }
         if constexpr (std::is_same_v<Content, Subtitle>) return "\n  " + content.text + '\n';
       },
       block);
@@ -61,7 +64,11 @@ std::string HtmlOfBlock(const Block& block) {
         using Content = std::decay_t<decltype(content)>;
         if constexpr (std::is_same_v<Content, Table>) return HtmlOf(content);
         if constexpr (std::is_same_v<Content, std::string>) return Element("p", content);
-        if constexpr (std::is_same_v<Content, Bullet>) return Element("li", content.text);
+        if constexpr (std::is_same_v<Content, Bullet>) {
+          if (content.tag.empty()) return Element("li", content.text);
+          return "<li>" + EscapeMarkup(content.text) + " <small>" + EscapeMarkup(content.tag) +
+                 "</small></li>\n";
+        }
         if constexpr (std::is_same_v<Content, Subtitle>) return Element("h3", content.text);
       },
       block);

@@ -75,7 +75,7 @@ class ParameterRows {
     } else {
       AddSensitivity();
     }
-    AddHigherTerms();
+    AddAxisTerms();
     if (sensor.g_sensitivity) {
       for (int row = 0; row < 3; ++row) {
         AddTerm("g-sensitivity " + AxisName(row),
@@ -201,28 +201,21 @@ class ParameterRows {
         unit);
   }
 
-  void AddHigherTerms() {
-    const auto add = [&](const std::string& label,
-                         const Eigen::Vector3d& values,
-                         const std::optional<Eigen::Vector3d>& sigma,
-                         const Eigen::Vector3d& factor,
-                         const std::string& unit) {
-      if (!sigma) return;
-      Add(
-          label,
-          [&](int i) { return Entry(factor[i] * values[i], factor[i] * (*sigma)[i]); },
-          unit);
-    };
-    const TriadModel<double>& model = sensor_.model;
-    // As data sheets have them; the σ of the gain in the factor is far below that of the term.
-    const Eigen::Vector3d ug_per_g2 =
-        1e6 * kStandardGravityMps2 * model.sensitivity.rowwise().norm();
-    add("quadratic term", model.quadratic, sensor_.quadratic_sigma, ug_per_g2, "µg/g²");
-    add("asymmetry ±",
-        model.asymmetry,
-        sensor_.asymmetry_sigma,
-        Eigen::Vector3d::Constant(1e6),
-        "ppm");
+  void AddAxisTerms() {
+    for (const AxisTermInfo& info : kAxisTerms) {
+      const auto& sigma = sensor_.axis_term_sigma[info.term];
+      if (!sigma) continue;
+      // As data sheets have them; the σ of the gain in the factor is far below that of the term.
+      const Eigen::Vector3d per_g =
+          kStandardGravityMps2 * sensor_.model.sensitivity.rowwise().norm();
+      const auto entry = [&](int i) {
+        const double factor = 1e6 * info.PowerOf(per_g[i]);
+        return Entry(factor * sensor_.model.axis_terms[info.term][i], factor * (*sigma)[i]);
+      };
+      Add(std::string(info.label),
+          entry,
+          info.power > 0 ? DisplayUnit("µg/g^" + std::to_string(1 + info.power)) : "ppm");
+    }
   }
 
   void AddThermal(const ThermalTerms& thermal) {
@@ -242,15 +235,13 @@ class ParameterRows {
                 raw_unit_ + " per " + truth_unit_ + " / °C^" + power);
       }
     }
-    const auto add_rate = [&](const std::optional<Eigen::Vector3d>& values,
-                              const std::string& label,
-                              const std::string& name,
-                              const std::string& unit) {
-      if (values) AddTerm(label, *values, "thermal.rate." + name + ".", raw_unit_ + unit);
-    };
-    add_rate(thermal.rate_linear, "bias, dT/dt", "linear", " s/°C");
-    add_rate(thermal.rate_quadratic, "bias, (dT/dt)^2", "quadratic", " s²/°C²");
-    add_rate(thermal.rate_cross, "bias, τ dT/dt", "cross", " s/°C²");
+    for (const RateTermInfo& info : kRateTerms) {
+      if (!thermal.rate[info.term]) continue;
+      AddTerm("bias, " + DisplayUnit(info.words),
+              *thermal.rate[info.term],
+              "thermal." + std::string(info.path) + ".",
+              raw_unit_ + " " + DisplayUnit(info.unit));
+    }
     if (thermal.element_lag_s) {
       AddTerm("lag of T", *thermal.element_lag_s, "thermal.element_lag.", "s");
     }

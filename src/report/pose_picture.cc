@@ -129,8 +129,8 @@ class Picture {
     svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
   }
 
-  static std::string_view Name(int axis) {
-    return kAxisLetters.substr(static_cast<std::size_t>(axis), 1);
+  static std::string Name(int axis) {
+    return std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]);
   }
 
   Eigen::Matrix3d rotation_;

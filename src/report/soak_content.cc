@@ -56,7 +56,7 @@ class BiasCurve {
 std::vector<TemperatureSetting> SettingsOf(const Calibration& calibration, Triad triad) {
   std::vector<TemperatureSetting> settings;
   if (!calibration.sensors[triad] || !calibration.sensors[triad]->thermal) return settings;
-  for (const TemperatureSetting& setting : calibration.quality.temperature_settings) {
+  for (const TemperatureSetting& setting : calibration.quality.rests.temperature_settings) {
     if (setting.triad == triad) settings.push_back(setting);
   }
   return settings;

@@ -21,7 +21,7 @@ namespace {
 
 std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) {
   std::vector<SweepWindow> windows;
-  for (const SweepWindow& window : calibration.quality.sweep_windows) {
+  for (const SweepWindow& window : calibration.quality.sweep.windows) {
     if (window.triad == triad) windows.push_back(window);
   }
   return windows;
@@ -101,7 +101,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return "";
   const ThermalTerms& thermal = *sensor->thermal;
-  if (!thermal.rate_linear && !thermal.rate_quadratic && !thermal.rate_cross) return "";
+  if (!thermal.rate.any()) return "";
   if (FollowsThePast(calibration, triad, axis)) return "";
   Range rates;
   for (const SweepWindow& window : windows) rates.Add(window.rate_degcps);

@@ -40,7 +40,7 @@ Table ErrorTable(const Calibration& calibration) {
                "unit"},
               "lrrrrrrrl",
               {}};
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     table.rows.push_back({AxisTitle(axis),
                           Significant(axis.noise_sigma, 3),
                           Significant(axis.rms_before, 3),
@@ -56,7 +56,7 @@ Table ErrorTable(const Calibration& calibration) {
 
 Table TermsTable(const Quality& quality) {
   Table table{{"terms", "chosen", "lag of T, s", "lag of T', s"}, "llrr", {}};
-  for (const SweepAxis& axis : quality.sweep) {
+  for (const SweepAxis& axis : quality.sweep.axes) {
     table.rows.push_back({AxisTitle(axis),
                           axis.chosen,
                           LagText(axis.element_lag_s, axis.element_lag_sigma_s),
@@ -167,7 +167,7 @@ Table DataTable(const Calibration& calibration, Triad triad) {
   const double step = (range[1] - range[0]) / kTemperatureRows;
   for (int row = 0; row < kTemperatureRows; ++row) {
     std::vector<const SweepWindow*> inside;
-    for (const SweepWindow& window : calibration.quality.sweep_windows) {
+    for (const SweepWindow& window : calibration.quality.sweep.windows) {
       const int at =
           std::clamp(static_cast<int>((window.degc - range[0]) / step), 0, kTemperatureRows - 1);
       if (window.triad == triad && at == row) inside.push_back(&window);
@@ -193,7 +193,7 @@ Table DataTable(const Calibration& calibration, Triad triad) {
 // A round rate that the sweep reached both up and down, or nearly.
 double ShownRate(const Quality& quality, Triad triad) {
   std::vector<double> rates;
-  for (const SweepWindow& window : quality.sweep_windows) {
+  for (const SweepWindow& window : quality.sweep.windows) {
     if (window.triad == triad) rates.push_back(std::abs(window.rate_degcps));
   }
   if (rates.empty()) return 0.0;
@@ -208,7 +208,7 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   if (rate == 0.0) return true;
   const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
   const double near = (range[1] - range[0]) / 10.0;
-  const auto& windows = calibration.quality.sweep_windows;
+  const auto& windows = calibration.quality.sweep.windows;
   return std::any_of(windows.begin(), windows.end(), [&](const SweepWindow& window) {
     return window.triad == triad && std::abs(window.degc - degc) < near &&
            window.rate_degcps / rate > 0.5;
@@ -254,16 +254,16 @@ Table SurfaceTable(const Calibration& calibration,
 Section SweepSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{SectionKind::kSweep, "Temperature sweep", {}};
-  if (quality.sweep.empty() || !calibration.IsUsable()) return section;
+  if (quality.sweep.axes.empty() || !calibration.IsUsable()) return section;
   section.blocks.emplace_back(
       std::to_string(quality.poses) + " windows of time. Held out: each of " +
-      std::to_string(quality.sweep.front().folds) +
+      std::to_string(quality.sweep.axes.front().folds) +
       " blocks of time predicted from the others, with lags estimated each time; for comparison, a "
       "plain cubic in temperature. Heating minus cooling: the difference between the two that "
       "remains with a polynomial in temperature alone, and with the terms below.");
   section.blocks.emplace_back(ErrorTable(calibration));
   section.blocks.emplace_back(TermsTable(quality));
-  for (const SweepAxis& axis : quality.sweep) {
+  for (const SweepAxis& axis : quality.sweep.axes) {
     for (const std::string& words : axis.left_out) {
       section.blocks.emplace_back(Bullet{AxisTitle(axis) + ": dropped " + words});
     }
@@ -291,12 +291,12 @@ Section SweepSection(const Calibration& calibration) {
                                   "no table or map over present ones can show it.");
     }
   }
-  for (const SweepAxis& axis : quality.sweep) {
+  for (const SweepAxis& axis : quality.sweep.axes) {
     if (axis.steps.empty()) continue;
     section.blocks.emplace_back(Subtitle{"Choice of terms: " + AxisTitle(axis)});
     section.blocks.emplace_back(StepsTable(axis));
   }
-  for (const SweepAxis& axis : quality.sweep) {
+  for (const SweepAxis& axis : quality.sweep.axes) {
     if (axis.regression) AddRegression(axis, &section);
   }
   return section;

@@ -110,8 +110,7 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                   0) +
           '\n' + TextOf(table);
   const auto& accelerometer = calibration.sensors[Triad::kAccelerometer];
-  if (!calibration.quality.sweep.empty() && accelerometer &&
-      accelerometer->bias_sigma.isZero(0.0)) {
+  if (calibration.mode == Mode::kSweep && accelerometer && accelerometer->bias_sigma.isZero(0.0)) {
     text += '\n' + Wrapped(
                        "The accelerometer's bias and gain at the reference temperature are not "
                        "calibrated, so its error is stated about the mean.");

@@ -13,8 +13,11 @@ namespace {
 
 Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   Calibration calibration;
-  calibration.outcome = Outcome::kNotEnough;
-  calibration.messages = {reason.message};
+  calibration.findings = {RefusalOf(reason)};
+  calibration.outcome = OutcomeOf(calibration.findings);
+  calibration.mode = experiment.options.motion  ? Mode::kMotion
+                     : experiment.options.sweep ? Mode::kSweep
+                                                : Mode::kPoses;
   calibration.gauge = experiment.options.gauge;
   if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
     calibration.gauge_sensor =
@@ -52,17 +55,19 @@ Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCal
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibratePoses(loaded, experiment));
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   if (!loaded.poses.serial.empty() && calibration.serial != loaded.poses.serial) {
-    calibration.messages.push_back("the recording is from unit `" + loaded.poses.serial +
-                                   "`, but the experiment states `" + experiment.serial +
-                                   "`; check which unit this is");
+    calibration.findings.emplace_back(FindingCode::kOtherSerial,
+                                      "the recording is from unit `" + loaded.poses.serial +
+                                          "`, but the experiment states `" + experiment.serial +
+                                          "`",
+                                      "check which unit this is");
   }
   calibration.model = experiment.model;
   calibration.software_version = Version();
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  calibration.messages.insert(
-      calibration.messages.end(), loaded.poses.warnings.begin(), loaded.poses.warnings.end());
+  calibration.findings.insert(
+      calibration.findings.end(), loaded.poses.findings.begin(), loaded.poses.findings.end());
   for (const Triad triad : kTriads) {
     if (std::optional<TriadCalibration>& sensor = calibration.sensors[triad]) {
       sensor->si_per_count = loaded.si_per_count[triad];

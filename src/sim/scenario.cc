@@ -57,8 +57,10 @@ void CheckSpread(const UnitSpread& spread, const std::string& name, Problems* pr
   problems->NotNegative(spread.g_sensitivity, name + " spread of the g-sensitivity");
   problems->NotNegative(spread.thermal_bias, name + " spread of the thermal bias");
   problems->NotNegative(spread.thermal_scale, name + " spread of the thermal scale");
-  problems->NotNegative(spread.quadratic, name + " spread of the quadratic term");
-  problems->NotNegative(spread.asymmetry, name + " spread of the asymmetry");
+  for (const AxisTermInfo& info : kAxisTerms) {
+    problems->NotNegative(spread.axis_terms[info.term],
+                          name + " spread of the " + std::string(info.words));
+  }
 }
 
 void CheckNoise(const SensorNoise& noise, const std::string& name, Problems* problems) {
@@ -90,19 +92,29 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
 }
 
 /// Terms that bend the straight line, and do not replace it.
-void CheckHigherTerms(const SimulatedTriad& sensor, const std::string& name, Problems* problems) {
+void CheckAxisTerms(Triad triad,
+                    const SimulatedTriad& sensor,
+                    const std::string& name,
+                    Problems* problems) {
   // Chosen: a tenth of 1 g or of the rate; more would fold the line over within the range.
   constexpr double kMostOfSignal = 0.1;
   const Eigen::Vector3d felt_at_1g =
       kStandardGravityMps2 * sensor.nominal.sensitivity.rowwise().norm();
-  const double bend = sensor.nominal.quadratic.cwiseProduct(felt_at_1g).cwiseAbs().maxCoeff();
-  const double asymmetry = sensor.nominal.asymmetry.cwiseAbs().maxCoeff();
-  problems->Require(bend < kMostOfSignal,
-                    name + " quadratic term is " + Number(bend) +
-                        " of the signal at 1 g; it must be below a tenth: 100 ug/g^2 are 1e-4");
-  problems->Require(
-      asymmetry < kMostOfSignal,
-      name + " asymmetry is " + Number(asymmetry) + " of the gain; it must be below a tenth");
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const Eigen::Vector3d& term = sensor.nominal.axis_terms[info.term];
+    const std::string of_triad(TriadName(info.triad));
+    problems->Require(
+        triad == info.triad || (term.isZero(0.0) && sensor.spread.axis_terms[info.term] == 0.0),
+        name + ": only " + WithArticle(of_triad) + " has " + WithArticle(info.words));
+    const double share =
+        term.cwiseProduct(felt_at_1g.unaryExpr([&](double raw) { return info.PowerOf(raw); }))
+            .cwiseAbs()
+            .maxCoeff();
+    problems->Require(share < kMostOfSignal,
+                      name + " " + std::string(info.words) + " is " + Number(share) +
+                          (info.power > 0 ? " of the signal at 1 g" : " of the gain") +
+                          "; it must be below a tenth");
+  }
 }
 
 void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
@@ -119,13 +131,7 @@ void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
   const bool is_gyroscope = triad == Triad::kGyroscope;
   problems->Require(is_gyroscope || (!sensor.g_sensitivity && sensor.spread.g_sensitivity == 0.0),
                     name + ": only a gyroscope has a g-sensitivity");
-  problems->Require(
-      is_gyroscope || (sensor.nominal.asymmetry.isZero(0.0) && sensor.spread.asymmetry == 0.0),
-      name + ": only a gyroscope has an asymmetry");
-  problems->Require(triad == Triad::kAccelerometer ||
-                        (sensor.nominal.quadratic.isZero(0.0) && sensor.spread.quadratic == 0.0),
-                    name + ": only an accelerometer has a quadratic term");
-  CheckHigherTerms(sensor, name, problems);
+  CheckAxisTerms(triad, sensor, name, problems);
   problems->Require(triad == Triad::kAccelerometer || sensor.lever_arm_m.isZero(0.0),
                     name + ": only an accelerometer has a lever arm");
   problems->Finite(sensor.lever_arm_m.allFinite(), name + " lever arm");

@@ -45,10 +45,11 @@ TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
       triad.thermal->sensitivity[0].diagonal() += thermal_scale;
     }
   }
-  const Eigen::Vector3d quadratic = spread.quadratic * random.Normal3();
-  const Eigen::Vector3d asymmetry = spread.asymmetry * random.Normal3();
-  triad.model.quadratic += quadratic.cwiseQuotient(size);
-  triad.model.asymmetry += asymmetry;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    const Eigen::Vector3d value = spread.axis_terms[info.term] * random.Normal3();
+    triad.model.axis_terms[info.term] +=
+        value.cwiseQuotient(size.unaryExpr([&](double raw) { return info.PowerOf(raw); }));
+  }
   return triad;
 }
 
@@ -70,15 +71,16 @@ void NameParameters(Triad triad, const TriadCalibration& sensor, std::vector<std
     for (std::size_t power = 1; power <= thermal->bias.size(); ++power) {
       vector(term + ".bias." + std::to_string(power));
     }
-    if (thermal->rate_linear) vector(term + ".rate.linear");
-    if (thermal->rate_quadratic) vector(term + ".rate.quadratic");
-    if (thermal->rate_cross) vector(term + ".rate.cross");
+    for (const RateTermInfo& info : kRateTerms) {
+      if (thermal->rate[info.term]) vector(term + "." + std::string(info.path));
+    }
     for (std::size_t power = 1; power <= thermal->sensitivity.size(); ++power) {
       matrix(term + ".sensitivity." + std::to_string(power));
     }
   }
-  if (sensor.quadratic_sigma) vector(name + ".quadratic");
-  if (sensor.asymmetry_sigma) vector(name + ".asymmetry");
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (sensor.axis_term_sigma[info.term]) vector(name + "." + std::string(info.name));
+  }
   if (sensor.g_sensitivity) matrix(name + ".g_sensitivity");
 }
 
@@ -110,7 +112,8 @@ Calibration TruthOf(const Scenario& scenario, int index) {
   truth.serial = unit.serial;
   truth.model = scenario.model;
   truth.outcome = Outcome::kConverged;
-  truth.messages = {"the truth of a simulated recording: every sigma is zero"};
+  truth.findings = {
+      {FindingCode::kSimulatedTruth, "the truth of a simulated recording: every sigma is zero"}};
   truth.reference.gravity_mps2 = scenario.world.gravity_mps2;
   truth.reference.temperature_degc = scenario.temperature.start_degc;
   std::optional<Triad> leading;
@@ -130,8 +133,10 @@ Calibration TruthOf(const Scenario& scenario, int index) {
     sensor.model = unit.triads[triad]->model;
     sensor.g_sensitivity = unit.triads[triad]->g_sensitivity;
     sensor.thermal = unit.triads[triad]->thermal;
-    if (!sensor.model.quadratic.isZero(0.0)) sensor.quadratic_sigma = Eigen::Vector3d::Zero();
-    if (!sensor.model.asymmetry.isZero(0.0)) sensor.asymmetry_sigma = Eigen::Vector3d::Zero();
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (sensor.model.axis_terms[info.term].isZero(0.0)) continue;
+      sensor.axis_term_sigma[info.term] = Eigen::Vector3d::Zero();
+    }
     sensor.si_per_count = simulated.si_per_count;
     sensor.noise.source = NoiseSource::kConfig;
     if (sensor.thermal) {

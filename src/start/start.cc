@@ -48,15 +48,21 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
     needed = 6;
   }
   std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
-  if (options.quadratic == Wanted::kYes) {
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad == Triad::kGyroscope || options.axis_terms[info.term] != Wanted::kYes) continue;
     // A pose says three things with its attitude, one without.
     needed += attitudes ? 1 : 3;
-    model += " with a quadratic term";
+    model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
-  return NotEnoughError(std::string(TriadName(triad)) + ": " + std::to_string(poses) +
-                        " poses, but " + model + " needs at least " + std::to_string(needed) +
-                        "; add poses, or choose a smaller model");
+  return NotEnoughError(Finding(FindingCode::kTooFewPoses,
+                                std::string(TriadName(triad)) + ": " + std::to_string(poses) +
+                                    (poses == 1 ? " pose, but " : " poses, but ") + model +
+                                    " needs at least " + std::to_string(needed),
+                                "add poses, or choose a smaller model")
+                            .About(triad)
+                            .With("poses", static_cast<double>(poses))
+                            .With("needed", static_cast<double>(needed)));
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
@@ -366,7 +372,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   for (const RecordedMove& recorded : poses.moves) {
     const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
     const auto& after = poses.poses[recorded.from + 1].triads[Triad::kAccelerometer];
-    if (!recorded.fault.empty() || recorded.accelerometer_raw.empty() || !before || !after) {
+    if (recorded.fault || recorded.accelerometer_raw.empty() || !before || !after) {
       continue;
     }
     DirectionMove& move = moves.emplace_back();
@@ -397,8 +403,12 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
                          options.initialise.method == InitialiseMethod::kSixPosition;
   if (options.HasGyroscopeAlone() && poses.turns.empty() && poses.rates.empty()) {
     return NotEnoughError(
-        "gyroscope: alone, only its bias is observable; state known `turns:` or `rates:`, or "
-        "enable the accelerometer, so that its turns are measured against gravity");
+        Finding(
+            FindingCode::kNoKnownMotion,
+            "gyroscope: alone, only its bias is observable",
+            "state known `turns:` or `rates:`, or enable the accelerometer, so that its turns are "
+            "measured against gravity")
+            .About(Triad::kGyroscope));
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const TriadOptions& sensor = options.triads[triad];
@@ -428,7 +438,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
-    solver.eigenvectors().col(0).cwiseAbs().maxCoeff(&axis);
+    solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
     const std::string name(1, kAxisLetters[static_cast<std::size_t>(axis)]);
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
@@ -437,7 +447,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
         .append(name)
         .append(" and scale ")
         .append(name);
-    direction.description.append(" cannot be told apart: the readings vary too little along the ")
+    direction.description.append(" are indistinguishable: the readings vary too little along the ")
         .append(name)
         .append(" axis");
     direction.advice.append("add poses with body ")

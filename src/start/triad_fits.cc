@@ -86,8 +86,9 @@ Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& rea
   const LeastSquares qr(design);
   if (qr.rank() < 4) {
     return NotEnoughError(
-        "the known attitudes lie in one plane, so gains and biases are unobservable; add poses "
-        "with every axis up and down");
+        Finding(FindingCode::kTooFewDirections,
+                "the known attitudes lie in one plane, so gains and biases are unobservable",
+                "add poses with every axis up and down"));
   }
   const Eigen::MatrixXd solution = qr.Solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};

@@ -21,10 +21,6 @@ constexpr double kLagRatio = 1.35;
 constexpr double kElementShare = 1.0 / 16.0;
 constexpr int kPlainOrder = 3;
 
-constexpr std::array<bool ThermalOptions::*, 3> kRates = {
-    &ThermalOptions::rate_linear, &ThermalOptions::rate_quadratic, &ThermalOptions::rate_cross};
-constexpr std::array<const char*, 3> kRateNames = {"T'", "T'^2", "tau T'"};
-
 // Which of the two lags there are.
 struct LagShape {
   bool element = false, rate = false;
@@ -79,10 +75,10 @@ class Chooser {
   // Leaves out the rate terms that the recording does not tell from the others.
   void GateRates() {
     const Eigen::MatrixX2d states = problem_.States({});
-    has_branches_ = problem_.ShareOfItsOwn(states, 0, {}) >= kShareOfItsOwn;
-    std::vector<int> beside;
-    for (const int rate : {0, 2, 1}) {
-      bool& is_allowed = allowed_.*kRates[static_cast<std::size_t>(rate)];
+    has_branches_ = problem_.ShareOfItsOwn(states, RateTerm::kLinear, {}) >= kShareOfItsOwn;
+    std::vector<RateTerm> beside;
+    for (const RateTerm rate : {RateTerm::kLinear, RateTerm::kCross, RateTerm::kQuadratic}) {
+      bool& is_allowed = allowed_.rate[rate];
       if (!is_allowed) continue;
       const double share = problem_.ShareOfItsOwn(states, rate, beside);
       if (share >= kShareOfItsOwn) {
@@ -91,11 +87,11 @@ class Chooser {
       }
       is_allowed = false;
       choice_.left_out.push_back(
-          std::string(kRateNames[static_cast<std::size_t>(rate)]) +
+          std::string(InfoOf(rate).letters) +
           Format(": only %.0f %% of it is not told by the temperature and the other rate terms; ",
                  100.0 * share) +
-          (rate == 1 ? "repeat the sweep at another rate"
-                     : "repeat the sweep up and down, at more than one rate"));
+          (rate == RateTerm::kQuadratic ? "repeat the sweep at another rate"
+                                        : "repeat the sweep up and down, at more than one rate"));
     }
   }
 
@@ -147,7 +143,7 @@ class Chooser {
   }
 
   std::vector<LagShape> Shapes() {
-    const bool has_rates = allowed_.rate_linear || allowed_.rate_quadratic || allowed_.rate_cross;
+    const bool has_rates = allowed_.rate.any();
     const bool any = wanted_.lags > 0 || wanted_.lags_auto;
     if (any && !has_branches_) {
       choice_.left_out.emplace_back(
@@ -302,10 +298,10 @@ class Chooser {
   }
 
   void ChooseRates(const SweepLags& lags, ThermalOptions* terms, std::vector<SweepStep>* steps) {
-    for (const auto rate : kRates) terms->*rate = false;
+    terms->rate = {};
     Note("rates: none", *terms, lags, steps);
-    const auto column = [this](std::size_t rate) {
-      return std::vector<int>{problem_.rate_column(static_cast<int>(rate))};
+    const auto column = [this](RateTerm rate) {
+      return std::vector<int>{problem_.rate_column(rate)};
     };
     for (int round = 0; round < 6; ++round) {
       // Pairs too: of two rates that matter each may do nothing alone.
@@ -313,19 +309,19 @@ class Chooser {
       std::optional<ThermalOptions> best;
       double least = held_out;
       std::string what;
-      for (unsigned set = 1; set < 8; ++set) {
+      for (unsigned set = 1; set < 1U << kRateTermCount; ++set) {
         ThermalOptions with = *terms;
         std::vector<int> added;
         std::string names;
-        for (std::size_t rate = 0; rate < 3; ++rate) {
-          if ((set >> rate & 1U) == 0) continue;
-          if (terms->*kRates[rate] || !(allowed_.*kRates[rate])) {
+        for (const RateTermInfo& rate : kRateTerms) {
+          if ((set >> static_cast<unsigned>(rate.term) & 1U) == 0) continue;
+          if (terms->rate[rate.term] || !allowed_.rate[rate.term]) {
             added.clear();
             break;
           }
-          with.*kRates[rate] = true;
-          added.push_back(column(rate).front());
-          names += std::string(names.empty() ? "" : ", ") + kRateNames[rate];
+          with.rate[rate.term] = true;
+          added.push_back(column(rate.term).front());
+          names.append(names.empty() ? "" : ", ").append(rate.letters);
         }
         if (added.empty()) continue;
         const double error = HeldOutRms(&problem_, axis_, with, lags);
@@ -340,22 +336,23 @@ class Chooser {
       if (!best) break;
       *terms = *best;
       Note("+ " + what, *terms, lags, steps);
-      for (std::size_t rate = 0; rate < 3; ++rate) {
-        if (!(terms->*kRates[rate])) continue;
-        const double p = WaldProbability(FitSweep(problem_, axis_, *terms, lags), column(rate));
+      for (const RateTermInfo& rate : kRateTerms) {
+        if (!terms->rate[rate.term]) continue;
+        const double p =
+            WaldProbability(FitSweep(problem_, axis_, *terms, lags), column(rate.term));
         if (p < kLeaveLevel) continue;
         ThermalOptions without = *terms;
-        without.*kRates[rate] = false;
+        without.rate[rate.term] = false;
         if (HeldOutRms(&problem_, axis_, without, lags) > least) continue;
         *terms = without;
-        Note(std::string("- ") + kRateNames[rate], *terms, lags, steps);
+        Note("- " + std::string(rate.letters), *terms, lags, steps);
       }
     }
-    for (std::size_t rate = 0; rate < 3; ++rate) {
-      if (terms->*kRates[rate] || !(allowed_.*kRates[rate])) continue;
+    for (const RateTermInfo& rate : kRateTerms) {
+      if (terms->rate[rate.term] || !allowed_.rate[rate.term]) continue;
       ThermalOptions with = *terms;
-      with.*kRates[rate] = true;
-      NoteRejected(kRateNames[rate], with, column(rate).front(), lags, steps);
+      with.rate[rate.term] = true;
+      NoteRejected(std::string(rate.letters), with, column(rate.term).front(), lags, steps);
     }
   }
 
@@ -409,8 +406,8 @@ std::string TermsText(const ThermalOptions& terms) {
   for (int power = 1; power <= terms.bias_order; ++power) {
     add(power == 1 ? "tau" : "tau^" + std::to_string(power));
   }
-  for (std::size_t rate = 0; rate < 3; ++rate) {
-    if (terms.*kRates[rate]) add(kRateNames[rate]);
+  for (const RateTermInfo& rate : kRateTerms) {
+    if (terms.rate[rate.term]) add(std::string(rate.letters));
   }
   for (const double degc : terms.knots_degc) add(Format("knot at %.1f degC", degc));
   return text.empty() ? "none" : text;

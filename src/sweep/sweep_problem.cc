@@ -172,9 +172,9 @@ Eigen::MatrixXd SweepProblem::Columns(const Eigen::MatrixX2d& states) const {
     for (int power = 1; power <= ThermalOptions::kMaxBiasOrder; ++power) {
       columns(i, power_column(power)) = factors.power[static_cast<std::size_t>(power) - 1];
     }
-    columns(i, rate_column(0)) = factors.rate_linear;
-    columns(i, rate_column(1)) = factors.rate_quadratic;
-    columns(i, rate_column(2)) = factors.rate_cross;
+    for (const RateTermInfo& info : kRateTerms) {
+      columns(i, rate_column(info.term)) = factors.rate[info.term];
+    }
     for (std::size_t k = 0; k < knots_degc_.size(); ++k) {
       const auto above = [&](double degc) {
         return std::max(0.0, degc - knots_degc_[k]) / scale_.half_range_degc;
@@ -214,8 +214,8 @@ const std::vector<SweepBlock>& SweepProblem::Blocks(const SweepLags& lags) {
 }
 
 double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,
-                                   int rate,
-                                   const std::vector<int>& beside) const {
+                                   RateTerm rate,
+                                   const std::vector<RateTerm>& beside) const {
   const Eigen::MatrixXd columns = Columns(states);
   // Hats over the temperature: any function of it, straight in pieces.
   Eigen::MatrixXd others =
@@ -244,9 +244,8 @@ std::vector<int> ColumnsOf(const SweepProblem& problem, const ThermalOptions& te
   for (int power = 1; power <= terms.bias_order; ++power) {
     columns.push_back(problem.power_column(power));
   }
-  const std::array wanted = {terms.rate_linear, terms.rate_quadratic, terms.rate_cross};
-  for (int rate = 0; rate < 3; ++rate) {
-    if (wanted[static_cast<std::size_t>(rate)]) columns.push_back(problem.rate_column(rate));
+  for (const RateTermInfo& info : kRateTerms) {
+    if (terms.rate[info.term]) columns.push_back(problem.rate_column(info.term));
   }
   if (terms.knots_degc.empty()) return columns;
   for (int knot = 0; knot < static_cast<int>(problem.knots_degc().size()); ++knot) {

@@ -56,7 +56,7 @@ std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
 // that each temperature counts alike however long it was dwelt at.
 //
 // Columns: the attitudes' constants (one of all for a gyroscope, whose bias is absolute), powers 1
-// to kMaxBiasOrder, rate linear, quadratic, cross, then two of each knot.
+// to kMaxBiasOrder, rate terms, then two of each knot.
 class SweepProblem {
  public:
   // `poses` must outlive the problem; windows without the triad are passed over. `folds`: blocks
@@ -70,7 +70,9 @@ class SweepProblem {
     return attitude_count_ + kMaxThermalVectors + 2 * static_cast<int>(knots_degc_.size());
   }
   int power_column(int power) const { return attitude_count_ + power - 1; }
-  int rate_column(int rate) const { return attitude_count_ + ThermalOptions::kMaxBiasOrder + rate; }
+  int rate_column(RateTerm rate) const {
+    return attitude_count_ + ThermalOptions::kMaxBiasOrder + static_cast<int>(rate);
+  }
   // Of knot k its kink and its curve: (v - v_k)+ and its square, less what they are at v_ref.
   int knot_column(int knot, bool curve) const {
     return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
@@ -109,11 +111,11 @@ class SweepProblem {
   // A block a fold; kept for lags that are asked for again.
   const std::vector<SweepBlock>& Blocks(const SweepLags& lags);
 
-  // How much of a rate column (0 linear, 1 quadratic, 2 cross) neither any function of temperature
+  // How much of the column of a rate term neither any function of temperature
   // nor the columns in `beside` can explain, as a share of its RMS.
   double ShareOfItsOwn(const Eigen::MatrixX2d& states,
-                       int rate,
-                       const std::vector<int>& beside) const;
+                       RateTerm rate,
+                       const std::vector<RateTerm>& beside) const;
 
  private:
   void WeighTemperatures(bool even_temperatures);

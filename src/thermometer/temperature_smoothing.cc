@@ -14,6 +14,7 @@
 #include "math/distributions.h"
 #include "thermometer/coarse_thermometer.h"
 #include "thermometer/thermometer.h"
+#include "truetriad/model/finding.h"
 
 namespace truetriad {
 namespace {
@@ -263,8 +264,11 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double duration = time_s.back() - time_s.front();
   const double span = SpanOf(degc);
   if (!(span > 0.0) || !(duration > 0.0)) {
-    return NotEnoughError("the temperature is " + std::to_string(degc.front()) +
-                          " degC throughout; a sweep needs a temperature that goes up and down");
+    return NotEnoughError(
+        Finding(FindingCode::kTemperatureRangeTooSmall,
+                "the temperature is " + std::to_string(degc.front()) + " degC throughout",
+                "a sweep needs a temperature that goes up and down")
+            .With("temperature", degc.front(), "degC"));
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;

@@ -38,17 +38,17 @@ std::string SpokenName(const std::string& text) {
     const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
     std::string spoken(TriadName(name->triad));
     if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
-    if (name->kind == ParameterKind::kQuadratic) return spoken + " quadratic term " + row;
-    if (name->kind == ParameterKind::kAsymmetry) return spoken + " asymmetry " + row;
+    const ParameterInfo& info = InfoOf(name->kind);
+    if (info.axis_term) {
+      return spoken.append(" ").append(InfoOf(*info.axis_term).words).append(" ").append(row);
+    }
     if (name->kind != ParameterKind::kSensitivity) {
       spoken += " bias " + row;
     } else {
       spoken += name->row == name->col ? " scale " + row : " misalignment " + row + col;
     }
     if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
-    if (name->kind == ParameterKind::kRateLinear) spoken += ", dT/dt";
-    if (name->kind == ParameterKind::kRateQuadratic) spoken += ", (dT/dt)^2";
-    if (name->kind == ParameterKind::kRateCross) spoken += ", tau dT/dt";
+    if (info.rate) spoken.append(", ").append(InfoOf(*info.rate).words);
     return spoken;
   }
   if (text == "reference.dip_rad") return "dip of the field";
@@ -87,7 +87,8 @@ std::string Describe(const std::vector<std::string>& names,
   if (parts.size() == 1) {
     return parts.front() + (determined ? " is weakly determined" : " is not determined");
   }
-  return JoinWithAnd(parts) + (determined ? " can hardly be told apart" : " cannot be told apart");
+  return JoinWithAnd(parts) +
+         (determined ? " are nearly indistinguishable" : " are indistinguishable");
 }
 
 // A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
@@ -233,7 +234,8 @@ int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd&
 
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
-                                   double limit) {
+                                   double limit,
+                                   const char* how_to_add) {
   Observability result;
   const Marginal marginal = MarginalOfWanted(graph, system);
   const auto n = marginal.sigmas.size();
@@ -318,8 +320,9 @@ Observability AnalyseObservability(const PoseGraph& graph,
         if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
       }
       const double temperature = candidates[best].node.temperature_degc;
-      weak.advice = "add poses " + (has_thermal ? Format("at %.3g degC ", temperature) : "") +
-                    "with body " + SpokenDirection(up) + how;
+      weak.advice = std::string(how_to_add) + " " +
+                    (has_thermal ? Format("at %.3g degC ", temperature) : "") + "with body " +
+                    SpokenDirection(up) + how;
       if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
     }
     if (!said.insert(weak.description + weak.advice).second) continue;

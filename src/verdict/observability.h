@@ -22,8 +22,11 @@ struct Observability {
 // stands out (a quarter of the limit, or 10 times the median and 1 % of the signal) is named as
 // weak. The advice names the pose, of a grid of attitudes, whose single addition shrinks the
 // direction's variance most.
+//
+// `how_to_add`: how more readings in an attitude come about; advice begins with it.
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
-                                   double limit);
+                                   double limit,
+                                   const char* how_to_add = "add poses");
 
 }  // namespace truetriad

@@ -97,8 +97,8 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
         list_term(matrices, i, thermal.matrix_at(0), 9, RowMajorPlace(entry));
       }
     }
-    for (const int at : {layout.quadratic[triad], layout.asymmetry[triad]}) {
-      for (int i = 0; i < 3 && at >= 0; ++i) list(at + i, layout.basis.row(at + i));
+    for (const auto& [term, at] : layout.axis_terms[triad]) {
+      for (int i = 0; i < 3; ++i) list(at + i, layout.basis.row(at + i));
     }
   }
   if (layout.g_sensitivity >= 0) {

@@ -63,7 +63,7 @@ void FillPoseQuality(const PoseGraph& graph,
             : observation.mean_raw.norm() * stream->unit.truth_per_raw - strength[triad];
     residual.normalized = test.rank > 0 ? std::sqrt(test.chi2 / test.rank) : 0.0;
     residual.weight = observation.rejected ? 0.0 : observation.weight;
-    quality->pose_residuals.push_back(residual);
+    quality->rests.pose_residuals.push_back(residual);
     if (observation.rejected || triad == Triad::kGyroscope) continue;
     after[triad].Add(residual.norm_error);
     if (std::isfinite(residual.norm_error_before)) before[triad].Add(residual.norm_error_before);
@@ -211,7 +211,8 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     const auto triad = TriadFromName(name.substr(0, dot));
     const std::string what = dot == std::string::npos ? "" : name.substr(dot + 1);
     if (!triad || !calibration.sensors[*triad]) {
-      return UsageError("limit `" + name + "`: no such sensor in this calibration");
+      return UsageError("limit `" + name + "`: no such sensor in this calibration",
+                        "limits." + name);
     }
     const TriadCalibration& sensor = *calibration.sensors[*triad];
     // Gains and misalignments by sensing axis, whatever body axis it was mounted along.
@@ -234,7 +235,8 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     } else if (what == "scale_error") {
       const StreamSummary* stream = poses.Find(*triad);
       if (stream == nullptr || stream->unit.is_counts) {
-        return UsageError("limit `" + name + "`: readings in counts have no nominal scale");
+        return UsageError("limit `" + name + "`: readings in counts have no nominal scale",
+                          "limits." + name);
       }
       for (int i = 0; i < 3; ++i) {
         take(gain[i] * stream->unit.truth_per_raw - 1.0, sigma(i, i) * stream->unit.truth_per_raw);
@@ -248,8 +250,9 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     } else if (what == "residual_rms") {
       take(calibration.quality.residual_rms[*triad].value_or(0.0), 0.0);
     } else {
-      return UsageError("limit `" + name +
-                        "`: known are bias, scale_error, misalignment_rad, residual_rms");
+      return UsageError(
+          "limit `" + name + "`: known are bias, scale_error, misalignment_rad, residual_rms",
+          "limits." + name);
     }
     check.pass = check.worst + limits.guard_band_k * check.sigma <= limit;
     checks.push_back(check);

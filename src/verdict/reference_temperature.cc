@@ -66,7 +66,7 @@ void AddShift(const Calibration& calibration,
       }
     }
   }
-  for (int row = 0; row < 3 && thermal.rate_cross; ++row) {
+  for (int row = 0; row < 3 && thermal.rate[RateTerm::kCross]; ++row) {
     add({triad, ParameterKind::kRateLinear, 0, row, 0},
         {triad, ParameterKind::kRateCross, 0, row, 0},
         shift);
@@ -80,7 +80,8 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
   for (const auto& sensor : calibration->sensors) {
     if (!sensor || !sensor->thermal) continue;
     is_moved = is_moved || sensor->thermal->reference_degc != reference_degc;
-    if (sensor->thermal->rate_cross && !sensor->thermal->rate_linear) return false;
+    const auto& rate = sensor->thermal->rate;
+    if (rate[RateTerm::kCross] && !rate[RateTerm::kLinear]) return false;
   }
   if (!is_moved) return true;
   const auto size = static_cast<Eigen::Index>(calibration->covariance.parameters.size());
@@ -97,7 +98,9 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
     ShiftPowers(shift, &sensor->model.bias, &thermal.bias);
     sensor->model.bias = bias;
     ShiftPowers(shift, &sensor->model.sensitivity, &thermal.sensitivity);
-    if (thermal.rate_cross) *thermal.rate_linear += shift * *thermal.rate_cross;
+    if (const auto& cross = thermal.rate[RateTerm::kCross]) {
+      *thermal.rate[RateTerm::kLinear] += shift * *cross;
+    }
     thermal.reference_degc = reference_degc;
   }
   calibration->reference.temperature_degc = reference_degc;

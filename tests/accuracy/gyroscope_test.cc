@@ -84,10 +84,12 @@ TEST_F(GyroscopeRecordings, XsensIsFoundToFollowGravity) {
                            "sensors.gyroscope.g_sensitivity=auto");
   ASSERT_EQ(run.exit_code, 0) << run.text;
   EXPECT_TRUE(run.calibration.sensors[kGyro]->g_sensitivity.has_value());
-  EXPECT_FALSE(run.calibration.sensors[kGyro]->asymmetry_sigma.has_value());
-  EXPECT_FALSE(run.calibration.sensors[Triad::kAccelerometer]->quadratic_sigma.has_value());
-  ASSERT_FALSE(run.calibration.quality.model_choice.empty());
-  for (const ModelAlternative& model : run.calibration.quality.model_choice) {
+  EXPECT_FALSE(run.calibration.sensors[kGyro]->axis_term_sigma[AxisTerm::kAsymmetry].has_value());
+  EXPECT_FALSE(run.calibration.sensors[Triad::kAccelerometer]
+                   ->axis_term_sigma[AxisTerm::kQuadratic]
+                   .has_value());
+  ASSERT_FALSE(run.calibration.quality.rests.model_choice.empty());
+  for (const ModelAlternative& model : run.calibration.quality.rests.model_choice) {
     if (model.description != "gyroscope without g-sensitivity") continue;
     EXPECT_LT(*model.p_value, 1e-6);
   }
@@ -97,8 +99,8 @@ TEST_F(GyroscopeRecordings, XsensIsFoundToFollowGravity) {
 // in their own σ.
 void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, double most_sigmas) {
   ASSERT_EQ(run.exit_code, 0) << run.text;
-  ASSERT_EQ(run.calibration.quality.turns.size(), 3U);
-  const TurnCheck& turn = run.calibration.quality.turns[at];
+  ASSERT_EQ(run.calibration.quality.rests.turns.size(), 3U);
+  const TurnCheck& turn = run.calibration.quality.rests.turns[at];
   EXPECT_FALSE(turn.used);
   const double off_rad = turn.found_rad - turn.stated_rad;
   ::testing::Test::RecordProperty(turn.name, std::to_string(kDegPerRad * off_rad));
@@ -108,7 +110,7 @@ void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, doubl
 
 TEST_F(GyroscopeRecordings, FerrarisRestsAlonePredictTheTurns) {
   const Outcomes run = Run("ferraris-turns", Manifest("ferraris"), "turns.held_out=all");
-  EXPECT_TRUE(run.calibration.quality.rejected_poses.empty());
+  EXPECT_TRUE(run.calibration.quality.rests.rejected_poses.empty());
   // Gravity hardly sees y: its σ alone is the measure.
   ExpectPredicted(run, 0, 1.5, 3.0);
   ExpectPredicted(run, 1, 180.0, 3.0);
@@ -135,8 +137,9 @@ TEST_F(GyroscopeRecordings, EachMpu9150PredictsGravityAfterATurnItHasNotSeen) {
     const Outcomes run = Run("mpu9150-gyroscope", Manifest("mpu9150-" + unit));
     ASSERT_EQ(run.exit_code, 0) << run.text;
     EXPECT_LT(AngleDeg(run), 0.12);
-    ASSERT_TRUE(run.calibration.quality.held_out && run.calibration.quality.held_out->turns);
-    const HeldOutTurns& turns = *run.calibration.quality.held_out->turns;
+    ASSERT_TRUE(run.calibration.quality.rests.held_out &&
+                run.calibration.quality.rests.held_out->turns);
+    const HeldOutTurns& turns = *run.calibration.quality.rests.held_out->turns;
     ASSERT_EQ(turns.errors_rad.size(), 21U);
     const double median_deg = kDegPerRad * turns.median_rad;
     RecordProperty(unit + "_median_deg", std::to_string(median_deg));
@@ -152,8 +155,9 @@ TEST_F(GyroscopeRecordings, EachMpu9150PredictsGravityAfterATurnItHasNotSeen) {
 TEST_F(GyroscopeRecordings, XsensPredictsGravityAfterATurnItHasNotSeen) {
   const Outcomes run = Run("xsens-imu-tk-pair", Manifest("xsens-imu-tk-pair"));
   ASSERT_EQ(run.exit_code, 0) << run.text;
-  ASSERT_TRUE(run.calibration.quality.held_out && run.calibration.quality.held_out->turns);
-  const HeldOutTurns& turns = *run.calibration.quality.held_out->turns;
+  ASSERT_TRUE(run.calibration.quality.rests.held_out &&
+              run.calibration.quality.rests.held_out->turns);
+  const HeldOutTurns& turns = *run.calibration.quality.rests.held_out->turns;
   EXPECT_EQ(turns.errors_rad.size(), 37U);
   EXPECT_LE(kDegPerRad * turns.median_rad, 0.125);
 }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/shared_recordings.h"
+#include "tests/support/finding_matchers.h"
 
 namespace truetriad {
 namespace {
@@ -15,7 +16,7 @@ using ::testing::HasSubstr;
 class ThermalRecordings : public SharedRecordings {};
 
 const SweepAxis& AxisOf(const Calibration& calibration, Triad triad, int axis) {
-  for (const SweepAxis& found : calibration.quality.sweep) {
+  for (const SweepAxis& found : calibration.quality.sweep.axes) {
     if (found.triad == triad && found.axis == axis) return found;
   }
   static const SweepAxis kNone;
@@ -40,7 +41,7 @@ TEST_F(ThermalRecordings, AChamberSweepIsPredictedFarBetterThanByACubic) {
   expect(Triad::kAccelerometer, 1, 0.0215, 0.0063);
   expect(Triad::kAccelerometer, 2, 0.055, 0.018);
   expect(Triad::kGyroscope, 1, 0.0012, 0.0009);
-  EXPECT_THAT(run.calibration.messages, Contains(HasSubstr("left out: row 0 ")));
+  EXPECT_THAT(run.calibration.findings, Contains(HasCode(FindingCode::kReadingsLeftOut)));
 }
 
 // Windows by thermal time say the same with a twentieth of the rows.

@@ -89,7 +89,7 @@ TEST(FixtureRotation, IsFoundExactlyWithTheSensorsHoweverItStands) {
     const auto summary = Calibrate(poses, options);
     ASSERT_TRUE(summary) << summary.error().message;
     const Calibration& found = summary->calibration;
-    ASSERT_TRUE(found.IsUsable()) << found.messages.back();
+    ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
     for (const Triad triad : {kAccel, kMag}) {
       EXPECT_LT((found.sensors[triad]->model.sensitivity - unit.models[triad]->sensitivity).norm(),
                 1e-8);
@@ -113,7 +113,7 @@ TEST(FixtureRotation, LeavesTheErrorsThatAreStated) {
     const auto summary = Calibrate(poses, OptionsFor(unit));
     ASSERT_TRUE(summary) << summary.error().message;
     const Calibration& found = summary->calibration;
-    ASSERT_TRUE(found.IsUsable()) << found.messages.back();
+    ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
     // The sensors' entries stand first: bias, then the rows of the sensitivity.
     Eigen::VectorXd error(24);
     for (const Triad triad : {kAccel, kMag}) {
@@ -151,7 +151,7 @@ TEST(GivenAttitudes, StartAMagnetometerAloneHoweverItIsMounted) {
   options.triads[kMag].noise_sigma_raw = Eigen::Vector3d::Constant(1e-4);
   const auto summary = Calibrate(poses, options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   EXPECT_LT((summary->calibration.sensors[kMag]->model.sensitivity - unit.models[kMag]->sensitivity)
                 .norm(),
             1e-8);

@@ -13,6 +13,7 @@
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
 #include "sim/scenario_samples.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/data/pose_collection.h"
@@ -107,7 +108,7 @@ Calibration Calibrated(const PoseSet& poses, const CalibrateOptions& options) {
   const auto summary = Calibrate(poses, options);
   EXPECT_TRUE(summary) << summary.error().message;
   if (!summary) return {};
-  EXPECT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   return summary->calibration;
 }
 
@@ -171,7 +172,7 @@ TEST(KnownRates, AreLeftOutWhereOneIsWrong) {
   CalibrateOptions options = OptionsFor(scenario);
   options.triads[kGyro].excess = ExcessNoise::kEstimate;
   const Calibration found = Calibrated(Collect(scenario, selection), options);
-  ASSERT_THAT(found.quality.rejected_poses, SizeIs(1));
+  ASSERT_THAT(found.quality.rests.rejected_poses, SizeIs(1));
   const auto comparison = Compare(TruthOf(scenario, 0), found);
   ASSERT_TRUE(comparison);
   EXPECT_GT(comparison->p_value, 1e-3);
@@ -184,7 +185,7 @@ TEST(KnownRates, AboutOneAxisAreNotEnough) {
   const auto summary = Calibrate(Collect(scenario, SelectionOf(scenario)), OptionsFor(scenario));
   ASSERT_TRUE(summary) << summary.error().message;
   EXPECT_FALSE(summary->calibration.IsUsable());
-  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("three different axes"));
+  EXPECT_THAT(summary->calibration.findings.back(), HasCode(FindingCode::kTurnAxesMissing));
 }
 
 TEST(KnownRates, OfAPoseAreTakenFromTheRests) {
@@ -199,7 +200,7 @@ TEST(KnownRates, OfAPoseAreTakenFromTheRests) {
   const PoseSet poses = Collect(scenario, selection);
   EXPECT_THAT(poses.poses, SizeIs(13));
   EXPECT_EQ(poses.poses[1].number, 3);
-  EXPECT_FALSE(poses.moves[0].fault.empty());
+  EXPECT_TRUE(poses.moves[0].fault);
   CalibrateOptions options = OptionsFor(scenario);
   options.triads[kGyro].noise_sigma_raw = Eigen::Vector3d::Constant(1.0);
   ExpectTruth(scenario, Calibrated(poses, options), 1e-9, 1e-5);
@@ -302,14 +303,14 @@ TEST(KnownTurns, GiveAGyroscopeAloneExactlyWithoutNoise) {
   const Scenario scenario = HandTurns();
   const PoseSet poses = Collect(scenario, SelectionOf(scenario));
   ASSERT_THAT(poses.turns, SizeIs(6));
-  for (const KnownTurn& turn : poses.turns) EXPECT_THAT(turn.move.fault, IsEmpty());
+  for (const KnownTurn& turn : poses.turns) EXPECT_FALSE(turn.move.fault);
   CalibrateOptions options = OptionsFor(scenario);
   options.triads[kGyro].noise_sigma_raw = Eigen::Vector3d::Constant(1.0);
   const Calibration found = Calibrated(poses, options);
   // The trapezoid's error of a minimum-jerk turn falls with the sixth power of its steps.
   ExpectTruth(scenario, found, 1e-7, 1e-3);
-  ASSERT_THAT(found.quality.turns, SizeIs(6));
-  EXPECT_NEAR(found.quality.turns[1].found_rad, -2.0 * kTwoPi, 1e-6);
+  ASSERT_THAT(found.quality.rests.turns, SizeIs(6));
+  EXPECT_NEAR(found.quality.rests.turns[1].found_rad, -2.0 * kTwoPi, 1e-6);
 }
 
 // A turn ends where it began whatever its axis: the σ of the axis is all that limits the
@@ -345,8 +346,8 @@ TEST(KnownTurns, ThatAreHeldOutArePredicted) {
   PoseSelection selection = SelectionOf(scenario);
   for (StatedTurn& turn : selection.turns) turn.held_out = true;
   const Calibration found = Calibrated(Collect(scenario, selection), OptionsFor(scenario));
-  ASSERT_THAT(found.quality.turns, SizeIs(1));
-  const TurnCheck& turn = found.quality.turns.front();
+  ASSERT_THAT(found.quality.rests.turns, SizeIs(1));
+  const TurnCheck& turn = found.quality.rests.turns.front();
   EXPECT_FALSE(turn.used);
   EXPECT_NEAR(turn.found_rad, 3.0 * kTwoPi, 4.0 * turn.found_sigma_rad);
   EXPECT_LT(turn.found_sigma_rad, 1e-3);

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "support/soak_trials.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/verdict/summary.h"
 
@@ -50,7 +51,7 @@ CalibrationSummary Choose(Soak soak, const ThermalOptions& terms, Random* random
   for (const Triad triad : trials::kStaticTriads) soak.options.triads[triad].thermal = terms;
   const auto summary = Calibrate(NoisyPoses(soak, random), soak.options);
   EXPECT_TRUE(summary) << summary.error().message;
-  EXPECT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+  EXPECT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
   return *summary;
 }
 
@@ -105,15 +106,17 @@ TEST(SoakChoice, TakesTheLeastShapeOfTheMatrixThatExplainsIt) {
 
 TEST(SoakChoice, TakesTheRateTermsThatAreThere) {
   ThermalOptions terms = Terms(1, 0);
-  terms.rate_linear = true;
+  terms.rate[RateTerm::kLinear] = true;
   Random random(14);
   const Soak soak = MakeSoak(terms, 12, true, &random);
   ThermalOptions open = Terms(1, 0);
-  open.rate_auto = open.rate_linear = open.rate_quadratic = open.rate_cross = true;
+  open.rate_auto = true;
+  open.rate = PerRateTerm<bool>::All(true);
   const CalibrationSummary summary = Choose(soak, open, &random);
   for (const Triad triad : trials::kStaticTriads) {
-    EXPECT_TRUE(Chosen(summary, triad).rate_linear);
-    EXPECT_FALSE(Chosen(summary, triad).rate_quadratic || Chosen(summary, triad).rate_cross);
+    EXPECT_TRUE(Chosen(summary, triad).rate[RateTerm::kLinear]);
+    EXPECT_FALSE(Chosen(summary, triad).rate[RateTerm::kQuadratic] ||
+                 Chosen(summary, triad).rate[RateTerm::kCross]);
   }
 }
 
@@ -121,7 +124,7 @@ TEST(SoakChoice, ShowsWhatItWeighed) {
   Random random(11);
   const Soak soak = MakeSoak(Terms(3, 1), 12, false, &random);
   const CalibrationSummary summary = Choose(soak, OpenTerms(), &random);
-  const std::vector<ModelAlternative>& models = summary.calibration.quality.model_choice;
+  const std::vector<ModelAlternative>& models = summary.calibration.quality.rests.model_choice;
   ASSERT_FALSE(models.empty());
   EXPECT_EQ(models.front().description,
             "accelerometer full, bias of order 3 in tau, matrix of order 1 in tau, matrix full in "
@@ -147,14 +150,15 @@ TEST(SoakChoice, StaysBelowTheNumberOfTemperatures) {
   for (double& degc : soak.temperatures_degc) degc = degc < 30.0 ? 10.0 : 50.0;
   const CalibrationSummary two = Choose(soak, OpenTerms(), &random);
   EXPECT_EQ(Chosen(two, kAccel).bias_order, 1);
-  for (const ModelAlternative& model : two.calibration.quality.model_choice) {
+  for (const ModelAlternative& model : two.calibration.quality.rests.model_choice) {
     EXPECT_THAT(model.description, ::testing::Not(HasSubstr("order 2")));
   }
   soak.temperatures_degc.assign(soak.temperatures_degc.size(), 25.0);
   const CalibrationSummary one = Choose(soak, OpenTerms(), &random);
   EXPECT_FALSE(Chosen(one, kAccel).any());
-  EXPECT_THAT(one.calibration.messages,
-              Contains(HasSubstr("all poses were taken at about 25.0 degC")));
+  const Finding* same = Find(one.calibration.findings, FindingCode::kOneTemperature);
+  ASSERT_NE(same, nullptr);
+  EXPECT_NEAR(*same->Value("temperature"), 25.0, 0.1);
 }
 
 TEST(SoakChoice, NamesWhatItCouldNotWeigh) {
@@ -163,8 +167,9 @@ TEST(SoakChoice, NamesWhatItCouldNotWeigh) {
   // are to be left.
   const Soak soak = MakeSoak(Terms(1, 0), 5, false, &random);
   const CalibrationSummary summary = Choose(soak, OpenTerms(), &random);
-  EXPECT_THAT(summary.calibration.messages,
-              Contains(::testing::AllOf(HasSubstr("not weighed"), HasSubstr("matrix of order 1"))));
+  EXPECT_THAT(summary.calibration.findings,
+              Contains(::testing::AllOf(HasCode(FindingCode::kTermsNotWeighed),
+                                        Says(HasSubstr("matrix of order 1")))));
 }
 
 TEST(SoakChoice, NeedsATemperatureOfEveryPose) {
@@ -183,7 +188,7 @@ TEST(TemperatureSettings, ShowTheBiasAtEachTemperature) {
   const Soak soak = MakeSoak(Terms(3, 1), 12, true, &random);
   const auto summary = Calibrate(trials::ExactSoakPoses(soak), soak.options);
   ASSERT_TRUE(summary && summary->calibration.IsUsable());
-  const auto& settings = summary->calibration.quality.temperature_settings;
+  const auto& settings = summary->calibration.quality.rests.temperature_settings;
   ASSERT_EQ(settings.size(), 2 * trials::kSoakDegc.size());
   for (std::size_t i = 0; i < settings.size(); ++i) {
     const TemperatureSetting& setting = settings[i];
@@ -214,8 +219,9 @@ TEST(TemperatureSettings, ShowAnOrderThatIsTooLow) {
     soak.options.triads[kAccel].thermal.bias_order = order;
     soak.options.robust.enabled = false;  // which would call the misfit disturbed poses
     const auto summary = Calibrate(poses, soak.options);
-    ASSERT_TRUE(summary && summary->calibration.IsUsable()) << summary->calibration.messages.back();
-    const auto& settings = summary->calibration.quality.temperature_settings;
+    ASSERT_TRUE(summary && summary->calibration.IsUsable())
+        << summary->calibration.findings.back().Message();
+    const auto& settings = summary->calibration.quality.rests.temperature_settings;
     double largest = 0.0;
     for (const TemperatureSetting& setting : settings) {
       const TriadCalibration& sensor = *summary->calibration.sensors[setting.triad];
@@ -240,7 +246,7 @@ TEST(PosesAmong, KeepsTheMovesBetweenNeighbours) {
   for (std::size_t from : {0, 1, 2, 3, 4}) {
     RecordedMove move;
     move.from = from;
-    move.fault = std::to_string(from);
+    move.fault = Finding(FindingCode::kTurnGap, std::to_string(from));
     poses.moves.push_back(move);
   }
   for (std::size_t k = 0; k < 6; ++k) poses.poses[k].number = static_cast<int>(k);
@@ -249,7 +255,7 @@ TEST(PosesAmong, KeepsTheMovesBetweenNeighbours) {
   EXPECT_EQ(chosen.poses[1].number, 3);
   ASSERT_EQ(chosen.moves.size(), 2U);
   EXPECT_EQ(chosen.moves[0].from, 1U);
-  EXPECT_EQ(chosen.moves[0].fault, "3");
+  EXPECT_EQ(chosen.moves[0].fault->text, "3");
   EXPECT_EQ(chosen.moves[1].from, 2U);
 }
 

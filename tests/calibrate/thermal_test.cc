@@ -53,7 +53,7 @@ void ExpectExact(const Soak& soak, const PoseSet& poses) {
   const auto summary = Calibrate(poses, soak.options);
   ASSERT_TRUE(summary) << summary.error().message;
   const Calibration& calibration = summary->calibration;
-  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.findings.back().Message();
   const Eigen::VectorXd errors = SoakErrors(calibration, soak);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (std::isnan(errors[i])) continue;
@@ -99,7 +99,7 @@ TEST(CalibrateSoak, RecoversFullMatrixTermsOnAFixture) {
 TEST(CalibrateSoak, RecoversRateTerms) {
   Random random(4);
   ThermalOptions terms = CubicAndLinear();
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   const Soak soak = MakeSoak(terms, 12, true, &random);
   ExpectExact(soak, ExactSoakPoses(soak));
 }
@@ -247,10 +247,14 @@ TEST(CalibrateSoak, RemarksOnTemperaturesThatSpoilItsTerms) {
   soak.options.reference.temperature_degc = -200.0;
   const auto summary = Calibrate(poses, soak.options);
   ASSERT_TRUE(summary) << summary.error().message;
-  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
-  EXPECT_THAT(summary->calibration.messages,
-              AllOf(::testing::Contains(HasSubstr("within 1 pose(s), most in pose 5 (40.0 degC)")),
-                    ::testing::Contains(HasSubstr("lies outside of the poses'"))));
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
+  const Findings& findings = summary->calibration.findings;
+  const Finding* within = Find(findings, FindingCode::kTemperatureWithinPoses);
+  ASSERT_NE(within, nullptr);
+  EXPECT_EQ(within->pose, 5);
+  EXPECT_EQ(within->Value("poses"), 1.0);
+  EXPECT_NEAR(*within->Value("largest"), 40.0, 0.1);
+  EXPECT_NE(Find(findings, FindingCode::kReferenceExtrapolated), nullptr);
 }
 
 // Chebyshev polynomials of a scaled variable, and what they are in tau, are the same function.
@@ -259,7 +263,7 @@ TEST(ThermalBlock, TermsInTauAreTheScaledOnes) {
   ThermalOptions terms;
   terms.bias_order = 7;
   terms.matrix_order = 3;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   const ThermalBlock block{0, terms};
   const ThermalScale scale{25.0, 10.0, 40.0, 0.02};
   Eigen::VectorXd shared(block.size());

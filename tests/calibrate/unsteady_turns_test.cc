@@ -139,8 +139,8 @@ TEST(UnsteadyTurns, AreNoisyAndNotDisturbedWhereFewTellTheNoise) {
     const auto summary = Calibrate(disturbed, options);
     ASSERT_TRUE(summary) << summary.error().message;
     const Calibration& found = summary->calibration;
-    ASSERT_TRUE(found.IsUsable()) << found.messages.back();
-    EXPECT_THAT(found.quality.rejected_poses, IsEmpty());
+    ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
+    EXPECT_THAT(found.quality.rests.rejected_poses, IsEmpty());
     const double sigma_rad = found.sensors[kGyro]->noise.turn_excess_sigma_rad;
     variance_ratio += sigma_rad * sigma_rad / (kTurnSigmaRad * kTurnSigmaRad * kRuns);
   }

@@ -31,7 +31,7 @@ CalibrateOptions OpenOptions(const SyntheticUnit& unit) {
     options.triads[triad].model = MatrixModel::kAuto;
     options.triads[triad].nominal_sensitivity = Eigen::Matrix3d::Identity();
   }
-  options.triads[kAccel].quadratic = Wanted::kAuto;
+  options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kAuto;
   return options;
 }
 
@@ -58,17 +58,33 @@ TEST(ModelChoice, TakesTheSmallestModelThatExplainsTheUnit) {
     const CalibrationSummary summary = Choose(unit, OpenOptions(unit));
     EXPECT_EQ(summary.options.triads[kAccel].model, model);
     EXPECT_EQ(summary.options.triads[kMag].model, model);
-    EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kNo);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kNo);
   }
 }
 
 TEST(ModelChoice, FindsAQuadraticTermThatIsThere) {
   Random random(3);
   SyntheticUnit unit = RandomUnit({}, &random);
-  unit.models[kAccel]->quadratic << 1e-4, -2e-4, 1e-4;
+  unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic] << 1e-4, -2e-4, 1e-4;
   const CalibrationSummary summary = Choose(unit, OpenOptions(unit));
-  EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kYes);
-  EXPECT_TRUE(summary.calibration.sensors[kAccel]->quadratic_sigma.has_value());
+  EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kYes);
+  EXPECT_TRUE(
+      summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kQuadratic].has_value());
+}
+
+TEST(ModelChoice, FindsACubicTermWhereThereIsOne) {
+  for (const bool is_there : {true, false}) {
+    Random random(3);
+    SyntheticUnit unit = RandomUnit({}, &random);
+    if (is_there) unit.models[kAccel]->axis_terms[AxisTerm::kCubic] << 2e-4, -3e-4, 2e-4;
+    CalibrateOptions options = OpenOptions(unit);
+    options.triads[kAccel].axis_terms[AxisTerm::kCubic] = Wanted::kAuto;
+    const CalibrationSummary summary = Choose(unit, options);
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kCubic],
+              is_there ? Wanted::kYes : Wanted::kNo);
+    EXPECT_EQ(summary.calibration.sensors[kAccel]->axis_term_sigma[AxisTerm::kCubic].has_value(),
+              is_there);
+  }
 }
 
 TEST(ModelChoice, KnowsAMagnetometerThatIsOnlySoftIron) {
@@ -96,11 +112,11 @@ TEST(ModelChoice, LeavesAloneWhatIsStated) {
       RandomUnit({.gain_low = 1.0, .gain_high = 1.0, .cross_axis = 0.0}, &random);
   CalibrateOptions options = OpenOptions(unit);
   options.triads[kAccel].model = MatrixModel::kFull;
-  options.triads[kAccel].quadratic = Wanted::kYes;
+  options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kYes;
   options.triads[kMag].fixed_sensitivity = Eigen::Matrix3d::Identity();
   const CalibrationSummary summary = Choose(unit, options);
   EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
-  EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kYes);
+  EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kYes);
   // But for rounding of the gauge's rotation.
   EXPECT_TRUE(summary.calibration.sensors[kMag]->model.sensitivity.isIdentity(1e-12));
 }
@@ -110,12 +126,12 @@ TEST(ModelChoice, ShowsWhatItWeighed) {
   const SyntheticUnit unit = RandomUnit({}, &random);
   const Quality quality = Choose(unit, OpenOptions(unit)).calibration.quality;
   // One step from full: less of either matrix, or a quadratic term.
-  ASSERT_EQ(quality.model_choice.size(), 4U);
-  const ModelAlternative& chosen = quality.model_choice.front();
+  ASSERT_EQ(quality.rests.model_choice.size(), 4U);
+  const ModelAlternative& chosen = quality.rests.model_choice.front();
   EXPECT_TRUE(chosen.chosen);
   EXPECT_EQ(chosen.description, "accelerometer full; magnetometer full");
   EXPECT_FALSE(chosen.p_value);
-  for (const ModelAlternative& model : quality.model_choice) {
+  for (const ModelAlternative& model : quality.rests.model_choice) {
     if (model.chosen) continue;
     const bool smaller = model.parameters < chosen.parameters;
     EXPECT_EQ(model.minus_2_log_l > chosen.minus_2_log_l, smaller) << model.description;
@@ -130,7 +146,7 @@ TEST(ModelChoice, ShowsTheStepsThatLedThere) {
   const SyntheticUnit unit =
       RandomUnit({.gain_low = 1.0, .gain_high = 1.0, .cross_axis = 0.0}, &random);
   const Quality quality = Choose(unit, OpenOptions(unit)).calibration.quality;
-  const std::vector<ModelAlternative>& steps = quality.model_steps;
+  const std::vector<ModelAlternative>& steps = quality.rests.model_steps;
   // A quadratic term, two steps of the accelerometer's matrix and three of the magnetometer's.
   ASSERT_EQ(steps.size(), 7U);
   EXPECT_EQ(steps.front().description, "accelerometer full, quadratic term; magnetometer full");
@@ -139,7 +155,7 @@ TEST(ModelChoice, ShowsTheStepsThatLedThere) {
     EXPECT_LT(steps[i].parameters, steps[i - 1].parameters);
     EXPECT_GT(*steps[i].p_value, 0.0);
   }
-  EXPECT_EQ(steps.back().bic, quality.model_choice.front().bic);
+  EXPECT_EQ(steps.back().bic, quality.rests.model_choice.front().bic);
 }
 
 // Poses of an accelerometer alone, one degree of freedom each, less nine parameters.
@@ -151,13 +167,13 @@ TEST(ModelChoice, WeighsNothingWhereFewPosesLeaveNothingToWeighWith) {
   for (const int poses : {10, 14}) {
     const CalibrationSummary summary = Choose(unit, options, poses);
     EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
-    EXPECT_EQ(summary.options.triads[kAccel].quadratic, Wanted::kNo);
-    EXPECT_TRUE(summary.calibration.quality.model_choice.empty());
+    EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kNo);
+    EXPECT_TRUE(summary.calibration.quality.rests.model_choice.empty());
     EXPECT_THAT(summary.calibration.messages, Contains(HasSubstr("too few to weigh models")));
   }
   // Two more than the least without the quadratic term's three.
   const CalibrationSummary summary = Choose(unit, options, 20);
-  EXPECT_EQ(summary.calibration.quality.model_choice.size(), 2U);
+  EXPECT_EQ(summary.calibration.quality.rests.model_choice.size(), 2U);
 }
 
 TEST(ModelChoice, SaysWhatIsMissingWhenNothingIsDetermined) {
@@ -167,8 +183,8 @@ TEST(ModelChoice, SaysWhatIsMissingWhenNothingIsDetermined) {
       Calibrate(SimulatePoses(unit, SpreadAttitudes(3), ModelNoise(), &random), OpenOptions(unit));
   ASSERT_TRUE(summary);
   EXPECT_EQ(summary->calibration.outcome, Outcome::kNotEnough);
-  EXPECT_THAT(summary->calibration.messages.back(), HasSubstr("3 poses"));
-  EXPECT_TRUE(summary->calibration.quality.model_choice.empty());
+  EXPECT_THAT(summary->calibration.findings.back().Message(), HasSubstr("3 poses"));
+  EXPECT_TRUE(summary->calibration.quality.rests.model_choice.empty());
 }
 
 }  // namespace

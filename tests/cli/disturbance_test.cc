@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/command_line_run.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -55,7 +56,7 @@ class DisturbedRun : public ::testing::Test {
 };
 
 const ClockOffset* OffsetOf(const Calibration& calibration, Triad triad) {
-  for (const ClockOffset& offset : calibration.quality.clock_offsets) {
+  for (const ClockOffset& offset : calibration.quality.rests.clock_offsets) {
     if (offset.triad == triad) return &offset;
   }
   return nullptr;
@@ -68,12 +69,13 @@ TEST_F(DisturbedRun, FindsByHowMuchTheClocksOfTheSensorsDiffer) {
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const Calibration found = Result();
   // One block, ready to paste.
-  EXPECT_THAT(found.messages,
-              Contains(AllOf(HasSubstr("magnetometer: its times are"),
-                             HasSubstr("accelerometer: its times are"),
-                             ContainsRegex("state `sensors: \\{ accelerometer: \\{ time_offset_s: "
-                                           "-0\\.03[0-9]* \\}, magnetometer: \\{ time_offset_s: "
-                                           "0\\.0[0-9]* \\} \\}`"))));
+  const auto is_late = HasCode(FindingCode::kClockOffset);
+  EXPECT_THAT(found.findings,
+              AllOf(Contains(AllOf(is_late, IsAbout(Triad::kAccelerometer))),
+                    Contains(AllOf(is_late, IsAbout(Triad::kMagnetometer))),
+                    Contains(Says(ContainsRegex(
+                        "set `sensors: \\{ accelerometer: \\{ time_offset_s: -0\\.03[0-9]* \\}, "
+                        "magnetometer: \\{ time_offset_s: 0\\.0[0-9]* \\} \\}`")))));
   for (const auto& [triad, truth_s] :
        {std::pair(Triad::kAccelerometer, -0.035), std::pair(Triad::kMagnetometer, 0.060)}) {
     const ClockOffset* offset = OffsetOf(found, triad);
@@ -92,8 +94,8 @@ TEST_F(DisturbedRun, TakesAnOffsetOffThatIsStated) {
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out, Not(HasSubstr("its times are")));
   const Calibration found = Result();
-  EXPECT_EQ(found.quality.clock_offsets.size(), 2U);
-  for (const ClockOffset& offset : found.quality.clock_offsets) {
+  EXPECT_EQ(found.quality.rests.clock_offsets.size(), 2U);
+  for (const ClockOffset& offset : found.quality.rests.clock_offsets) {
     EXPECT_NEAR(offset.later_s, 0.0, 3.0 * offset.sigma_s) << TriadName(offset.triad);
   }
   EXPECT_THAT(found.config_yaml, HasSubstr("time_offset_s: 0.06"));
@@ -114,12 +116,13 @@ TEST_P(RunWithALateSensor, IsRefusedWithTheOffsetAndRightOnceThatIsStated) {
   const Finished run = CalibrateIt("nine-axis.yaml");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
   const Calibration found = Result();
-  EXPECT_THAT(found.messages, Contains(HasSubstr("magnetometer: readings change within")));
+  EXPECT_THAT(found.findings,
+              Contains(AllOf(HasCode(FindingCode::kNotAtRest), IsAbout(Triad::kMagnetometer))));
   std::string stated;
-  for (const std::string& message : found.messages) {
+  for (const Finding& finding : found.findings) {
     std::smatch match;
     const std::regex block("sensors: \\{ magnetometer: \\{ time_offset_s: (-?[0-9.]+) \\} \\}");
-    if (std::regex_search(message, match, block)) stated = match[1];
+    if (std::regex_search(finding.remedy, match, block)) stated = match[1];
   }
   ASSERT_FALSE(stated.empty()) << run.out;
   // Half of the step in which it is said.
@@ -178,7 +181,8 @@ TEST_F(DisturbedRun, WithoutAnyNoiseIsStillDetermined) {
     ASSERT_EQ(run.exit_code, 0) << experiment << run.out << run.err;
     const Calibration found = Result();
     if (found.sensors[Triad::kMagnetometer]) {
-      EXPECT_THAT(found.messages, Contains(HasSubstr("magnetometer: its readings hold no noise")));
+      EXPECT_THAT(found.findings,
+                  Contains(AllOf(HasCode(FindingCode::kNoiseFree), IsAbout(Triad::kMagnetometer))));
     }
   }
   // As the file has it; the accelerometer creeps by its temperature, the magnetometer by nothing.
@@ -190,30 +194,32 @@ TEST_F(DisturbedRun, LeavesOutARestInWhichAMagnetPasses) {
   Simulate("disturbed");
   const Finished run = CalibrateIt("nine-axis.yaml");
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_THAT(Result().messages,
-              Contains(AllOf(HasSubstr("magnetometer: readings change within 1 of 24 rests"),
-                             HasSubstr("(9)"))));
+  EXPECT_THAT(Result().findings,
+              Contains(AllOf(HasCode(FindingCode::kMovingReadings),
+                             IsAbout(Triad::kMagnetometer),
+                             Says(HasSubstr("(9)")))));
 }
 
 TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
   Simulate("moved-magnet");
   const Finished run = CalibrateIt("joint.yaml");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
-  EXPECT_THAT(
-      Result().messages,
-      Contains(AllOf(HasSubstr("the magnetometer's readings changed between pose 12 and pose 13"),
-                     HasSubstr("its bias differs by"),
-                     HasSubstr("iron or a magnet on the unit moves"))));
+  const Calibration found = Result();
+  const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);
+  ASSERT_NE(change, nullptr);
+  EXPECT_EQ(change->pose, 13);
+  EXPECT_TRUE(change->Value("bias") && !change->Value("field"));
 }
 
 TEST_F(DisturbedRun, SaysThatTheFieldChangedAroundTheUnit) {
   Simulate("changed-field");
   const Finished run = CalibrateIt("joint.yaml");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
-  EXPECT_THAT(
-      Result().messages,
-      Contains(AllOf(HasSubstr("the magnetometer's readings changed between pose 12 and pose 13"),
-                     HasSubstr("the field differs by"))));
+  const Calibration found = Result();
+  const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);
+  ASSERT_NE(change, nullptr);
+  EXPECT_EQ(change->pose, 13);
+  EXPECT_TRUE(change->Value("field"));
 }
 
 }  // namespace

@@ -40,6 +40,36 @@ class SimulateVerb : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+/// From the scenario to the corrected log: what bends an axis is estimated, compared, exported,
+/// taken out again and foretold of other readings.
+TEST_F(SimulateVerb, GivesACubicTermThatEveryVerbKnows) {
+  const Finished simulated =
+      Simulate(kScenarios + "consumer-9dof.yaml",
+               "unit",
+               {"--set=sensors.accelerometer.cubic_ug_g3=[20000, -30000, 15000]"});
+  ASSERT_EQ(simulated.exit_code, 0) << simulated.err;
+  const std::string recording = "--input=" + folder_.Path("unit/recording.yaml");
+  const std::string calibration = folder_.Path("result/calibration.yaml");
+  const Finished calibrated = RunTruetriad({"calibrate",
+                                            "--config=" + kExperiments + "joint.yaml",
+                                            recording,
+                                            "--set=sensors.accelerometer.cubic=auto",
+                                            "--output=" + folder_.Path("result")});
+  ASSERT_EQ(calibrated.exit_code, 0) << calibrated.out << calibrated.err;
+  EXPECT_THAT(calibrated.out, AllOf(HasSubstr("cubic term"), HasSubstr("µg/g³")));
+  const Finished compared =
+      RunTruetriad({"compare", "--a=" + folder_.Path("unit/truth.yaml"), "--b=" + calibration});
+  EXPECT_EQ(compared.exit_code, 0) << compared.err;
+  EXPECT_THAT(compared.out, AllOf(StartsWith("AGREE"), HasSubstr("accelerometer.cubic.x")));
+  const Finished evaluated = RunTruetriad({"evaluate", "--calibration=" + calibration, recording});
+  EXPECT_EQ(evaluated.exit_code, 0) << evaluated.out << evaluated.err;
+  const Finished exported = RunTruetriad({"export",
+                                          "--calibration=" + calibration,
+                                          "--to=kalibr",
+                                          "--output=" + folder_.Path("kalibr.yaml")});
+  EXPECT_THAT(exported.out + exported.err, HasSubstr("dropped: cubic term"));
+}
+
 /// `compare` prints AGREE when χ² of the differences has p >= 0.01; seeds are fixed.
 TEST_F(SimulateVerb, GivesARecordingThatCalibratesToItsTruth) {
   const Finished run = Simulate(kScenarios + "consumer-9dof.yaml", "unit");
@@ -234,12 +264,12 @@ TEST_F(SimulateVerb, GivesASoakOfAGyroscopeWhoseTermsAreChosen) {
   const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
   // The unit's own: a parabola and gains, a straight line and gains.
-  EXPECT_THAT(found->quality.model_choice.front().description,
+  EXPECT_THAT(found->quality.rests.model_choice.front().description,
               StartsWith("accelerometer full, bias of order 2 in tau, matrix of order 1 "
                          "in tau, matrix diagonal in tau; gyroscope full, bias of order "
                          "1 in tau, matrix of order 1 in tau"));
   EXPECT_THAT(found->config_yaml, HasSubstr("bias_order: 2  # chosen by auto"));
-  EXPECT_EQ(found->quality.temperature_settings.size(), 10U);
+  EXPECT_EQ(found->quality.rests.temperature_settings.size(), 10U);
   const Finished compare = RunTruetriad({"compare",
                                          "--a=" + folder_.Path("soak/truth.yaml"),
                                          "--b=" + folder_.Path("found/calibration.yaml")});
@@ -268,8 +298,8 @@ TEST_F(SimulateVerb, GivesARateTableThatCalibratesToItsTruth) {
   const auto found = ReadCalibration(folder_.Path("found/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_EQ(found->gauge, Gauge::kFixture);
-  ASSERT_EQ(found->quality.turns.size(), 1U);
-  const TurnCheck& turn = found->quality.turns.front();
+  ASSERT_EQ(found->quality.rests.turns.size(), 1U);
+  const TurnCheck& turn = found->quality.rests.turns.front();
   EXPECT_NEAR(turn.found_rad, turn.stated_rad, 4.0 * turn.found_sigma_rad);
 }
 

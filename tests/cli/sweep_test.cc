@@ -51,7 +51,7 @@ TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
               AllOf(HasSubstr("bias and fit"), HasSubstr("bias over temperature and rate")));
   const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
-  for (const SweepAxis& axis : found->quality.sweep) {
+  for (const SweepAxis& axis : found->quality.sweep.axes) {
     // Nothing but noise is left.
     EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma);
     EXPECT_LE(axis.held_out, 1.2 * axis.noise_sigma);
@@ -238,13 +238,13 @@ TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
               HasSubstr("Second-order regression"));
   Result<Calibration> found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
-  ASSERT_TRUE(found->quality.sweep.front().regression);
-  EXPECT_EQ(found->quality.sweep.front().regression->terms.size(), 21U);
+  ASSERT_TRUE(found->quality.sweep.axes.front().regression);
+  EXPECT_EQ(found->quality.sweep.axes.front().regression->terms.size(), 21U);
   // Where everything follows one chamber, A is tau and the two rates: without A' it is told.
   ASSERT_EQ(calibrate("ambient/recording.yaml", "[temperature, rate, ambient]").exit_code, 0);
   found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));
   ASSERT_TRUE(found) << found.error().message;
-  const SweepAxis& axis = found->quality.sweep.front();
+  const SweepAxis& axis = found->quality.sweep.axes.front();
   ASSERT_TRUE(axis.regression);
   EXPECT_EQ(axis.regression->terms.size(), 10U);
   const auto chosen = [&](const std::string& name) {

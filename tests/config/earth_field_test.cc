@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "config/field_check.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/base/units.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
@@ -166,22 +167,26 @@ TEST_F(EarthFieldInExperiment, ChecksTheFieldThatWasFound) {
   const Experiment experiment = LoadWell(kPlace);
   Calibration good = WithField(44.0, 58.0);
   CheckField(experiment, &good);
-  EXPECT_THAT(good.messages, IsEmpty());
+  EXPECT_THAT(good.findings, IsEmpty());
 
   Calibration strong = WithField(62.0, 63.0);
   CheckField(experiment, &strong);
-  EXPECT_THAT(strong.messages,
-              ElementsAre(AllOf(HasSubstr("62.0 uT, expected 48.2"), Not(HasSubstr("dip")))));
+  ASSERT_EQ(strong.findings.size(), 1U);
+  EXPECT_EQ(strong.findings[0].code, FindingCode::kFieldUnlikely);
+  EXPECT_NEAR(*strong.findings[0].Value("expected"), 48.2, 0.1);
+  EXPECT_FALSE(strong.findings[0].Value("dip"));
 
   Calibration tilted = WithField(62.0, -63.0);
   CheckField(experiment, &tilted);
-  EXPECT_THAT(tilted.messages, ElementsAre(HasSubstr("dip of -63.0 deg, expected 63.1")));
+  ASSERT_EQ(tilted.findings.size(), 1U);
+  EXPECT_NEAR(*tilted.findings[0].Value("dip"), -63.0, 0.1);
+  EXPECT_NEAR(*tilted.findings[0].Value("expected_dip"), 63.1, 0.1);
 
   Calibration counts = WithField(500.0, 63.0);
   counts.sensors[Triad::kMagnetometer]->input_unit = "counts";
   counts.reference.field_nominal = true;
   CheckField(experiment, &counts);
-  EXPECT_THAT(counts.messages, IsEmpty());
+  EXPECT_THAT(counts.findings, IsEmpty());
 }
 
 TEST_F(EarthFieldInExperiment, SaysWhenTheFieldCouldNotBeChecked) {
@@ -189,10 +194,12 @@ TEST_F(EarthFieldInExperiment, SaysWhenTheFieldCouldNotBeChecked) {
       LoadWell("latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2019-05-01");
   Calibration calibration = WithField(48.0, 63.0);
   CheckField(experiment, &calibration);
-  EXPECT_THAT(calibration.messages, ElementsAre(HasSubstr("2025.0 to 2030.0")));
+  EXPECT_THAT(calibration.findings,
+              ElementsAre(AllOf(HasCode(FindingCode::kFieldNotChecked),
+                                Says(HasSubstr("2025.0 to 2030.0")))));
   Calibration unasked = WithField(80.0, 0.0);
   CheckField(LoadWell("latitude_deg: 47, height_m: 400"), &unasked);
-  EXPECT_THAT(unasked.messages, IsEmpty());
+  EXPECT_THAT(unasked.findings, IsEmpty());
 }
 
 }  // namespace

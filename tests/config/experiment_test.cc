@@ -351,7 +351,7 @@ TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
 
 TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
   const Result<Experiment> experiment = Load(
-      "experiment: 1\nsensors: { accelerometer: { quadratic: true }, gyroscope: { "
+      "experiment: 1\nsensors: { accelerometer: { quadratic: true, cubic: auto }, gyroscope: { "
       "g_sensitivity: true, asymmetry: true } }\n");
   ASSERT_TRUE(experiment) << experiment.error().message;
   EXPECT_EQ(experiment->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
@@ -359,8 +359,14 @@ TEST_F(ExperimentConfig, ReadsTheGyroscopeAndKeepsItsMoves) {
   const Result<Experiment> again = Load(experiment->resolved_yaml);
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->options.triads[Triad::kGyroscope].g_sensitivity, Wanted::kYes);
-  EXPECT_EQ(again->options.triads[Triad::kGyroscope].asymmetry, Wanted::kYes);
-  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].quadratic, Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kGyroscope].axis_terms[AxisTerm::kAsymmetry],
+            Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].axis_terms[AxisTerm::kQuadratic],
+            Wanted::kYes);
+  EXPECT_EQ(again->options.triads[Triad::kAccelerometer].axis_terms[AxisTerm::kCubic],
+            Wanted::kAuto);
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { gyroscope: { cubic: true } }\n"),
+              HasSubstr("cubic"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors: { accelerometer: { g_sensitivity: true } }\n"),
               HasSubstr("g_sensitivity"));
 }
@@ -407,12 +413,15 @@ TEST_F(ExperimentConfig, AModelThatIsChosenLeavesItsTermsOpenUnlessTheyAreStated
   const TriadOptions& accelerometer = experiment.options.triads[Triad::kAccelerometer];
   const TriadOptions& gyroscope = experiment.options.triads[Triad::kGyroscope];
   EXPECT_EQ(accelerometer.model, MatrixModel::kAuto);
-  EXPECT_EQ(accelerometer.quadratic, Wanted::kAuto);
+  EXPECT_EQ(accelerometer.axis_terms[AxisTerm::kQuadratic], Wanted::kAuto);
+  // Few chips have one: it is asked for by name.
+  EXPECT_EQ(accelerometer.axis_terms[AxisTerm::kCubic], Wanted::kNo);
   EXPECT_EQ(gyroscope.g_sensitivity, Wanted::kNo);
-  EXPECT_EQ(gyroscope.asymmetry, Wanted::kAuto);
+  EXPECT_EQ(gyroscope.axis_terms[AxisTerm::kAsymmetry], Wanted::kAuto);
   const Experiment again = LoadWell(experiment.resolved_yaml);
   EXPECT_EQ(again.resolved_yaml.find("chosen"), std::string::npos);
-  EXPECT_EQ(again.options.triads[Triad::kGyroscope].asymmetry, Wanted::kAuto);
+  EXPECT_EQ(again.options.triads[Triad::kGyroscope].axis_terms[AxisTerm::kAsymmetry],
+            Wanted::kAuto);
 }
 
 TEST_F(ExperimentConfig, ResolvesWhatWasChosenAndSaysSo) {
@@ -432,7 +441,7 @@ TEST_F(ExperimentConfig, ResolvesTemperatureTermsAsTheyWereChosen) {
   ThermalOptions& thermal = chosen.triads[Triad::kAccelerometer].thermal;
   thermal = ThermalOptions();
   thermal.bias_order = 2;
-  thermal.rate_linear = true;
+  thermal.rate[RateTerm::kLinear] = true;
   const std::string text = ResolvedWithChoice(experiment, chosen);
   EXPECT_THAT(text,
               AllOf(HasSubstr("bias_order: 2  # chosen by auto"),
@@ -449,12 +458,13 @@ TEST_F(ExperimentConfig, ReadsTemperatureTermsAndResolvesToTheSame) {
   EXPECT_EQ(thermal.bias_order, 3);
   EXPECT_EQ(thermal.matrix_order, 1);
   EXPECT_EQ(thermal.matrix, ThermalMatrix::kDiagonal);
-  EXPECT_TRUE(thermal.rate_linear && !thermal.rate_quadratic && thermal.rate_cross);
+  EXPECT_TRUE(thermal.rate[RateTerm::kLinear] && !thermal.rate[RateTerm::kQuadratic] &&
+              thermal.rate[RateTerm::kCross]);
   EXPECT_THAT(experiment->resolved_yaml, HasSubstr("rate: [linear, cross]\n"));
   const Result<Experiment> again = Load(experiment->resolved_yaml);
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->resolved_yaml.find("# default"), std::string::npos);
-  EXPECT_TRUE(again->options.triads[Triad::kAccelerometer].thermal.rate_cross);
+  EXPECT_TRUE(again->options.triads[Triad::kAccelerometer].thermal.rate[RateTerm::kCross]);
 }
 
 TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {

@@ -84,12 +84,15 @@ TEST_F(ScenarioConfig, TakesTheUnitsOfDataSheets) {
   const SimulatedTriad accelerometer = Sensor(
       Triad::kAccelerometer,
       "unit: g, bias_mg: 60, scale_error_percent: [1, 0, -2], range_g: 4, quadratic_ug_g2: 200, "
+      "cubic_ug_g3: -50, spread: { cubic_per_m2ps4: 1e-6 }, "
       "resolution_ug: 122, noise: { noise_density_ug_rthz: [100, 200, 300], "
       "bias_instability_ug: 40, bias_random_walk_mps2_rth: 6e-3 }");
   EXPECT_NEAR(accelerometer.nominal.bias[1], 0.06, 1e-15);
   EXPECT_DOUBLE_EQ(accelerometer.nominal.sensitivity(2, 2), 0.98 / kStandardGravityMps2);
   // 200 ug more than 1 g at 1 g.
-  EXPECT_NEAR(accelerometer.nominal.quadratic[2], 200e-6, 1e-18);
+  EXPECT_NEAR(accelerometer.nominal.axis_terms[AxisTerm::kQuadratic][2], 200e-6, 1e-18);
+  EXPECT_NEAR(accelerometer.nominal.axis_terms[AxisTerm::kCubic][2], -50e-6, 1e-18);
+  EXPECT_EQ(accelerometer.spread.axis_terms[AxisTerm::kCubic], 1e-6);
   EXPECT_DOUBLE_EQ(accelerometer.noise.density[2], 0.3 * kMilliG);
   EXPECT_DOUBLE_EQ(accelerometer.noise.instability_sigma[0], 0.04 * kMilliG);
   EXPECT_DOUBLE_EQ(accelerometer.noise.random_walk[0], 1e-4);
@@ -104,7 +107,7 @@ TEST_F(ScenarioConfig, TakesTheUnitsOfDataSheets) {
              "noise: { angle_random_walk_deg_rth: 0.3, bias_instability_degph: 3.5 }");
   EXPECT_NEAR(gyroscope.nominal.bias[0], 1.0, 1e-14);
   EXPECT_NEAR(gyroscope.nominal.sensitivity(1, 0), 3e-3 / kDeg, 1e-14);
-  EXPECT_NEAR(gyroscope.nominal.asymmetry[2], -5e-5, 1e-18);
+  EXPECT_NEAR(gyroscope.nominal.axis_terms[AxisTerm::kAsymmetry][2], -5e-5, 1e-18);
   EXPECT_NEAR((*gyroscope.g_sensitivity)(2, 2), 0.1 / kStandardGravityMps2, 1e-15);
   EXPECT_DOUBLE_EQ(gyroscope.noise.density[0], 0.3 * kDeg / 60.0);
   EXPECT_DOUBLE_EQ(gyroscope.noise.instability_sigma[0], 3.5 * kDeg / 3600.0);
@@ -145,8 +148,8 @@ TEST_F(ScenarioConfig, StatesThermalTermsPerTrueUnit) {
   EXPECT_NEAR(sensor.thermal->bias[2][0], 1e-3, 1e-15);
   ASSERT_THAT(sensor.thermal->sensitivity, SizeIs(1));
   EXPECT_NEAR(sensor.thermal->sensitivity[0](2, 2), 0.3, 1e-12);
-  EXPECT_EQ((*sensor.thermal->rate_linear)[2], 2000.0);
-  EXPECT_FALSE(sensor.thermal->rate_cross);
+  EXPECT_EQ((*sensor.thermal->rate[RateTerm::kLinear])[2], 2000.0);
+  EXPECT_FALSE(sensor.thermal->rate[RateTerm::kCross]);
 }
 
 TEST_F(ScenarioConfig, ReadsEveryKindOfMotion) {

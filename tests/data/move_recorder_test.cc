@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
@@ -56,7 +57,7 @@ TEST_F(RecordedMoves, ReachFromTheLastReadingOfARestToTheFirstOfTheNext) {
   ASSERT_TRUE(set) << set.error().message;
   ASSERT_EQ(set->moves.size(), 2U);
   for (const RecordedMove& move : set->moves) {
-    EXPECT_THAT(move.fault, IsEmpty());
+    EXPECT_FALSE(move.fault);
     const std::int64_t first = 200 + 300 * static_cast<std::int64_t>(move.from);
     // The accelerometer's rest ends half a step after its last row's gyroscope reading.
     EXPECT_EQ(move.time_ns.front(), (first - 1) * kStepNs);
@@ -90,7 +91,7 @@ TEST_F(RecordedMoves, OfStatedTurnsHoldAllTheirRows) {
   EXPECT_EQ(set->turns[0].move.time_ns.size(), 120U);
   EXPECT_EQ(set->turns[1].move.time_ns.size(), 20U);
   EXPECT_EQ(set->turns[2].move.time_ns, set->moves[1].time_ns);
-  for (const KnownTurn& turn : set->turns) EXPECT_THAT(turn.move.fault, IsEmpty());
+  for (const KnownTurn& turn : set->turns) EXPECT_FALSE(turn.move.fault);
 
   StatedTurn after_the_last;
   after_the_last.at.pose = 3;
@@ -111,15 +112,19 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
     if (row < 240 || row > 260) stream->Add(row * kStepNs, Rate(row));
   });
   ASSERT_TRUE(gap) << gap.error().message;
-  EXPECT_THAT(gap->moves[0].fault, HasSubstr("a gap of 0.22 s"));
-  EXPECT_THAT(gap->moves[1].fault, IsEmpty());
+  ASSERT_TRUE(gap->moves[0].fault);
+  EXPECT_THAT(*gap->moves[0].fault, HasCode(FindingCode::kTurnGap));
+  EXPECT_NEAR(*gap->moves[0].fault->Value("gap"), 0.22, 0.005);
+  EXPECT_FALSE(gap->moves[1].fault);
 
   const auto saturated = Collect([](std::int64_t row, MemoryStream* stream) {
     stream->Add(row * kStepNs, Rate(row).cwiseMin(row < 300 ? 1e9 : 90.0).cwiseMin(95.0));
   });
   ASSERT_TRUE(saturated);
-  EXPECT_THAT(saturated->moves[0].fault,
-              HasSubstr("gyroscope z is saturated: it reads its limit of 95 counts"));
+  ASSERT_TRUE(saturated->moves[0].fault);
+  EXPECT_THAT(*saturated->moves[0].fault, HasCode(FindingCode::kTurnSaturated));
+  EXPECT_EQ(saturated->moves[0].fault->axis, 2);
+  EXPECT_EQ(saturated->moves[0].fault->Value("limit"), 95.0);
 
   // An axis that only turns one way, read in steps as coarse as its noise: its other extreme is its
   // reading at rest.
@@ -128,14 +133,15 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
     stream->Add(row * kStepNs, kResolution * (Rate(row) / kResolution).array().round().matrix());
   });
   ASSERT_TRUE(one_way) << one_way.error().message;
-  for (const RecordedMove& move : one_way->moves) EXPECT_THAT(move.fault, IsEmpty());
+  for (const RecordedMove& move : one_way->moves) EXPECT_FALSE(move.fault);
 
   const auto stuck = Collect([](std::int64_t row, MemoryStream* stream) {
     stream->Add(row * kStepNs, Rate(row > 510 && row < 530 ? 510 : row));
   });
   ASSERT_TRUE(stuck);
-  EXPECT_THAT(stuck->moves[0].fault, IsEmpty());
-  EXPECT_THAT(stuck->moves[1].fault, HasSubstr("stuck"));
+  EXPECT_FALSE(stuck->moves[0].fault);
+  ASSERT_TRUE(stuck->moves[1].fault);
+  EXPECT_THAT(*stuck->moves[1].fault, HasCode(FindingCode::kTurnStuck));
 }
 
 // A pause in a move, and steps as coarse as the noise: each axis stays on one for ten readings, but
@@ -151,7 +157,7 @@ TEST_F(RecordedMoves, AreNotStuckWhereEachAxisRepeatsByItself) {
     stream->Add(row * kStepNs, reading);
   });
   ASSERT_TRUE(set) << set.error().message;
-  for (const RecordedMove& move : set->moves) EXPECT_THAT(move.fault, IsEmpty());
+  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
 }
 
 TEST_F(RecordedMoves, AreNoneWhereTheGyroscopeSaysNothing) {
@@ -166,7 +172,7 @@ TEST_F(RecordedMoves, BridgeALostReadingAndADuplicateTime) {
     if (row != 250) stream->Add((row == 551 ? 550 : row) * kStepNs, Rate(row));
   });
   ASSERT_TRUE(set) << set.error().message;
-  for (const RecordedMove& move : set->moves) EXPECT_THAT(move.fault, IsEmpty());
+  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
 }
 
 // A day of motion between two rests, then a day of rest, at 100 Hz, judged every 27 minutes as
@@ -206,7 +212,8 @@ TEST(MoveRecorder, HoldsNoMoreThanATurnMayTakeHoweverLongNothingRestsOrOneRestLa
   set.streams.emplace_back().triad = Triad::kGyroscope;
   const std::vector<RecordedMove> moves = recorder.Moves(set);
   ASSERT_EQ(moves.size(), 1U);
-  EXPECT_THAT(moves[0].fault, HasSubstr("more than the longest turn of 300 s"));
+  ASSERT_TRUE(moves[0].fault);
+  EXPECT_THAT(*moves[0].fault, HasCode(FindingCode::kTurnTooLong));
   EXPECT_THAT(moves[0].gyroscope_raw, IsEmpty());
 }
 
@@ -228,11 +235,12 @@ TEST_F(RecordedMoves, OfOrdinaryLengthStayWholeBesideALongOne) {
   const auto set = CollectPoses(source, selection);
   ASSERT_TRUE(set) << set.error().message;
   ASSERT_EQ(set->moves.size(), 2U);
-  EXPECT_THAT(set->moves[0].fault, HasSubstr("longer"));
-  EXPECT_THAT(
-      set->warnings,
-      ::testing::Contains(HasSubstr("the turn from pose 1 to pose 2 is skipped: it takes")));
-  EXPECT_THAT(set->moves[1].fault, IsEmpty());
+  ASSERT_TRUE(set->moves[0].fault);
+  EXPECT_THAT(*set->moves[0].fault, HasCode(FindingCode::kTurnTooLong));
+  const Finding* left_out = Find(set->findings, FindingCode::kTurnTooLong);
+  ASSERT_NE(left_out, nullptr);
+  EXPECT_EQ(left_out->pose, 1);
+  EXPECT_FALSE(set->moves[1].fault);
   // Both ends of the turn are readings at rest: rows 499 to 600.
   ASSERT_EQ(set->moves[1].time_ns.size(), 102U);
   EXPECT_EQ(set->moves[1].time_ns.front(), (kLong + 499) * kStepNs);
@@ -246,10 +254,11 @@ TEST_F(RecordedMoves, ThatAreLeftOutForOneReasonAreNamedTogether) {
   });
   ASSERT_TRUE(stuck) << stuck.error().message;
   int lines = 0;
-  for (const std::string& warning : stuck->warnings) {
-    if (warning.find("left out") == std::string::npos) continue;
+  for (const Finding& finding : stuck->findings) {
+    if (finding.code != FindingCode::kTurnStuck) continue;
     ++lines;
-    EXPECT_THAT(warning, HasSubstr("2 turns are skipped, those starting at poses 1, 2"));
+    EXPECT_EQ(finding.Value("turns"), 2.0);
+    EXPECT_THAT(finding, Says(HasSubstr("starting at poses 1, 2")));
   }
   EXPECT_EQ(lines, 1);
 }

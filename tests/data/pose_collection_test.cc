@@ -15,6 +15,7 @@
 
 #include "data/memory_source.h"
 #include "data/synthetic_recording.h"
+#include "tests/support/finding_matchers.h"
 
 namespace truetriad {
 namespace {
@@ -294,7 +295,7 @@ TEST(StaticDetection, NeedsNoNoise) {
   const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
   ASSERT_TRUE(set) << set.error().message;
   EXPECT_EQ(set->poses.size(), 8u);
-  EXPECT_THAT(set->warnings, testing::IsEmpty());
+  EXPECT_THAT(set->findings, testing::IsEmpty());
 }
 
 TEST(StaticDetection, JoinsStreamsOfDifferentRates) {
@@ -348,9 +349,11 @@ TEST(DataChecks, LeaveOutAStuckStretchAndNameItsTimes) {
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_TRUE(set) << set.error().message;
   EXPECT_EQ(set->poses.size(), 7u);
-  ASSERT_EQ(set->warnings.size(), 1u);
+  ASSERT_EQ(set->findings.size(), 1u);
+  EXPECT_THAT(set->findings[0], HasCode(FindingCode::kStuckReadings));
   // Four rests and turns of 5.5 s; whole windows only.
-  EXPECT_THAT(set->warnings[0], testing::HasSubstr("stuck at one reading from 22.00 s to 25.99 s"));
+  EXPECT_NEAR(*set->findings[0].Value("from"), 22.0, 0.005);
+  EXPECT_NEAR(*set->findings[0].Value("to"), 25.99, 0.005);
 }
 
 TEST(DataChecks, DoNotCallAQuietCoarseSensorStuck) {
@@ -360,7 +363,7 @@ TEST(DataChecks, DoNotCallAQuietCoarseSensorStuck) {
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_TRUE(set) << set.error().message;
   EXPECT_EQ(set->poses.size(), 10u);
-  EXPECT_THAT(set->warnings, testing::IsEmpty());
+  EXPECT_THAT(set->findings, testing::IsEmpty());
 }
 
 TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
@@ -373,9 +376,10 @@ TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
   ASSERT_TRUE(set) << set.error().message;
   EXPECT_EQ(set->poses.size(), 9u);
   EXPECT_EQ(set->poses[0].number, 1);
-  ASSERT_EQ(set->warnings.size(), 1u);
-  EXPECT_THAT(set->warnings[0],
-              testing::HasSubstr("accelerometer z axis at 9790 counts in 1 pose"));
+  ASSERT_EQ(set->findings.size(), 1u);
+  EXPECT_THAT(set->findings[0], HasCode(FindingCode::kClippedPoses));
+  EXPECT_THAT(set->findings[0],
+              Says(testing::HasSubstr("accelerometer z axis at 9790 counts in 1 pose")));
 }
 
 TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {
@@ -403,7 +407,9 @@ TEST(DataChecks, CountGapsAndEqualTimes) {
   EXPECT_EQ(set->streams[0].gaps, 1);
   EXPECT_NEAR(set->streams[0].longest_gap_s, 2.01, 1e-9);
   EXPECT_EQ(set->streams[0].duplicate_times, 1);
-  EXPECT_EQ(set->warnings.size(), 2u);
+  ASSERT_EQ(set->findings.size(), 2u);
+  EXPECT_THAT(set->findings[0], HasCode(FindingCode::kTimeGaps));
+  EXPECT_THAT(set->findings[1], HasCode(FindingCode::kEqualTimes));
 }
 
 TEST(DataChecks, RefuseTimeThatGoesBackAndSayWhere) {
@@ -455,7 +461,9 @@ TEST(GivenPoses, MakeAPoseOfEveryNRows) {
   const Result<PoseSet> set = Collect({recording.accel}, selection);
   ASSERT_TRUE(set) << set.error().message;
   ASSERT_EQ(set->poses.size(), 5u);
-  EXPECT_THAT(set->warnings, testing::ElementsAre(testing::HasSubstr("the last 10 row(s)")));
+  ASSERT_EQ(set->findings.size(), 1u);
+  EXPECT_THAT(set->findings[0], HasCode(FindingCode::kRowsLeftOver));
+  EXPECT_EQ(set->findings[0].Value("rows"), 10.0);
   EXPECT_EQ(set->poses[4].first_row, 400);
   EXPECT_EQ(set->poses[4].last_row, 499);
   EXPECT_TRUE(set->poses[4].triads[kAccel]->has_covariance);

@@ -131,8 +131,8 @@ TEST(DetectedPoses, HoldABoundedNumberOfWindowsOfALongRecording) {
     for (const SampleBlock& block : blocks) ASSERT_TRUE(monitor.Add(block));
     ASSERT_TRUE(poses.Add(blocks));
   }
-  std::vector<std::string> warnings;
-  const Result<std::vector<CollectedPose>> found = poses.Finish(&warnings);
+  Findings findings;
+  const Result<std::vector<CollectedPose>> found = poses.Finish(&findings);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->size(), static_cast<std::size_t>(rests));
   double longest_s = 0.0;

@@ -11,6 +11,7 @@
 
 #include "data/memory_source.h"
 #include "math/random.h"
+#include "tests/support/finding_matchers.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/data/pose_collection.h"
@@ -278,8 +279,10 @@ TEST(SweepWindows, SayThatTheThermometerIsReadTooSeldom) {
   EXPECT_NEAR(watch.hold_s(), 600.0, 1e-6);
   const auto set = Cut(std::move(stream), Windows());
   ASSERT_TRUE(set) << set.error().message;
-  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("once in 600.0 s"), HasSubstr("read it"))));
-  EXPECT_THAT(set->warnings, testing::Not(Contains(HasSubstr("turned"))));
+  const Finding* slow = Find(set->findings, FindingCode::kSlowThermometer);
+  ASSERT_NE(slow, nullptr);
+  EXPECT_NEAR(*slow->Value("interval"), 600.0, 0.1);
+  EXPECT_EQ(Find(set->findings, FindingCode::kUnitTurned), nullptr);
 }
 
 TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {
@@ -292,8 +295,11 @@ TEST(SweepWindows, StayAsTheyAreWhenTheTemperatureLeapsByHundredsOfDegrees) {
   const auto plain = Cut(stream, Windows());
   const auto set = Cut(std::move(disturbed), Windows());
   ASSERT_TRUE(set) << set.error().message;
-  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("row 1000"), HasSubstr("temperature"))));
-  EXPECT_THAT(set->warnings, Contains(AllOf(HasSubstr("3000"), HasSubstr("temperature"))));
+  for (const char* row : {"row 1000", "3000"}) {
+    EXPECT_THAT(set->findings,
+                Contains(AllOf(HasCode(FindingCode::kReadingsLeftOut),
+                               Says(AllOf(HasSubstr(row), HasSubstr("temperature"))))));
+  }
   EXPECT_NEAR(
       static_cast<double>(set->poses.size()), static_cast<double>(plain->poses.size()), 3.0);
   for (std::size_t i = 0; i < set->sweep.temperature.degc.size(); ++i) {
@@ -317,11 +323,13 @@ TEST(SweepWindows, NameASmallTurnAsOne) {
   for (std::size_t i = 1400; i < turned.x.size(); ++i) turned.x[i] += 9.8 * kTurnRad;
   const auto quiet = Cut(std::move(still), Windows());
   ASSERT_TRUE(quiet);
-  EXPECT_THAT(quiet->warnings, SizeIs(0));
+  EXPECT_THAT(quiet->findings, SizeIs(0));
   const auto set = Cut(std::move(turned), Windows());
   ASSERT_TRUE(set) << set.error().message;
-  EXPECT_THAT(set->warnings,
-              Contains(AllOf(HasSubstr("turned by 1.0 degrees"), HasSubstr("about row 1"))));
+  const Finding* turn = Find(set->findings, FindingCode::kUnitTurned);
+  ASSERT_NE(turn, nullptr);
+  EXPECT_NEAR(*turn->Value("turned"), 1.0, 0.05);
+  EXPECT_THAT(turn->text, HasSubstr("near row 1"));
 }
 
 }  // namespace

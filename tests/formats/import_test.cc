@@ -9,6 +9,7 @@
 
 #include "formats/sample_units.h"
 #include "io/temporary_folder.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/formats/export.h"
@@ -271,7 +272,7 @@ TEST(Import, SaysThatAKalibrFileHoldsNoBias) {
   const Result<Import> result = ImportCalibration("kalibr", {path});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->notes, Contains("accelerometer: the file contains no bias; assumed zero"));
-  EXPECT_THAT(result->calibration.messages, Contains(HasSubstr("contains no bias")));
+  EXPECT_THAT(result->calibration.findings, Contains(Says(HasSubstr("contains no bias"))));
 }
 
 TEST(Import, TakesWhatMagcalReturned) {

@@ -374,7 +374,8 @@ TEST(Json, HoldsEverything) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Calibration unit =
         RandomUnitCalibration({.bias_order = 5, .matrix_order = 2, .g_sensitivity = true}, seed);
-    unit.sensors[Triad::kGyroscope]->thermal->rate_linear = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
+    unit.sensors[Triad::kGyroscope]->thermal->rate[RateTerm::kLinear] =
+        Eigen::Vector3d(1e-3, 2e-3, 3e-3);
     const Result<Export> result = ExportCalibration(unit, "json");
     ASSERT_TRUE(result);
     EXPECT_TRUE(result->notes.empty()) << result->notes[0];
@@ -407,7 +408,7 @@ TEST(Json, HoldsEverything) {
 TEST(Json, HoldsTheLagsOfASweepAndOthersSayThatTheyDropThem) {
   Calibration unit = RandomUnitCalibration({.bias_order = 3}, 1);
   ThermalTerms& thermal = *unit.sensors[Triad::kGyroscope]->thermal;
-  thermal.rate_cross = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
+  thermal.rate[RateTerm::kCross] = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
   thermal.element_lag_s = Eigen::Vector3d(60.0, 0.0, 10.0);
   thermal.rate_lag_s = Eigen::Vector3d(0.0, 100.0, 200.0);
   thermal.smoothing_s = 15.0;

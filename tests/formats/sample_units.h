@@ -43,8 +43,8 @@ struct UnitKind {
   int bias_order = 0;          ///< Of temperature terms.
   int matrix_order = 0;
   bool g_sensitivity = false;
-  bool higher_terms = false;  ///< Quadratic (accelerometer) and asymmetry (gyroscope).
-  bool counts = false;        ///< Readings in counts, else in true units.
+  bool axis_terms = false;  ///< All that the sensor may have.
+  bool counts = false;      ///< Readings in counts, else in true units.
 };
 
 inline Eigen::Matrix3d RandomMatrix(Random* random) {
@@ -99,13 +99,11 @@ inline Calibration RandomUnitCalibration(const UnitKind& kind, std::uint64_t see
     if (triad == Triad::kGyroscope && kind.g_sensitivity) {
       sensor.g_sensitivity = 1e-3 * RandomMatrix(&random);
     }
-    if (kind.higher_terms && triad == Triad::kAccelerometer) {
-      sensor.model.quadratic = 1e-4 * random.Normal3();
-      sensor.quadratic_sigma = Eigen::Vector3d::Constant(1e-6);
-    }
-    if (kind.higher_terms && triad == Triad::kGyroscope) {
-      sensor.model.asymmetry = 1e-3 * random.Normal3();
-      sensor.asymmetry_sigma = Eigen::Vector3d::Constant(1e-5);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (!kind.axis_terms || info.triad != triad) continue;
+      const double typical = 1e-3 / info.PowerOf(Signal(triad));
+      sensor.model.axis_terms[info.term] = typical * random.Normal3();
+      sensor.axis_term_sigma[info.term] = Eigen::Vector3d::Constant(0.01 * typical);
     }
     if (kind.counts) {
       const double per_si = triad == Triad::kAccelerometer ? 2048.0 / 9.80665
@@ -114,7 +112,9 @@ inline Calibration RandomUnitCalibration(const UnitKind& kind, std::uint64_t see
       sensor.si_per_count = 1.0 / per_si;
       sensor.model.sensitivity *= per_si;
       sensor.model.bias *= per_si;
-      sensor.model.quadratic /= per_si;
+      for (const AxisTermInfo& info : kAxisTerms) {
+        sensor.model.axis_terms[info.term] /= info.PowerOf(per_si);
+      }
       if (sensor.g_sensitivity) *sensor.g_sensitivity *= per_si;
       if (sensor.thermal) {
         for (Eigen::Vector3d& term : sensor.thermal->bias) term *= per_si;

@@ -31,7 +31,14 @@ Calibration Awkward() {
   calibration.inputs = {{"a b/Größe.csv", "12e456", 1234567890123}, {"-", "", 0}};
   calibration.outcome = Outcome::kConverged;
   calibration.within_limits = false;
-  calibration.messages = {"yes", "", "- {[&*!|>'%@`"};
+  calibration.findings = {
+      Finding(FindingCode::kMessage, "yes"),
+      Finding(FindingCode::kClockOffset, "", "- {[&*!|>'%@`")
+          .About(Triad::kMagnetometer, 2)
+          .AtPose(7)
+          .With("offset", 1.0 / 3.0, kSubnormal, "s")
+          .With("p_value", std::numeric_limits<double>::quiet_NaN()),
+  };
   calibration.reference = {9.8174400000000001,
                            5e-4,
                            1.0 / 3.0,
@@ -50,22 +57,23 @@ Calibration Awkward() {
   full.model.bias = {32768.1, -1e-310, 1e300};
   full.bias_sigma = {kInfinity, 0.0, kSubnormal};
   full.sensitivity_sigma.setConstant(0.1);
-  full.model.quadratic = {1e-5 / 3.0, 0.0, -kSubnormal};
-  full.quadratic_sigma = {1e-6, 0.0, kInfinity};
-  full.model.asymmetry.setConstant(1e-3 / 7.0);
-  full.asymmetry_sigma = Eigen::Vector3d::Constant(0.1);
+  full.model.axis_terms[AxisTerm::kQuadratic] = {1e-5 / 3.0, 0.0, -kSubnormal};
+  full.axis_term_sigma[AxisTerm::kQuadratic] = {1e-6, 0.0, kInfinity};
+  full.model.axis_terms[AxisTerm::kAsymmetry].setConstant(1e-3 / 7.0);
+  full.axis_term_sigma[AxisTerm::kAsymmetry] = Eigen::Vector3d::Constant(0.1);
+  full.model.axis_terms[AxisTerm::kCubic] = {1e-9 / 3.0, -0.0, 1e300};
+  full.axis_term_sigma[AxisTerm::kCubic] = {1e-12, kInfinity, kSubnormal};
   full.g_sensitivity = Eigen::Matrix3d::Constant(-1.0 / 7.0);
-  full.thermal = ThermalTerms{25.0,
-                              {-40.0, 85.1},
-                              {{0.1, 0.2, 0.3}, {1e-7, -1e-8, 0.0}},
-                              {Eigen::Matrix3d::Identity() / 3.0},
-                              Eigen::Vector3d(1.0, 2.0, 1.0 / 3.0),
-                              std::nullopt,
-                              Eigen::Vector3d(0.7, 0.0, 0.0),
-                              Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
-                              Eigen::Vector3d(0.0, 1e-3, 1e4),
-                              100.0 / 7.0,
-                              {{2, 31.0 + 1.0 / 3.0, -1e-17, 2e-5}, {0, -7.0, 0.0, 1.0 / 7.0}}};
+  full.thermal = ThermalTerms{
+      25.0,
+      {-40.0, 85.1},
+      {{0.1, 0.2, 0.3}, {1e-7, -1e-8, 0.0}},
+      {Eigen::Matrix3d::Identity() / 3.0},
+      {{Eigen::Vector3d(1.0, 2.0, 1.0 / 3.0), std::nullopt, Eigen::Vector3d(0.7, 0.0, 0.0)}},
+      Eigen::Vector3d(60.1, 0.0, 1.0 / 3.0),
+      Eigen::Vector3d(0.0, 1e-3, 1e4),
+      100.0 / 7.0,
+      {{2, 31.0 + 1.0 / 3.0, -1e-17, 2e-5}, {0, -7.0, 0.0, 1.0 / 7.0}}};
   full.si_per_count = 0.0005985504150390625;
   full.noise = {{0.1, 0.2, 0.3}, NoiseSource::kDatasheet, 1e-3, kInfinity};
   calibration.sensors[Triad::kAccelerometer] = full;
@@ -87,27 +95,29 @@ Calibration Awkward() {
   quality.dof = 92.0;
   quality.effective_dof = 17.3;
   quality.weak_directions = {{"bias z and scale z", "add poses \"z up\"", 0.07}};
-  quality.held_out.emplace();
-  quality.held_out->folds = 5;
-  quality.held_out->rms[Triad::kAccelerometer] = 0.1;
-  quality.held_out->turns = HeldOutTurns{{0.1 + 0.2, 1e-17, 0.003}, 0.003, 1.0 / 7.0, 0.01};
-  quality.model_choice = {{"gyroscope full, g-sensitivity", true, 12, 1e2 / 3.0, {}, 70.1, {}},
-                          {"gyroscope \"bias\"", false, 3, kInfinity, 0.1, -2.0 / 7.0, 1e-300}};
-  quality.model_steps = {{"gyroscope with \"asymmetry\"", false, 15, 0.1, {}, 1.0 / 3.0, 7e-9},
-                         {"gyroscope without asymmetry", false, 12, 0.3, 0.4, 0.5, {}}};
-  quality.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
+  quality.rests.held_out.emplace();
+  quality.rests.held_out->folds = 5;
+  quality.rests.held_out->rms[Triad::kAccelerometer] = 0.1;
+  quality.rests.held_out->turns = HeldOutTurns{{0.1 + 0.2, 1e-17, 0.003}, 0.003, 1.0 / 7.0, 0.01};
+  quality.rests.model_choice = {
+      {"gyroscope full, g-sensitivity", true, 12, 1e2 / 3.0, {}, 70.1, {}},
+      {"gyroscope \"bias\"", false, 3, kInfinity, 0.1, -2.0 / 7.0, 1e-300}};
+  quality.rests.model_steps = {
+      {"gyroscope with \"asymmetry\"", false, 15, 0.1, {}, 1.0 / 3.0, 7e-9},
+      {"gyroscope without asymmetry", false, 12, 0.3, 0.4, 0.5, {}}};
+  quality.rests.rejected_poses = {{3, Triad::kMagnetometer, "off by 7 sigma: a magnet?"}};
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
-  quality.pose_residuals = {
+  quality.rests.pose_residuals = {
       {1, Triad::kAccelerometer, {0.1, -0.2, 0.3}, 1e-3, kNan, 0.9, 1.0, {0.6, 0.0, -0.8}}};
   quality.limits = {{"accelerometer.bias", 0.5, 0.1, 0.01, true}};
-  quality.temperature_settings = {{Triad::kMagnetometer,
-                                   -17.0 / 3.0,
-                                   12,
-                                   {0.1, -0.2, 1.0 / 3.0},
-                                   {1e-9, 2.0, 3.0},
-                                   {-1e-17, 0.0, 0.7},
-                                   0.3,
-                                   1.0 / 7.0}};
+  quality.rests.temperature_settings = {{Triad::kMagnetometer,
+                                         -17.0 / 3.0,
+                                         12,
+                                         {0.1, -0.2, 1.0 / 3.0},
+                                         {1e-9, 2.0, 3.0},
+                                         {-1e-17, 0.0, 0.7},
+                                         0.3,
+                                         1.0 / 7.0}};
   SweepAxis axis;
   axis.triad = Triad::kGyroscope;
   axis.axis = 2;
@@ -117,8 +127,8 @@ Calibration Awkward() {
   axis.chosen = "tau, T'^2";
   axis.left_out = {"T': \"only up\"; 3 %"};
   axis.steps = {{"tau", "+ tau", 0.9, 1.0 / 7.0, -1e3 / 3.0, 1e-17}};
-  quality.sweep = {axis};
-  quality.sweep_windows = {{Triad::kGyroscope,
+  quality.sweep.axes = {axis};
+  quality.sweep.windows = {{Triad::kGyroscope,
                             0.1,
                             -17.6,
                             1e-3,
@@ -188,21 +198,35 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(a.model.sensitivity, b.model.sensitivity);
   EXPECT_EQ(a.model.bias, b.model.bias);
   EXPECT_EQ(a.bias_sigma, b.bias_sigma);
+  EXPECT_EQ(a.model.axis_terms, b.model.axis_terms);
+  EXPECT_EQ(a.axis_term_sigma, b.axis_term_sigma);
   EXPECT_EQ(a.thermal->bias, b.thermal->bias);
   EXPECT_EQ(a.thermal->sensitivity, b.thermal->sensitivity);
-  EXPECT_EQ(a.thermal->rate_cross, b.thermal->rate_cross);
-  EXPECT_FALSE(b.thermal->rate_quadratic);
+  EXPECT_EQ(a.thermal->rate[RateTerm::kCross], b.thermal->rate[RateTerm::kCross]);
+  EXPECT_FALSE(b.thermal->rate[RateTerm::kQuadratic]);
   EXPECT_EQ(a.thermal->element_lag_s, b.thermal->element_lag_s);
   EXPECT_EQ(a.thermal->rate_lag_s, b.thermal->rate_lag_s);
   EXPECT_EQ(a.thermal->smoothing_s, b.thermal->smoothing_s);
   EXPECT_EQ(a.thermal->knots[0].degc, b.thermal->knots[0].degc);
   EXPECT_EQ(a.thermal->knots[0].slope, b.thermal->knots[0].slope);
   EXPECT_EQ(a.thermal->knots[1].axis, b.thermal->knots[1].axis);
-  EXPECT_EQ(original.quality.sweep[0].axis, reread->quality.sweep[0].axis);
-  EXPECT_EQ(original.quality.sweep[0].left_out, reread->quality.sweep[0].left_out);
+  EXPECT_EQ(original.quality.sweep.axes[0].axis, reread->quality.sweep.axes[0].axis);
+  EXPECT_EQ(original.quality.sweep.axes[0].left_out, reread->quality.sweep.axes[0].left_out);
   EXPECT_EQ(original.covariance.matrix, reread->covariance.matrix);
   EXPECT_EQ(original.model, reread->model);
-  EXPECT_EQ(original.messages, reread->messages);
+  ASSERT_EQ(reread->findings.size(), 2U);
+  const Finding& finding = reread->findings[1];
+  EXPECT_EQ(finding.code, FindingCode::kClockOffset);
+  EXPECT_EQ(finding.severity, Severity::kWarning);
+  EXPECT_EQ(finding.sensor, Triad::kMagnetometer);
+  EXPECT_EQ(finding.axis, 2);
+  EXPECT_EQ(finding.pose, 7);
+  EXPECT_EQ(finding.values[0].value, 1.0 / 3.0);
+  EXPECT_EQ(finding.values[0].sigma, kSubnormal);
+  EXPECT_EQ(finding.values[0].unit, "s");
+  EXPECT_TRUE(std::isnan(finding.values[1].value));
+  EXPECT_FALSE(finding.values[1].sigma);
+  EXPECT_EQ(finding.remedy, original.findings[1].remedy);
   EXPECT_EQ(original.inputs[0].file, reread->inputs[0].file);
   EXPECT_EQ(original.inputs[0].samples, reread->inputs[0].samples);
   EXPECT_EQ(original.config_yaml, reread->config_yaml);
@@ -230,12 +254,12 @@ TEST(CalibrationFile, HoldsNoSensorsUnlessConverged) {
 
 TEST(CalibrationFile, LeavesOutThousandsOfPoseResidualsAndSaysSo) {
   Calibration calibration = Awkward();
-  calibration.quality.pose_residuals.assign(2001, PoseResidual());
+  calibration.quality.rests.pose_residuals.assign(2001, PoseResidual());
   const std::string text = CalibrationToYaml(calibration);
   EXPECT_THAT(text, HasSubstr("# Omitted: 2001 rows"));
   const Result<Calibration> reread = Reread(text);
   ASSERT_TRUE(reread) << reread.error().message;
-  EXPECT_TRUE(reread->quality.pose_residuals.empty());
+  EXPECT_TRUE(reread->quality.rests.pose_residuals.empty());
 }
 
 TEST(CalibrationFile, KeepsTheConfigurationOfAFileThatWasIndentedOtherwise) {

@@ -142,7 +142,7 @@ TEST_F(CorrectedLog, FollowsTheTemperatureThroughALag) {
   thermal.reference_degc = 20.0;
   thermal.range_degc = {0.0, 25.0};
   thermal.bias = {Eigen::Vector3d(1.0, 0.0, 0.0)};
-  thermal.rate_linear = Eigen::Vector3d(0.0, 100.0, 0.0);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(0.0, 100.0, 0.0);
   thermal.element_lag_s = Eigen::Vector3d::Constant(10.0);
   Calibrate(Triad::kAccelerometer, "m/s^2").thermal = thermal;
   std::string text = "time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],temperature[degC]\n";
@@ -172,7 +172,7 @@ TEST_F(CorrectedLog, FollowsTheTemperatureThroughALag) {
 TEST_F(CorrectedLog, RefusesRatesOfTemperatureThatNobodySaysHowToFind) {
   ThermalTerms thermal;
   thermal.range_degc = {0.0, 40.0};
-  thermal.rate_linear = Eigen::Vector3d::Ones();
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d::Ones();
   Calibrate(Triad::kAccelerometer, "m/s^2").thermal = thermal;
   EXPECT_THAT(WriteCsv("time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],temperature[degC]\n"
                        "0,1,1,1,20\n")
@@ -198,8 +198,8 @@ TEST_F(CorrectedLog, TakesTheGSensitivityOutOfTheGyroscope) {
 TEST_F(CorrectedLog, TakesTheHigherTermsOut) {
   TriadCalibration& accelerometer = Calibrate(Triad::kAccelerometer, "m/s^2");
   accelerometer.model.sensitivity *= 2.0;
-  accelerometer.model.quadratic << 0.25, 0.0, 0.25;
-  accelerometer.model.asymmetry << 0.0, 0.5, 0.0;
+  accelerometer.model.axis_terms[AxisTerm::kQuadratic] << 0.25, 0.0, 0.25;
+  accelerometer.model.axis_terms[AxisTerm::kAsymmetry] << 0.0, 0.5, 0.0;
   // The axes feel 4, -4 and 0; then z reads what no u gives, u + u^2 / 4 being -1 at least: there
   // is no truth behind such a row.
   ASSERT_TRUE(WriteCsv("accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2]\n8,-2,0\n8,-2,-2\n"));

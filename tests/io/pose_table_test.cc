@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {
@@ -72,7 +73,7 @@ TEST_F(PoseTables, HoldOnePoseARow) {
   EXPECT_EQ(stream.dropped_empty, 1);
   EXPECT_EQ(poses.Find(Triad::kAccelerometer)->maximum_raw, Eigen::Vector3d(9.8, 0.0, 9.8));
   EXPECT_EQ(*poses.temperature_range_degc, Eigen::Vector2d(21.0, 25.0));
-  EXPECT_THAT(poses.warnings, IsEmpty());
+  EXPECT_THAT(poses.findings, IsEmpty());
   EXPECT_EQ(table->inputs[0].samples, 2);
 }
 
@@ -95,8 +96,9 @@ TEST_F(PoseTables, WarnOfRepeatedRowsAndRefuseMany) {
   const std::string distinct = "1,2,3\n4,5,6\n7,8,9\n2,2,2\n";
   const Result<PoseTable> table = Read(accel_ + "\n" + distinct + "1,2,3\n");
   ASSERT_TRUE(table) << table.error().message;
-  ASSERT_EQ(table->poses.warnings.size(), 1U);
-  EXPECT_THAT(table->poses.warnings[0], HasSubstr("(lines 2 and 6)"));
+  ASSERT_EQ(table->poses.findings.size(), 1U);
+  EXPECT_THAT(table->poses.findings[0], HasCode(FindingCode::kRepeatedRows));
+  EXPECT_THAT(table->poses.findings[0], Says(HasSubstr("(lines 2 and 6)")));
   EXPECT_THAT(ErrorOf(accel_ + "\n" + distinct + "1,2,3\n1,2,3\n4,5,6\n"),
               HasSubstr("3 rows repeat another row's readings"));
 }

@@ -44,8 +44,8 @@ GyroModel Model() {
   GyroModel model;
   model.triad.sensitivity << 4700.0, 40.0, -30.0, 90.0, -4800.0, 200.0, -100.0, 60.0, 4600.0;
   model.triad.bias << 32768.0, 32400.0, 32900.0;
-  model.triad.asymmetry << 0.01, -0.02, 0.015;
-  model.has_asymmetry = true;
+  model.triad.axis_terms[AxisTerm::kAsymmetry] << 0.01, -0.02, 0.015;
+  model.is_bent = true;
   model.g_sensitivity << 3.0, -1.0, 0.5, 0.2, 2.0, -0.7, 1.1, 0.4, -2.0;
   return model;
 }
@@ -133,10 +133,10 @@ TEST_P(GyroIncrementOf, ItsJacobiansAreTheDerivatives) {
     const Eigen::Vector3d by_bias =
         derivative([&](GyroModel* m, double h) { m->triad.bias[i] += h; }, 0.1);
     EXPECT_LT((increment.by_bias.col(i) - by_bias).norm(), 1e-4 * by_bias.norm());
-    const Eigen::Vector3d by_asymmetry =
-        derivative([&](GyroModel* m, double h) { m->triad.asymmetry[i] += h; }, 1e-4);
-    EXPECT_LT((increment.by_asymmetry.col(i) - by_asymmetry).norm(),
-              1e-4 * increment.by_asymmetry.norm());
+    const Eigen::Vector3d by_asymmetry = derivative(
+        [&](GyroModel* m, double h) { m->triad.axis_terms[AxisTerm::kAsymmetry][i] += h; }, 1e-4);
+    EXPECT_LT((increment.by_axis_term[AxisTerm::kAsymmetry].col(i) - by_asymmetry).norm(),
+              1e-4 * increment.by_axis_term[AxisTerm::kAsymmetry].norm());
   }
   for (int i = 0; i < 9; ++i) {
     const Eigen::Vector3d by_sensitivity =

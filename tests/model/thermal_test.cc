@@ -15,7 +15,7 @@ TEST(ModelAtTemperature, IsTheStatedModelAtItsReference) {
   thermal.reference_degc = 20.0;
   thermal.bias = {Eigen::Vector3d(0.1, 0.2, 0.3)};
   thermal.sensitivity = {Eigen::Matrix3d::Ones()};
-  thermal.rate_cross = Eigen::Vector3d::Ones();
+  thermal.rate[RateTerm::kCross] = Eigen::Vector3d::Ones();
   const TriadModel<double> same = ModelAtTemperature(model, thermal, 20.0, 5.0);
   EXPECT_EQ(same.bias, model.bias);
   EXPECT_EQ(same.sensitivity, model.sensitivity);
@@ -29,9 +29,9 @@ TEST(ModelAtTemperature, AddsEveryTermOfTheEquation) {
   thermal.sensitivity = {Eigen::Matrix3d::Constant(1.0),
                          Eigen::Matrix3d::Constant(2.0),
                          Eigen::Matrix3d::Constant(3.0)};
-  thermal.rate_linear = Eigen::Vector3d::Constant(100.0);
-  thermal.rate_quadratic = Eigen::Vector3d::Constant(1000.0);
-  thermal.rate_cross = Eigen::Vector3d::Constant(1e4);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d::Constant(100.0);
+  thermal.rate[RateTerm::kQuadratic] = Eigen::Vector3d::Constant(1000.0);
+  thermal.rate[RateTerm::kCross] = Eigen::Vector3d::Constant(1e4);
   // tau = 2, rate = -3; outside any range, since nothing is clamped.
   const TriadModel<double> at = ModelAtTemperature(model, thermal, 22.0, -3.0);
   EXPECT_EQ(at.bias.x(), 2.0 + 40.0 - 300.0 + 9000.0 - 6e4);
@@ -44,7 +44,7 @@ TEST(ModelAtTemperature, TakesEachAxisAtItsOwnTemperature) {
   thermal.reference_degc = 20.0;
   thermal.bias = {Eigen::Vector3d(1.0, 2.0, 3.0)};
   thermal.sensitivity = {Eigen::Matrix3d::Ones()};
-  thermal.rate_linear = Eigen::Vector3d(10.0, 10.0, 10.0);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(10.0, 10.0, 10.0);
   const TriadModel<double> at =
       ModelAtTemperature(TriadModel<double>(), thermal, {{21.0, 22.0, 23.0}, {0.0, 1.0, 2.0}});
   EXPECT_EQ(at.bias, Eigen::Vector3d(1.0, 2.0 * 2.0 + 10.0, 3.0 * 3.0 + 20.0));

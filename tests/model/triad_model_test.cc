@@ -24,8 +24,8 @@ TriadModel<double> BentModel() {
   TriadModel<double> model;
   model.sensitivity << 414.0, 3.0, -7.0, 1.0, -412.0, 2.0, 9.0, -4.0, 415.0;
   model.bias << 33124.0, -33275.0, 1e-3;
-  model.quadratic << 5e-6, -8e-6, 0.0;
-  model.asymmetry << 0.02, -0.03, 0.05;
+  model.axis_terms[AxisTerm::kQuadratic] << 5e-6, -8e-6, 0.0;
+  model.axis_terms[AxisTerm::kAsymmetry] << 0.02, -0.03, 0.05;
   return model;
 }
 
@@ -70,9 +70,43 @@ TEST(TriadModel, HigherTermsStayAsTheyAreInAnotherBodyFrame) {
 
 TEST(TriadModel, AReadingThatNothingGivesHasNoTruth) {
   TriadModel<double> model;
-  model.quadratic[0] = -0.01;  // turns round at u = 50, where it reads 25
+  model.axis_terms[AxisTerm::kQuadratic][0] = -0.01;  // turns round at u = 50, where it reads 25
   EXPECT_NEAR(model.TruthFromRaw({25.0, 0.0, 0.0})[0], 50.0, 1e-6);
   EXPECT_TRUE(std::isnan(model.TruthFromRaw({25.1, 0.0, 0.0})[0]));
+}
+
+// Without a closed form: from the root of the other terms by Newton's method.
+TEST(TriadModel, CubicTermsAreUndoneBesideOthers) {
+  TriadModel<double> model = BentModel();
+  model.axis_terms[AxisTerm::kCubic] << 2e-9, -2e-9, 1e-9;  // 3 % of 4000
+  for (const double size : {1e-9, 0.1, 3.0, 9.8}) {
+    const Eigen::Vector3d truth(size, -0.7 * size, 0.4 * size);
+    for (const Eigen::Vector3d& felt : {Eigen::Vector3d(truth), Eigen::Vector3d(-truth)}) {
+      EXPECT_LT((model.TruthFromRaw(model.RawFromTruth(felt)) - felt).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(TriadModel, TheSlopeOfACubicTermIsItsDerivative) {
+  TriadModel<double> model;
+  model.axis_terms[AxisTerm::kCubic] << 1e-3, -2e-3, 3e-3;
+  const double step = 1e-3;
+  const Eigen::Vector3d felt(5.0, -7.0, 3.0);
+  const Eigen::Vector3d change = Eigen::Vector3d::Constant(step);
+  const Eigen::Vector3d derivative =
+      (model.RawFromTruth(felt + change) - model.RawFromTruth(felt - change)) / (2.0 * step);
+  // The third derivative of 6 a times step^2 / 6.
+  EXPECT_LT((model.Slope(felt) - derivative).norm(), 1e-8);
+}
+
+TEST(TriadModel, ACubicTermThatTurnsRoundHasNoTruthBeyond) {
+  TriadModel<double> model;
+  model.axis_terms[AxisTerm::kCubic][0] =
+      -1.0 / 300.0;  // turns round at u = 10, where it reads 6.67
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_NEAR(model.TruthFromRaw({sign * 5.28, 0.0, 0.0})[0], sign * 6.0, 1e-12);
+    EXPECT_TRUE(std::isnan(model.TruthFromRaw({sign * 6.7, 0.0, 0.0})[0]));
+  }
 }
 
 TEST(TriadModel, TakesAnyScalar) {

@@ -16,6 +16,7 @@
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "support/six_turns.h"
+#include "tests/support/finding_matchers.h"
 
 namespace truetriad {
 namespace {
@@ -56,7 +57,7 @@ TEST_P(MotionWith, IsFollowedExactlyWithoutNoise) {
   const auto summary = Calibrate(recording, SixTurnsOptions(unit, held(), spacing_s()));
   ASSERT_TRUE(summary) << summary.error().message;
   const Calibration& found = summary->calibration;
-  ASSERT_TRUE(found.IsUsable()) << found.messages.back();
+  ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
   EXPECT_LT((found.sensors[kAccel]->model.bias - unit.accelerometer.bias).norm(), 2.4e-4);
   EXPECT_LT((found.sensors[kGyro]->model.bias - unit.gyroscope.bias).norm(), 3e-5);
   EXPECT_LT((found.sensors[kMag]->model.bias - unit.magnetometer.bias).norm(), 1e-4 * 27.0);
@@ -74,7 +75,7 @@ TEST_P(MotionWith, HasTheErrorsThatItStates) {
     const auto summary = Calibrate(RecordSixTurns(unit, 1.0, NoPush, &random),
                                    SixTurnsOptions(unit, held(), spacing_s()));
     ASSERT_TRUE(summary) << summary.error().message;
-    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
     const trials::JointError error = trials::JointErrorOf(
         trials::SixTurnsErrors(unit, summary->calibration), summary->calibration.covariance.matrix);
     chi2 += error.chi2;
@@ -162,7 +163,7 @@ TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
     options.robust.enabled = true;
     const auto summary = Calibrate(RecordSixTurns(unit, 1.0, push, &random), options);
     ASSERT_TRUE(summary) << summary.error().message;
-    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.messages.back();
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
     const trials::JointError error = trials::JointErrorOf(
         trials::SixTurnsErrors(unit, summary->calibration), summary->calibration.covariance.matrix);
     chi2 += error.chi2;
@@ -181,8 +182,8 @@ TEST(Motion, BreaksTheChainWhereTheGyroscopeIsStuckAndStillFindsTheUnit) {
   const auto summary = Calibrate(recording, SixTurnsOptions(unit, true, 0.1));
   ASSERT_TRUE(summary) << summary.error().message;
   const Calibration& found = summary->calibration;
-  ASSERT_TRUE(found.IsUsable()) << found.messages.back();
-  EXPECT_THAT(found.messages, ::testing::Contains(HasSubstr("tells nothing for")));
+  ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
+  EXPECT_THAT(found.findings, ::testing::Contains(HasCode(FindingCode::kGyroscopeGaps)));
   const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);
   for (Eigen::Index i = 0; i < error.size(); ++i) {
     EXPECT_LE(std::abs(error[i]), 4.0 * std::sqrt(found.covariance.matrix(i, i)) + 1e-12) << i;
@@ -221,8 +222,9 @@ TEST(Motion, SaysWhichSensorIsMirrored) {
     for (Eigen::Vector3d& reading : mirrored.tracks[triad].reading_raw) reading.x() *= -1.0;
     const auto summary = Calibrate(mirrored, SixTurnsOptions(unit, triad == kMag, 0.1));
     ASSERT_TRUE(summary) << summary.error().message;
-    const std::string expected = std::string(TriadName(triad)) + "'s axes came out left-handed";
-    EXPECT_THAT(summary->calibration.messages, ::testing::Contains(HasSubstr(expected)));
+    EXPECT_THAT(
+        summary->calibration.findings,
+        ::testing::Contains(::testing::AllOf(HasCode(FindingCode::kLeftHanded), IsAbout(triad))));
   }
 }
 

@@ -48,7 +48,7 @@ Everything WithEveryTerm(Random* random) {
   ThermalOptions terms;
   terms.bias_order = ThermalOptions::kMaxBiasOrder;
   terms.matrix_order = ThermalOptions::kMaxMatrixOrder;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   Everything all;
   SharedLayout& layout = all.layout;
   int size = 0;
@@ -59,8 +59,9 @@ Everything WithEveryTerm(Random* random) {
     layout.thermal[triad] = {size, terms};
     take(layout.thermal[triad].size());
   }
-  layout.quadratic[kAccel] = take(3);
-  layout.asymmetry[kGyro] = take(3);
+  for (const AxisTermInfo& info : kAxisTerms) {
+    layout.axis_terms[info.triad].push_back({info.term, take(3)});
+  }
   layout.g_sensitivity = take(9);
   layout.reference = take(kReferenceSize);
   layout.face_tilt[3] = take(2);
@@ -71,7 +72,11 @@ Everything WithEveryTerm(Random* random) {
   all.shared.resize(size);
   for (double& value : all.shared) value = random->Normal();
   // Readings of 10 to 50: higher terms of some per cent.
-  all.shared.segment<6>(layout.quadratic[kAccel]) *= 0.002;
+  for (const Triad triad : kTriads) {
+    for (const auto& [term, at] : layout.axis_terms[triad]) {
+      all.shared.segment<3>(at) *= 0.02 / InfoOf(term).PowerOf(10.0);
+    }
+  }
   all.shared.segment<kReferenceSize>(layout.reference) << 9.8, 48.0, 1.1, 0.3, 0.1, -0.2;
   return all;
 }
@@ -250,13 +255,13 @@ TEST(TurnRow, HasTheDerivativesOfItsPredictionAwayFromWhereItWasIntegrated) {
       MakeRegular(&all);
       GyroModel at{all.layout.ModelOf(kGyro, all.shared.data(), {})};
       at.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(&all.shared[all.layout.g_sensitivity]);
-      at.has_asymmetry = true;
+      at.is_bent = true;
       const GyroIncrement increment = IntegrateMove(SomeMove(all, &random),
                                                     at,
                                                     Eigen::Vector3d::Constant(1e-3),
                                                     RateSampling::kInstantaneous);
       all.shared.segment<12>(all.layout.bias[kGyro]) += 0.03 * Eigen::VectorXd::Ones(12);
-      all.shared[all.layout.asymmetry[kGyro]] += 0.02;
+      all.shared[all.layout.axis_terms[kGyro][0].at] += 0.02;
       all.shared[all.layout.g_sensitivity + 4] += 0.01;
       const TurnRow row(all.layout, {}, counts_earth_rate, &at, &increment);
       const Eigen::Quaterniond first = random.Rotation();
@@ -273,7 +278,7 @@ TEST(IntegratedTurnRow, HasTheDerivativesOfItsPrediction) {
   Random random(21);
   for (int repeat = 0; repeat < 10; ++repeat) {
     Everything all = WithoutTemperature(&random);
-    all.layout.asymmetry[kGyro] = -1;
+    all.layout.axis_terms[kGyro].clear();
     MakeRegular(&all);
     const GyroMove move = SomeMove(all, &random);
     const IntegratedTurnRow row(all.layout, {move.time_s, move.reading_raw, move.force_mps2});

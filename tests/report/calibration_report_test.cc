@@ -107,7 +107,7 @@ TEST(CalibrationText, ShowsTemperatureTermsWithTheirUnitsAndRange) {
   ThermalTerms thermal;
   thermal.range_degc = {-10.0, 60.0};
   thermal.bias = {{0.0021, 0.0022, 0.0023}};
-  thermal.rate_linear = Eigen::Vector3d(0.11, 0.12, 0.13);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(0.11, 0.12, 0.13);
   c.sensors[Triad::kAccelerometer]->thermal = thermal;
   const std::string text = CalibrationText(c);
   EXPECT_THAT(text, HasSubstr("m/s² / °C^1"));
@@ -122,14 +122,14 @@ TEST(CalibrationReport, ShowsTheBiasAtEachTemperature) {
   thermal.bias = {{1e-3, 0.0, 0.0}};
   EXPECT_THAT(CalibrationHtml(calibration), Not(HasSubstr("Over temperature")));
   for (const double degc : {-20.0, 25.0, 65.0}) {
-    calibration.quality.temperature_settings.push_back({Triad::kAccelerometer,
-                                                        degc,
-                                                        12,
-                                                        {0.1, 0.2, 0.3},
-                                                        {1e-3, 1e-3, 1e-3},
-                                                        {2.5e-3, 0.0, 0.0},
-                                                        0.31,
-                                                        1e-3});
+    calibration.quality.rests.temperature_settings.push_back({Triad::kAccelerometer,
+                                                              degc,
+                                                              12,
+                                                              {0.1, 0.2, 0.3},
+                                                              {1e-3, 1e-3, 1e-3},
+                                                              {2.5e-3, 0.0, 0.0},
+                                                              0.31,
+                                                              1e-3});
   }
   const std::string text = CalibrationText(calibration);
   EXPECT_THAT(text, HasSubstr("Over temperature"));
@@ -160,7 +160,7 @@ TEST(CalibrationReport, ShowsNoParametersWhenNotUsable) {
 
 TEST(CalibrationText, CountsManyRejectedPosesInsteadOfListingThem) {
   Calibration c = SampleCalibration();
-  c.quality.rejected_poses.assign(300, {9, Triad::kAccelerometer, "moved during the rest"});
+  c.quality.rests.rejected_poses.assign(300, {9, Triad::kAccelerometer, "moved during the rest"});
   const std::string text = CalibrationText(c);
   EXPECT_THAT(text, HasSubstr("Rejected poses (300)"));
   EXPECT_THAT(text, HasSubstr("and 250 more"));
@@ -176,10 +176,10 @@ TEST(CalibrationHtml, EscapesHostileStrings) {
   const std::string hostile = "</pre><script>alert(\"x\")</script>&'";
   Calibration c = SampleCalibration();
   c.serial = c.model = c.config_yaml = c.created = hostile;
-  c.messages = {hostile};
+  c.findings = {{FindingCode::kOddGain, hostile, hostile}};
   c.inputs.front().file = hostile;
   c.quality.weak_directions.front().description = hostile;
-  c.quality.rejected_poses.front().reason = hostile;
+  c.quality.rests.rejected_poses.front().reason = hostile;
   c.quality.limits.front().name = hostile;
   c.covariance.parameters.front() = hostile;
   c.sensors[Triad::kAccelerometer]->input_unit = hostile;
@@ -203,11 +203,11 @@ TEST(CalibrationHtml, HasTheSameBytesTwice) {
 TEST(CalibrationHtml, LeavesOutWhatWasNotMeasured) {
   Calibration c = SampleCalibration();
   c.sensors[Triad::kMagnetometer].reset();
-  std::erase_if(c.quality.pose_residuals,
+  std::erase_if(c.quality.rests.pose_residuals,
                 [](const auto& pose) { return pose.triad == Triad::kMagnetometer; });
-  c.quality.held_out.reset();
+  c.quality.rests.held_out.reset();
   c.quality.coverage.clear();
-  for (PoseResidual& pose : c.quality.pose_residuals) {
+  for (PoseResidual& pose : c.quality.rests.pose_residuals) {
     pose.norm_error = std::numeric_limits<double>::quiet_NaN();
     pose.direction.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -244,11 +244,11 @@ TEST(EvaluationText, JudgesErrorsByThePrediction) {
 TEST(EvaluationText, NamesTheWorstPosesFirst) {
   Quality quality;
   AddPoses(12, Triad::kAccelerometer, 0.002, &quality);
-  quality.pose_residuals[4].normalized = 9.87;
+  quality.rests.pose_residuals[4].normalized = 9.87;
   EvaluationSummary evaluation;
   evaluation.poses = 12;
   evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
-  evaluation.pose_residuals = quality.pose_residuals;
+  evaluation.pose_residuals = quality.rests.pose_residuals;
   ExpectInOrder(EvaluationText(evaluation, SampleCalibration()),
                 {"worst poses", "          5   accelerometer", "9.87"});
 }

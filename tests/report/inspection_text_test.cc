@@ -56,7 +56,7 @@ PoseSet EvenPoses(int count) {
 TEST(InspectionText, SaysWhatWasFound) {
   PoseSet poses = EvenPoses(24);
   poses.temperature_range_degc = Eigen::Vector2d(24.0, 31.5);
-  poses.warnings = {"accelerometer x clips at 16 g in 12 samples"};
+  poses.findings = {{FindingCode::kClippedPoses, "accelerometer x clips at 16 g in 12 samples"}};
   const std::string text = InspectionText(poses);
   for (const char* part : {"24 poses by static detection in 120.0 s, 80 % of it at rest",
                            "24.0 to 31.5 °C",

@@ -28,7 +28,7 @@ inline void AddPoses(int count, Triad triad, double scale, Quality* quality) {
     pose.norm_error_before = scale * (40.0 * pose.direction.x() - 15.0);
     pose.residual = pose.norm_error * pose.direction;
     pose.normalized = std::abs(std::sin(1.7 * i)) * 1.5;
-    quality->pose_residuals.push_back(pose);
+    quality->rests.pose_residuals.push_back(pose);
   }
 }
 
@@ -42,7 +42,7 @@ inline Calibration SampleCalibration(int poses = 24) {
   c.inputs = {{"recording.csv", "0123456789abcdef0123456789abcdef", 120000}};
   c.outcome = Outcome::kConverged;
   c.within_limits = true;
-  c.messages = {"det S_mag is positive; sign and hemisphere agree."};
+  c.findings = {{FindingCode::kMessage, "det S_mag is positive; sign and hemisphere agree."}};
   c.reference.field_ut = 48.0;
   c.reference.dip_rad = 1.1345;
   c.reference.field_estimated = true;
@@ -148,7 +148,7 @@ inline Calibration UnusableCalibration() {
   Calibration c = SampleCalibration(8);
   c.outcome = Outcome::kNotObservable;
   c.within_limits.reset();
-  c.messages = {"8 poses lie within 4 deg of one plane."};
+  c.findings = {{FindingCode::kNotDetermined, "8 poses lie within 4 deg of one plane."}};
   return c;
 }
 

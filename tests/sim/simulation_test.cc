@@ -83,11 +83,11 @@ TEST(Simulation, TruthListsEveryTermOfAUnitInTheOrderOfACalibration) {
   SimulatedTriad& gyroscope = scenario.sensors[kGyro].emplace();
   gyroscope.unit = *ParseTriadUnit(kGyro, "rad/s");
   gyroscope.g_sensitivity = Eigen::Matrix3d::Zero();
-  gyroscope.spread.asymmetry = 1e-4;
+  gyroscope.spread.axis_terms[AxisTerm::kAsymmetry] = 1e-4;
   ThermalTerms& thermal = gyroscope.thermal.emplace();
   thermal.bias = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   thermal.sensitivity = {Eigen::Matrix3d::Zero()};
-  thermal.rate_linear = thermal.rate_quadratic = thermal.rate_cross = Eigen::Vector3d::Zero();
+  thermal.rate.items.fill(Eigen::Vector3d::Zero());
   const NamedCovariance covariance = TruthOf(scenario, 0).covariance;
   std::vector<std::string> groups;
   for (const std::string& name : covariance.parameters) {
@@ -292,7 +292,7 @@ TEST(Temperature, TermsFollowTheElementAndItsPlay) {
   ThermalTerms thermal;
   thermal.reference_degc = 20.0;
   thermal.bias = {Eigen::Vector3d(1.0, 0.0, 0.0)};
-  thermal.rate_linear = Eigen::Vector3d(0.0, 1.0, 0.0);
+  thermal.rate[RateTerm::kLinear] = Eigen::Vector3d(0.0, 1.0, 0.0);
   scenario.sensors[kGyro]->thermal = thermal;
   const Samples samples = SamplesOf(scenario, kGyro);
   const auto at = [&samples](double time_s) {

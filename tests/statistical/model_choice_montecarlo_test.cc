@@ -84,8 +84,9 @@ struct Trial {
 Trial MakeTrial(const Case& tested, Random* random) {
   SyntheticUnit unit = RandomUnit(tested.spread, random);
   for (int axis = 0; axis < 3; ++axis) {
-    unit.models[kAccel]->quadratic[axis] =
-        random->Uniform() < 0.5 ? -tested.quadratic : tested.quadratic;
+    unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic][axis] =
+        random->Uniform() < 0.5 ? -tested.axis_terms[AxisTerm::kQuadratic]
+                                : tested.axis_terms[AxisTerm::kQuadratic];
   }
   SyntheticNoise noise = ModelNoise();
   noise.excess_sigma[kAccel] = tested.excess_mps2;
@@ -100,12 +101,12 @@ Trial MakeTrial(const Case& tested, Random* random) {
     sensor.nominal_sensitivity = Eigen::Matrix3d::Identity();
     sensor.excess = tested.excess_mps2 > 0.0 ? ExcessNoise::kEstimate : ExcessNoise::kNone;
   }
-  trial.options.triads[kAccel].quadratic = Wanted::kAuto;
+  trial.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kAuto;
   return trial;
 }
 
 std::optional<double> PValueOf(const Quality& quality, const Case& tested) {
-  for (const ModelAlternative& model : quality.model_choice) {
+  for (const ModelAlternative& model : quality.rests.model_choice) {
     if (tested.term == nullptr || model.chosen) continue;
     if (model.description == tested.term || model.description == tested.other_term) {
       return model.p_value;
@@ -130,8 +131,8 @@ TEST_P(ModelChoice, IsWhatTheUnitIsLike) {
     ASSERT_TRUE(summary) << summary.error().message;
     const Quality& quality = summary->calibration.quality;
     ASSERT_TRUE(summary->calibration.IsUsable()) << "run " << run;
-    ASSERT_FALSE(quality.model_choice.empty());
-    if (quality.model_choice.front().description == tested.chosen) ++right;
+    ASSERT_FALSE(quality.rests.model_choice.empty());
+    if (quality.rests.model_choice.front().description == tested.chosen) ++right;
     if (const std::optional<double> p = PValueOf(quality, tested)) {
       p_values.push_back(*p);
       if (*p < 0.05) ++below_level;

@@ -57,7 +57,7 @@ void ExpectPredictionComesTrue(const char* row,
     const auto summary = Calibrate(poses, options);
     ASSERT_TRUE(summary) << "run " << run << ": " << summary.error().message;
     ASSERT_TRUE(summary->calibration.IsUsable())
-        << "run " << run << ": " << summary->calibration.messages.back();
+        << "run " << run << ": " << summary->calibration.findings.back().Message();
     ASSERT_EQ(summary->calibration.covariance.parameters, names);
     Eigen::VectorXd error = trials::Errors(summary->calibration, unit);
     for (Eigen::Index i = 0; i < error.size(); ++i) {

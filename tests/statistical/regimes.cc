@@ -166,8 +166,8 @@ const std::vector<Regime>& Regimes() {
        "quadratic terms of 100 µg/g² estimated",
        {},
        [](Trial* trial, Random* random) {
-         trial->options.triads[kAccel].quadratic = Wanted::kYes;
-         trial->unit.models[kAccel]->quadratic = 1e-5 * random->Normal3();
+         trial->options.triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kYes;
+         trial->unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic] = 1e-5 * random->Normal3();
        }},
       {"SixFace",
        "accelerometer on six faces, tilt 0.1°, seat 0.05°",
@@ -224,6 +224,16 @@ const std::vector<Regime>& Regimes() {
        }},
       // Last, so that the seeds of the others stay as they are.
       {"NineAxis", "nine axes, turns of 2.5 s at 100 Hz", {}, AddGyroscope},
+      {"Cubic",
+       "quadratic and cubic terms of 100 µg/g² and 1000 µg/g³ estimated",
+       {},
+       [](Trial* trial, Random* random) {
+         for (const auto& [term, size] :
+              {std::pair(AxisTerm::kQuadratic, 1e-5), std::pair(AxisTerm::kCubic, 1e-5)}) {
+           trial->options.triads[kAccel].axis_terms[term] = Wanted::kYes;
+           trial->unit.models[kAccel]->axis_terms[term] = size * random->Normal3();
+         }
+       }},
   };
   return kRegimes;
 }

@@ -48,7 +48,7 @@ TEST(CalibrateAccelMag, DisturbedPosesHardlyMoveTheBias) {
       disturbed_squares[sensor] +=
           (disturbed->calibration.sensors[sensor]->model.bias - truth).squaredNorm();
     }
-    for (const RejectedPose& rejected : disturbed->calibration.quality.rejected_poses) {
+    for (const RejectedPose& rejected : disturbed->calibration.quality.rests.rejected_poses) {
       if (rejected.pose == static_cast<int>(victim) + 1 && rejected.triad == triad) ++named;
     }
   }

@@ -108,8 +108,11 @@ inline Eigen::VectorXd Errors(const Calibration& calibration, const SyntheticUni
         errors.push_back(estimate.sensitivity(row, col) - truth.sensitivity(row, col));
       }
     }
-    if (!calibration.sensors[triad]->quadratic_sigma) continue;
-    for (int i = 0; i < 3; ++i) errors.push_back(estimate.quadratic[i] - truth.quadratic[i]);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (!calibration.sensors[triad]->axis_term_sigma[info.term]) continue;
+      const Eigen::Vector3d error = estimate.axis_terms[info.term] - truth.axis_terms[info.term];
+      errors.insert(errors.end(), error.begin(), error.end());
+    }
   }
   for (const std::string& name : calibration.covariance.parameters) {
     if (name.rfind("reference.", 0) != 0) continue;

@@ -46,9 +46,11 @@ inline ThermalTerms RandomTerms(const ThermalOptions& terms, double strength, Ra
     thermal.sensitivity.emplace_back(0.01 / std::pow(kSpanDegc, i) * RandomMatrix(random));
   }
   const double per_rate = 0.01 * strength / 0.02;
-  if (terms.rate_linear) thermal.rate_linear = per_rate * random->Normal3();
-  if (terms.rate_quadratic) thermal.rate_quadratic = per_rate / 0.02 * random->Normal3();
-  if (terms.rate_cross) thermal.rate_cross = per_rate / kSpanDegc * random->Normal3();
+  if (terms.rate[RateTerm::kLinear]) thermal.rate[RateTerm::kLinear] = per_rate * random->Normal3();
+  if (terms.rate[RateTerm::kQuadratic])
+    thermal.rate[RateTerm::kQuadratic] = per_rate / 0.02 * random->Normal3();
+  if (terms.rate[RateTerm::kCross])
+    thermal.rate[RateTerm::kCross] = per_rate / kSpanDegc * random->Normal3();
   return thermal;
 }
 
@@ -77,9 +79,7 @@ inline Soak MakeSoak(const ThermalOptions& terms, int attitudes_each, bool joint
     for (const Eigen::Quaterniond& attitude : RandomAttitudes(attitudes_each, random)) {
       soak.attitudes.push_back(attitude);
       soak.temperatures_degc.push_back(temperature);
-      soak.rates_degcps.push_back(terms.rate_linear || terms.rate_quadratic || terms.rate_cross
-                                      ? random->Uniform(-0.02, 0.02)
-                                      : 0.0);
+      soak.rates_degcps.push_back(terms.rate.any() ? random->Uniform(-0.02, 0.02) : 0.0);
     }
   }
   return soak;
@@ -132,19 +132,11 @@ inline Eigen::VectorXd SoakErrors(const Calibration& calibration, const Soak& so
     const auto value = [&](const TriadModel<double>& model,
                            const std::optional<ThermalTerms>& thermal) {
       const auto term = static_cast<std::size_t>(name->power) - 1;
-      switch (name->kind) {
-        case ParameterKind::kBias:
-          return (name->power > 0 ? thermal->bias[term] : model.bias)[name->row];
-        case ParameterKind::kSensitivity:
-          return (name->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(name->row,
-                                                                                    name->col);
-        case ParameterKind::kRateLinear:
-          return (*thermal->rate_linear)[name->row];
-        case ParameterKind::kRateQuadratic:
-          return (*thermal->rate_quadratic)[name->row];
-        default:
-          return (*thermal->rate_cross)[name->row];
-      }
+      if (const auto rate = InfoOf(name->kind).rate) return (*thermal->rate[*rate])[name->row];
+      return name->kind == ParameterKind::kBias
+                 ? (name->power > 0 ? thermal->bias[term] : model.bias)[name->row]
+                 : (name->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(name->row,
+                                                                                      name->col);
     };
     const TriadCalibration& sensor = *calibration.sensors[name->triad];
     error = value(sensor.model, sensor.thermal) -

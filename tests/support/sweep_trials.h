@@ -51,9 +51,9 @@ inline ThermalTerms CubicWithRates() {
   ThermalTerms terms;
   terms.reference_degc = 25.0;
   terms.bias = {{1e-3, -2e-3, 5e-4}, {1e-5, 2e-5, -3e-5}, {-2e-7, 3e-7, 1e-7}};
-  terms.rate_linear = Eigen::Vector3d(0.2, -0.1, 0.3);
-  terms.rate_quadratic = Eigen::Vector3d(3.0, 2.0, -4.0);
-  terms.rate_cross = Eigen::Vector3d(4e-3, -3e-3, 2e-3);
+  terms.rate[RateTerm::kLinear] = Eigen::Vector3d(0.2, -0.1, 0.3);
+  terms.rate[RateTerm::kQuadratic] = Eigen::Vector3d(3.0, 2.0, -4.0);
+  terms.rate[RateTerm::kCross] = Eigen::Vector3d(4e-3, -3e-3, 2e-3);
   return terms;
 }
 

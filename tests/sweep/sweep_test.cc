@@ -13,6 +13,7 @@
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
 #include "support/sweep_trials.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/verdict/summary.h"
 
@@ -32,7 +33,7 @@ using trials::WindowsOf;
 ThermalOptions SevenTerms() {
   ThermalOptions terms;
   terms.bias_order = 3;
-  terms.rate_linear = terms.rate_quadratic = terms.rate_cross = true;
+  terms.rate = PerRateTerm<bool>::All(true);
   return terms;
 }
 
@@ -59,23 +60,12 @@ Eigen::VectorXd ErrorsOf(const Calibration& calibration, const Sweep& sweep) {
     const auto name = ParameterName::Parse(names[i]);
     if (!name) continue;
     const auto power = static_cast<std::size_t>(name->power);
-    switch (name->kind) {
-      case ParameterKind::kBias:
-        error = power == 0 ? sensor.model.bias[name->row] - sweep.bias[name->row]
-                           : sensor.thermal->bias[power - 1][name->row] -
-                                 sweep.terms.bias[power - 1][name->row];
-        break;
-      case ParameterKind::kRateLinear:
-        error = (*sensor.thermal->rate_linear - *sweep.terms.rate_linear)[name->row];
-        break;
-      case ParameterKind::kRateQuadratic:
-        error = (*sensor.thermal->rate_quadratic - *sweep.terms.rate_quadratic)[name->row];
-        break;
-      case ParameterKind::kRateCross:
-        error = (*sensor.thermal->rate_cross - *sweep.terms.rate_cross)[name->row];
-        break;
-      default:
-        break;
+    if (const auto rate = InfoOf(name->kind).rate) {
+      error = (*sensor.thermal->rate[*rate] - *sweep.terms.rate[*rate])[name->row];
+    } else if (name->kind == ParameterKind::kBias) {
+      error = power == 0 ? sensor.model.bias[name->row] - sweep.bias[name->row]
+                         : sensor.thermal->bias[power - 1][name->row] -
+                               sweep.terms.bias[power - 1][name->row];
     }
   }
   return errors;
@@ -115,7 +105,7 @@ TEST(CalibrateSweep, FindsAllSevenTermsOfARampUpAndDownAtTwoRates) {
   const Sweep sweep = SweepWithRates();
   const Calibration calibration =
       Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
-  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.findings.back().Message();
   const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
   for (int axis = 0; axis < 3; ++axis) {
     const std::vector<Eigen::Index> places = PlacesOnAxis(calibration, axis);
@@ -153,13 +143,13 @@ TEST(CalibrateSweep, NamesWhatOneRateUpAndDownDoesNotTell) {
   Sweep sweep = SweepWithRates();
   sweep.legs = {{60.0, 0.05}, {-10.0, 0.05}};
   // What cannot be told from a constant goes into it.
-  sweep.terms.rate_quadratic.reset();
+  sweep.terms.rate[RateTerm::kQuadratic].reset();
   const Calibration calibration =
       Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(SevenTerms()));
   ASSERT_TRUE(calibration.IsUsable());
-  EXPECT_THAT(calibration.messages,
-              Contains(AllOf(HasSubstr("T'^2"), HasSubstr("repeat the sweep at another rate"))));
-  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate_quadratic);
+  EXPECT_THAT(calibration.findings,
+              Contains(AllOf(HasCode(FindingCode::kTermsLeftOut), Says(HasSubstr("T'^2")))));
+  EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->rate[RateTerm::kQuadratic]);
   const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
   for (Eigen::Index i = 0; i < errors.size(); ++i) {
     if (std::isnan(errors[i])) continue;
@@ -172,19 +162,18 @@ TEST(CalibrateSweep, NamesWhatOnlyUpDoesNotTell) {
   Random random(4);
   Sweep sweep = SweepWithRates();
   sweep.legs = {{60.0, 0.05}};
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   ThermalOptions wanted = SevenTerms();
   wanted.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(wanted));
   ASSERT_TRUE(calibration.IsUsable());
   EXPECT_THAT(
-      calibration.quality.sweep[0].left_out,
+      calibration.quality.sweep.axes[0].left_out,
       testing::UnorderedElementsAre(testing::StartsWith("T':"),
                                     testing::StartsWith("T'^2:"),
                                     testing::StartsWith("tau T':"),
                                     AllOf(testing::StartsWith("lag:"), HasSubstr("up and down"))));
-  EXPECT_EQ(calibration.quality.sweep[0].chosen, "tau, tau^2, tau^3");
+  EXPECT_EQ(calibration.quality.sweep.axes[0].chosen, "tau, tau^2, tau^3");
 }
 
 // The sweep with a thermometer that is fine and one of whole degrees, of the same noise. Each axis
@@ -200,8 +189,8 @@ void ExpectWholeDegreesAreEnough(const Sweep& sweep, int lags) {
     const Calibration fine = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
     const Calibration coarse = Calibrated(WindowsOf(whole, &same), SweepOptionsFor(terms));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const SweepAxis &with_fine = fine.quality.sweep[axis],
-                      &with_whole = coarse.quality.sweep[axis];
+      const SweepAxis &with_fine = fine.quality.sweep.axes[axis],
+                      &with_whole = coarse.quality.sweep.axes[axis];
       EXPECT_LE(with_whole.rms_after, 1.2 * with_fine.rms_after) << axis << " of seed " << seed;
       EXPECT_LE(with_whole.held_out, 1.2 * with_fine.held_out) << axis << " of seed " << seed;
     }
@@ -253,8 +242,7 @@ TEST(CalibrateSweep, FitsWholeDegreesWithDwells) {
 TEST(CalibrateSweep, LagsOfANoisyThermometerAreOffByWhatTheirSigmaSays) {
   Random random(16);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   sweep.element_lag_s = 60.0;
   sweep.thermometer_sigma_degc = 0.5;
   ThermalOptions terms = Polynomial(3);
@@ -262,7 +250,7 @@ TEST(CalibrateSweep, LagsOfANoisyThermometerAreOffByWhatTheirSigmaSays) {
   double square = 0.0, count = 0.0;
   for (int run = 0; run < 20; ++run) {
     const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-    for (const SweepAxis& axis : calibration.quality.sweep) {
+    for (const SweepAxis& axis : calibration.quality.sweep.axes) {
       square += std::pow((axis.element_lag_s - 60.0) / axis.element_lag_sigma_s, 2);
       count += 1.0;
     }
@@ -281,7 +269,7 @@ TEST(CalibrateSweep, FindsALagOfAMinute) {
   terms.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   ASSERT_TRUE(calibration.IsUsable());
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
     const double lag = axis.element_lag_s, sigma = axis.element_lag_sigma_s;
     EXPECT_NEAR(lag, 60.0, 4.0 * sigma) << axis.axis;
@@ -295,8 +283,7 @@ TEST(CalibrateSweep, ChoosesALagWhereThereIsOneAndNoneWhereThereIsNone) {
   Sweep sweep = SweepWithRates();
   ThermalOptions terms = Polynomial(3);
   terms.lags_auto = true;
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   const Calibration without = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   EXPECT_FALSE(without.sensors[Triad::kGyroscope]->thermal->element_lag_s);
   sweep.element_lag_s = 90.0;
@@ -309,13 +296,12 @@ TEST(CalibrateSweep, ChoosesALagWhereThereIsOneAndNoneWhereThereIsNone) {
 TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   Random random(9);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_linear.reset(), sweep.terms.rate_quadratic.reset();
-  sweep.terms.rate_cross.reset();
+  sweep.terms.rate = {};
   sweep.element_lag_s = 4000.0;  // of 7000 s
   ThermalOptions terms = Polynomial(3);
   terms.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-  EXPECT_THAT(calibration.messages, Contains(HasSubstr("that is drift, not lag")));
+  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("that is drift, not lag"))));
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
 }
 
@@ -333,8 +319,8 @@ TEST(CalibrateSweep, FindsASharpKnee) {
   terms.find_knots = 1;
   const Calibration calibration =
       Calibrated(WindowsOf(SweepWithKnee(), &random), SweepOptionsFor(terms));
-  ASSERT_TRUE(calibration.IsUsable()) << calibration.messages.back();
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  ASSERT_TRUE(calibration.IsUsable()) << calibration.findings.back().Message();
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_GE(axis.held_out_cubic, 3.0 * axis.held_out) << axis.axis;
     EXPECT_LE(axis.rms_after, 1.1 * axis.noise_sigma) << axis.axis;
   }
@@ -376,7 +362,7 @@ TEST(CalibrateSweep, FindsNoKnotWhereThereIsNone) {
   terms.find_knots = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
   EXPECT_TRUE(calibration.sensors[Triad::kGyroscope]->thermal->knots.empty());
-  EXPECT_THAT(calibration.messages, Contains(HasSubstr("does not lower the held-out error")));
+  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("does not lower the held-out error"))));
 }
 
 // Three attitudes of an accelerometer share their temperature terms; each has a constant of its
@@ -433,7 +419,7 @@ TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
   int more = 0, count = 0;
   while (count < 201) {
     const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-    for (const SweepAxis& axis : calibration.quality.sweep) {
+    for (const SweepAxis& axis : calibration.quality.sweep.axes) {
       more += axis.chosen == "tau" ? 0 : 1;
       ++count;
     }
@@ -445,12 +431,12 @@ TEST(CalibrateSweep, SeldomChoosesMoreThanALineWhereThereIsNoMore) {
 TEST(CalibrateSweep, ChoosesTheTermsThatAreThere) {
   Random random(11);
   Sweep sweep = SweepWithRates();
-  sweep.terms.rate_quadratic.reset(), sweep.terms.rate_cross.reset();
+  sweep.terms.rate[RateTerm::kQuadratic].reset(), sweep.terms.rate[RateTerm::kCross].reset();
   ThermalOptions terms = SevenTerms();
   terms.bias_order_auto = terms.rate_auto = true;
   terms.bias_order = ThermalOptions::kMaxBiasOrder;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-  for (const SweepAxis& axis : calibration.quality.sweep) {
+  for (const SweepAxis& axis : calibration.quality.sweep.axes) {
     EXPECT_EQ(axis.chosen, "tau, tau^2, tau^3, T'") << axis.axis;
     ASSERT_FALSE(axis.steps.empty());
     EXPECT_GT(axis.steps.back().r2, 0.99);
@@ -469,7 +455,7 @@ TEST(CalibrateSweep, DoesNotLetADwellDecide) {
   // RMS error of the fit over a tenth of the range at an end.
   const auto error_at = [&](const Calibration& calibration, double low, double high) {
     double sum = 0.0, count = 0.0;
-    for (const SweepWindow& window : calibration.quality.sweep_windows) {
+    for (const SweepWindow& window : calibration.quality.sweep.windows) {
       if (window.degc < low || window.degc > high) continue;
       sum += std::pow(window.fit_raw.x() - sweep.curve(window.degc), 2), count += 1.0;
     }

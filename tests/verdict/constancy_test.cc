@@ -66,10 +66,7 @@ Calibration RunWith(const Change& change, std::uint64_t seed, Noise kind = Noise
 }
 
 bool SaysChanged(const Calibration& calibration) {
-  for (const std::string& message : calibration.messages) {
-    if (message.find("readings changed") != std::string::npos) return true;
-  }
-  return false;
+  return Find(calibration.findings, FindingCode::kMagnetometerChanged) != nullptr;
 }
 
 // The level is 1 % by Bonferroni, so that fewer are expected: of 400 runs more than 11 have a
@@ -97,20 +94,21 @@ TEST(MagnetometerChange, OfTheBiasIsFoundWithItsPlaceAndSizeAndRefused) {
     SCOPED_TRACE(from);
     const Calibration calibration = RunWith({.from = from, .bias_ut = {0.6, -0.8, 0.0}}, 70 + from);
     EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
-    EXPECT_THAT(calibration.messages,
-                Contains(AllOf(HasSubstr("between pose " + std::to_string(from) + " and pose " +
-                                         std::to_string(from + 1)),
-                               HasSubstr("iron or a magnet on the unit moves"))));
+    const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+    ASSERT_NE(change, nullptr);
+    EXPECT_TRUE(change->IsRefusal());
+    EXPECT_EQ(change->pose, from + 1);
+    EXPECT_TRUE(change->Value("bias") && !change->Value("field"));
   }
 }
 
 TEST(MagnetometerChange, OfTheFieldIsToldFromOneOfTheBias) {
   const Calibration calibration = RunWith({.from = 12, .strength_ut = 1.0, .dip_rad = 0.03}, 90);
   EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
-  EXPECT_THAT(calibration.messages,
-              Contains(AllOf(HasSubstr("between pose 12 and pose 13"),
-                             HasSubstr("the unit or iron about it is moved"),
-                             Not(HasSubstr("on the unit moves")))));
+  const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+  ASSERT_NE(change, nullptr);
+  EXPECT_EQ(change->pose, 13);
+  EXPECT_TRUE(change->Value("field") && !change->Value("bias"));
 }
 
 // With an excess that was estimated, and took the step for noise.
@@ -130,8 +128,9 @@ TEST(MagnetometerChange, ThatIsSmallIsRefusedWhereItMovesTheNumbersBeyondTheirSi
     const Calibration calibration =
         RunWith({.from = from, .bias_ut = {0.0, 0.28, 0.21}}, 92 + from);
     EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
-    EXPECT_THAT(calibration.messages,
-                Contains(AllOf(HasSubstr("readings changed"), HasSubstr("numbers are off by"))));
+    const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+    ASSERT_NE(change, nullptr);
+    EXPECT_GT(*change->Value("effect"), 1.0);
   }
 }
 
@@ -142,9 +141,9 @@ TEST(MagnetometerChange, IsFoundWithoutAnyNoiseStated) {
     const Calibration calibration =
         RunWith({.from = from, .bias_ut = {1.0, -1.2, 0.6}}, 300 + from, Noise::kNotStated);
     EXPECT_EQ(calibration.outcome, Outcome::kNotConverged);
-    EXPECT_THAT(calibration.messages,
-                Contains(HasSubstr("between pose " + std::to_string(from) + " and pose " +
-                                   std::to_string(from + 1))));
+    const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+    ASSERT_NE(change, nullptr);
+    EXPECT_EQ(change->pose, from + 1);
   }
 }
 
@@ -154,7 +153,8 @@ TEST(MagnetometerChange, SaysAnIntervalWhereSeveralPlacesFit) {
   int with_interval = 0, holding = 0;
   for (std::uint64_t run = 0; run < 40; ++run) {
     const Calibration calibration = RunWith({.from = 12, .bias_ut = {0.0, 0.08, 0.06}}, 500 + run);
-    for (const std::string& message : calibration.messages) {
+    for (const Finding& finding : calibration.findings) {
+      const std::string message = finding.Message();
       std::smatch match;
       const std::regex words("somewhere between pose ([0-9]+) and pose ([0-9]+)");
       if (!std::regex_search(message, match, words)) continue;
@@ -179,8 +179,9 @@ TEST(MagnetometerChange, IsNotSeenInASingleDisturbedPose) {
     ASSERT_TRUE(summary);
     EXPECT_TRUE(summary->calibration.IsUsable());
     EXPECT_FALSE(SaysChanged(summary->calibration));
-    ASSERT_EQ(summary->calibration.quality.rejected_poses.size(), 1U);
-    EXPECT_EQ(summary->calibration.quality.rejected_poses[0].pose, static_cast<int>(from) + 1);
+    ASSERT_EQ(summary->calibration.quality.rests.rejected_poses.size(), 1U);
+    EXPECT_EQ(summary->calibration.quality.rests.rejected_poses[0].pose,
+              static_cast<int>(from) + 1);
   }
 }
 

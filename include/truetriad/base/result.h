@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,13 +16,21 @@ enum class ErrorCode {
   kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
 };
 
+struct Finding;  // model/finding.h
+
 /// A failure: what was seen, where (file:line), what was expected, what to try.
 struct Error {
   ErrorCode code = ErrorCode::kBadInput;
   std::string message;
+  /// Of a usage error: the key of the experiment that it is about, "sensors.gyroscope"; or empty.
+  std::string key = {};
+  /// Of data that are not enough: the same for programs, where there is such.
+  std::shared_ptr<const Finding> finding = {};
 };
 
-inline Error UsageError(std::string message) { return {ErrorCode::kUsage, std::move(message)}; }
+inline Error UsageError(std::string message, std::string key = {}) {
+  return {ErrorCode::kUsage, std::move(message), std::move(key)};
+}
 inline Error BadInputError(std::string message) {
   return {ErrorCode::kBadInput, std::move(message)};
 }

@@ -90,6 +90,9 @@ struct Experiment {
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
+/// What the experiment inside a calibration takes off the times of each sensor, s.
+PerTriad<double> TimeOffsetsOf(const Calibration& calibration);
+
 /// An error (usage) of what the experiment's keys ask for together, with the file and the line of
 /// the key that it is about; others stay as they are.
 Error AtItsKey(const Experiment& experiment, const Error& error);

@@ -13,6 +13,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/data/known_motion.h"
+#include "truetriad/model/finding.h"
 #include "truetriad/thermometer/temperature_track.h"
 
 namespace truetriad {
@@ -61,7 +62,7 @@ struct RecordedMove {
   std::vector<Eigen::Vector3d> gyroscope_raw;
   /// Interpolated to the gyroscope's times; empty without the sensor.
   std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
-  std::string fault;  ///< Why the turn cannot be told from them, or empty.
+  std::optional<Finding> fault;  ///< Why the turn cannot be told from them.
 };
 
 /// Readings of one triad over a whole recording, in time order.
@@ -132,10 +133,10 @@ struct PoseSet {
   /// By how much a triad's readings change later than those of the others all the same, where that
   /// is tenths of a second and more.
   PerTriad<std::optional<double>> clock_lag_s;
-  /// Why most rests are none for the triad, which then cannot be calibrated from them; or empty.
-  PerTriad<std::string> not_at_rest;
-  std::string how;                    ///< "static detection", "every row", …
-  std::vector<std::string> warnings;  ///< Clipping, stuck samples, gaps: what people should know.
+  /// Why most rests are none for the triad, which then cannot be calibrated from them.
+  PerTriad<std::optional<Finding>> not_at_rest;
+  std::string how;    ///< "static detection", "every row", …
+  Findings findings;  ///< Clipping, stuck samples, gaps: what people should know.
 
   const StreamSummary* Find(Triad triad) const {
     for (const StreamSummary& stream : streams) {

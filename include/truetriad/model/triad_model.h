@@ -2,27 +2,30 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
+#include <type_traits>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+
+#include "truetriad/model/terms.h"
 
 namespace truetriad {
 
 /// One triad: what the chip reports for a true field, and back.
 ///
-///   u     = sensitivity * truth                                   what each sensing axis feels
-///   raw_i = u_i + quadratic_i u_i^2 + asymmetry_i |u_i| + bias_i  what the chip does
-///   truth = correction * u(raw - bias)                  what we ship; correction = sensitivity^-1
+///   u     = sensitivity * truth                  what each sensing axis feels
+///   raw_i = u_i + sum of a_i f(u_i) + bias_i     what the chip does; axis terms a f, terms.h
+///   truth = correction * u(raw - bias)           what we ship; correction = sensitivity^-1
 ///
-/// Most chips have no higher terms: quadratic and asymmetry are zero then. The terms are in u
-/// and not in the truth because they belong to the sensing axis: a rotation of the body frame, or
-/// another strength of the field that the gains are relative to, leaves u as it is, and with it the
-/// terms.
+/// Most chips have no axis terms: all are zero then. They are in u and not in the truth because
+/// they belong to the sensing axis: a rotation of the body frame, or another strength of the field
+/// that the gains are relative to, leaves u as it is, and with it the terms.
 ///
 /// Frame: truth is in the body frame; row i of sensitivity is sensing axis i there. Stored
 /// column-major (Eigen).
 /// Units: truth in m/s^2, rad/s or uT; raw, u and bias in the log's unit; sensitivity in raw per
-/// true unit; quadratic per raw; asymmetry a share of the gain, which is (1 + a) times the
+/// true unit; the quadratic term per raw; asymmetry a share of the gain, which is (1 + a) times the
 /// sensitivity's where u > 0 and (1 - a) times where u < 0. Range: |asymmetry| < 1.
 /// Gauge: static poses cannot see a common rotation of all rows; see gauge.h for which convention
 /// holds.
@@ -33,17 +36,16 @@ struct TriadModel {
 
   Matrix3 sensitivity = Matrix3::Identity();
   Vector3 bias = Vector3::Zero();
-  Vector3 quadratic = Vector3::Zero();
-  Vector3 asymmetry = Vector3::Zero();
+  PerAxisTerm<Vector3> axis_terms = PerAxisTerm<Vector3>::All(Vector3::Zero());
 
   Vector3 RawFromTruth(const Vector3& truth) const {
     const Vector3 felt = sensitivity * truth;
     Vector3 raw = felt + bias;
-    // Where there is no term, infinities stay what they are.
-    for (int i = 0; i < 3; ++i) {
-      if (quadratic[i] != Scalar(0)) raw[i] += quadratic[i] * felt[i] * felt[i];
-      if (asymmetry[i] != Scalar(0))
-        raw[i] += asymmetry[i] * (felt[i] < Scalar(0) ? -felt[i] : felt[i]);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      const Vector3& a = axis_terms[info.term];
+      for (int i = 0; i < 3; ++i) {
+        if (IsThere(a[i])) raw[i] += a[i] * ValueOf(info.term, felt[i]);
+      }
     }
     return raw;
   }
@@ -53,25 +55,75 @@ struct TriadModel {
 
   Matrix3 Correction() const { return sensitivity.inverse(); }
 
-  /// u of a reading less the bias: the root of u + quadratic u^2 + asymmetry |u| = reading that
-  /// goes to zero with it. NaN where no u gives the reading.
+  /// u of a reading less the bias: the root of u + sum of a f(u) = reading that goes to zero with
+  /// it. NaN where no u gives the reading.
   Vector3 Felt(const Vector3& reading) const {
     using std::sqrt;
+    const Vector3& quadratic = axis_terms[AxisTerm::kQuadratic];
+    const Vector3& asymmetry = axis_terms[AxisTerm::kAsymmetry];
     Vector3 felt = reading;
     for (int i = 0; i < 3; ++i) {
-      if (quadratic[i] == Scalar(0) && asymmetry[i] == Scalar(0)) continue;
-      const Scalar gain = Scalar(1) + (reading[i] < Scalar(0) ? -asymmetry[i] : asymmetry[i]);
-      felt[i] *= Scalar(2) / (gain + sqrt(gain * gain + Scalar(4) * quadratic[i] * reading[i]));
+      if (IsThere(quadratic[i]) || IsThere(asymmetry[i])) {
+        const Scalar gain = Scalar(1) + (reading[i] < Scalar(0) ? -asymmetry[i] : asymmetry[i]);
+        felt[i] *= Scalar(2) / (gain + sqrt(gain * gain + Scalar(4) * quadratic[i] * reading[i]));
+      }
+      for (const AxisTermInfo& info : kAxisTerms) {
+        if (info.is_closed_form || !IsThere(axis_terms[info.term][i])) continue;
+        felt[i] = RootFrom(felt[i], i, reading[i]);
+        break;
+      }
     }
     return felt;
   }
 
-  /// d raw / d u at u, axis by axis; at the kink u = 0 of the asymmetry the mean of both sides.
+  /// d raw / d u at u, axis by axis.
   Vector3 Slope(const Vector3& felt) const {
-    const Vector3 sign =
-        felt.unaryExpr([](Scalar u) { return Scalar((u > Scalar(0)) - (u < Scalar(0))); });
-    return Vector3::Ones() + Scalar(2) * quadratic.cwiseProduct(felt) +
-           asymmetry.cwiseProduct(sign);
+    Vector3 slope;
+    for (int i = 0; i < 3; ++i) slope[i] = SlopeAt(i, felt[i]);
+    return slope;
+  }
+
+ private:
+  // Terms that are zero cost nothing, and leave infinities what they are. A number that carries
+  // derivatives (ceres::Jet) does so at zero too.
+  static bool IsThere(const Scalar& a) {
+    return !std::is_floating_point_v<Scalar> || a != Scalar(0);
+  }
+
+  Scalar SlopeAt(int i, const Scalar& felt) const {
+    Scalar slope(1);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      slope += axis_terms[info.term][i] * SlopeOf(info.term, felt);
+    }
+    return slope;
+  }
+
+  // Felt of one axis by Newton's method, held between zero and where the readings turn round.
+  Scalar RootFrom(const Scalar& start, int i, const Scalar& reading) const {
+    using std::abs;
+    constexpr int kMostSteps = 100;
+    constexpr double kPrecision = 1e-14;
+    // From here on in sizes: the reading is positive.
+    const Scalar sign(reading < Scalar(0) ? -1.0 : 1.0);
+    Scalar low(0), high(std::numeric_limits<double>::infinity());
+    Scalar size = sign * start;
+    if (!(size > low)) size = sign * reading;  // not a number, where the other terms give none
+    for (int step = 0; step < kMostSteps; ++step) {
+      const Scalar felt = sign * size;
+      Scalar miss = felt - reading;
+      for (const AxisTermInfo& info : kAxisTerms) {
+        miss += axis_terms[info.term][i] * ValueOf(info.term, felt);
+      }
+      miss *= sign;
+      const Scalar slope = SlopeAt(i, felt);
+      const bool is_rising = slope > Scalar(0);
+      Scalar next = size - miss / slope;
+      if (is_rising && abs(next - size) <= Scalar(kPrecision) * size) return sign * next;
+      (is_rising && miss < Scalar(0) ? low : high) = size;
+      if (!is_rising || !(next > low && next < high)) next = Scalar(0.5) * (low + high);
+      size = next;
+    }
+    return Scalar(std::numeric_limits<double>::quiet_NaN());
   }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -16,6 +17,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/gauge.h"
+#include "truetriad/model/terms.h"
 
 namespace truetriad {
 
@@ -96,8 +98,8 @@ struct ThermalOptions {
   /// Powers of tau in the sensitivity. Range: 0 to kMaxMatrixOrder.
   int matrix_order = 0;
   ThermalMatrix matrix = ThermalMatrix::kFull;
-  /// Bias by T', T'^2 and tau T'.
-  bool rate_linear = false, rate_quadratic = false, rate_cross = false;
+  /// Bias by the rate of temperature.
+  PerRateTerm<bool> rate = {};
 
   // Chosen by what significance and held-out error speak for, up to what is stated above.
   bool bias_order_auto = false;
@@ -160,10 +162,13 @@ struct TriadOptions {
   ThermalOptions thermal;
   /// Gyroscope only: how its readings follow the specific force.
   Wanted g_sensitivity = Wanted::kNo;
-  /// Accelerometer only, triad_model.h. Poses with axes halfway up tell it from bias and gain.
-  Wanted quadratic = Wanted::kNo;
-  /// Gyroscope only, triad_model.h. Turns both ways about each axis tell it from the gain.
-  Wanted asymmetry = Wanted::kNo;
+  /// Each of the one kind of sensor that may have it, terms.h. Poses with axes halfway up tell a
+  /// quadratic term from bias and gain, turns both ways about each axis an asymmetry from the gain.
+  PerAxisTerm<Wanted> axis_terms = {};
+
+  bool HasAxisTerm(Wanted wanted) const {
+    return std::find(axis_terms.begin(), axis_terms.end(), wanted) != axis_terms.end();
+  }
 };
 
 /// Where the earth's rotation is counted in what a gyroscope reads. model/world.h.

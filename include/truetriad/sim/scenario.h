@@ -27,8 +27,8 @@ struct UnitSpread {
   double g_sensitivity = 0.0;     ///< Each entry, true unit per m/s^2. Gyroscope only.
   double thermal_bias = 0.0;      ///< Each axis of the linear term of the bias, true unit / degC.
   double thermal_scale = 0.0;     ///< Each gain of the linear term of S, relative / degC.
-  double quadratic = 0.0;         ///< Each axis, true unit / (true unit)^2. Accelerometer only.
-  double asymmetry = 0.0;         ///< Each axis, relative. Gyroscope only.
+  /// Each axis, (true unit)^-power of the term; of the kind of sensor that may have it.
+  PerAxisTerm<double> axis_terms = {};
 };
 
 /// Noise of one triad, per axis, as if added to the true quantity: the readings have it times the
@@ -72,8 +72,8 @@ struct SimulatedTriad {
   Unit unit;                           ///< Of the readings.
   std::optional<double> si_per_count;  ///< Stated in the recording; readings in counts only.
 
-  /// Bias in raw, sensitivity in raw per true unit. The quadratic term is of an accelerometer, the
-  /// asymmetry of a gyroscope only.
+  /// Bias in raw, sensitivity in raw per true unit. An axis term is of the kind of sensor that may
+  /// have it only.
   TriadModel<double> nominal;
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< Raw per m/s^2. Gyroscope only.
   /// Terms in the temperature of the element; `range_degc` is ignored: nothing is clamped.

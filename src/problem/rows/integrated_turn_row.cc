@@ -45,8 +45,10 @@ bool IntegratedTurnRow::Evaluate(double const* const* parameters,
   TriadBlocks::ByParts by;
   by.bias = by_change * increment.by_bias;
   by.sensitivity = by_change * increment.by_sensitivity;
-  by.quadratic.setZero();
-  by.asymmetry = by_change * increment.by_asymmetry;
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (info.triad != Triad::kGyroscope) continue;
+    by.axis_terms[info.term] = by_change * increment.by_axis_term[info.term];
+  }
   triad_blocks_.SetJacobians(by, jacobians);
   double** jacobian = jacobians + triad_blocks_.count();
   if (has_g_sensitivity_) {

@@ -16,26 +16,26 @@ TriadBlocks::TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalF
   const ThermalBlock& thermal = layout.thermal[triad];
   const auto vectors = static_cast<std::size_t>(thermal.vector_count());
   const auto matrices = static_cast<std::size_t>(thermal.terms.matrix_order);
-  blocks_.reserve(4 + vectors + matrices);
-  terms_.reserve(4 + vectors + matrices);
-  Add(Part::kBias, layout.bias[triad], 1.0);
-  Add(Part::kSensitivity, layout.sensitivity[triad], 1.0);
+  const auto& axis_terms = layout.axis_terms[triad];
+  blocks_.reserve(2 + vectors + matrices + axis_terms.size());
+  terms_.reserve(2 + vectors + matrices + axis_terms.size());
+  Add({Part::kBias}, layout.bias[triad]);
+  Add({Part::kSensitivity}, layout.sensitivity[triad]);
   if (vectors > 0) {
     const auto vector_factors = thermal.VectorFactors(factors);
     for (std::size_t i = 0; i < vectors; ++i) {
-      Add(Part::kBias, thermal.vector_at(static_cast<int>(i)), vector_factors[i]);
+      Add({Part::kBias, vector_factors[i]}, thermal.vector_at(static_cast<int>(i)));
     }
   }
   for (std::size_t i = 0; i < matrices; ++i) {
-    Add(Part::kSensitivity, thermal.matrix_at(static_cast<int>(i)), factors.power[i]);
+    Add({Part::kSensitivity, factors.power[i]}, thermal.matrix_at(static_cast<int>(i)));
   }
-  if (layout.quadratic[triad] >= 0) Add(Part::kQuadratic, layout.quadratic[triad], 1.0);
-  if (layout.asymmetry[triad] >= 0) Add(Part::kAsymmetry, layout.asymmetry[triad], 1.0);
+  for (const auto& [term, at] : axis_terms) Add({Part::kAxisTerm, 1.0, term}, at);
 }
 
-void TriadBlocks::Add(Part part, int offset, double factor) {
-  blocks_.push_back({offset, part == Part::kSensitivity ? 9 : 3});
-  terms_.push_back({part, factor});
+void TriadBlocks::Add(const Term& term, int offset) {
+  blocks_.push_back({offset, term.part == Part::kSensitivity ? 9 : 3});
+  terms_.push_back(term);
 }
 
 void TriadBlocks::SetFieldJacobians(const TriadModel<double>& model,
@@ -48,8 +48,11 @@ void TriadBlocks::SetFieldJacobians(const TriadModel<double>& model,
   for (int axis = 0; axis < 3; ++axis) {
     by.sensitivity.middleCols<3>(3 * axis) = (field[axis] * slope).asDiagonal();
   }
-  by.quadratic = felt.cwiseAbs2().asDiagonal();
-  by.asymmetry = felt.cwiseAbs().asDiagonal();
+  for (const Term& term : terms_) {
+    if (term.part != Part::kAxisTerm) continue;
+    by.axis_terms[term.axis_term] =
+        felt.unaryExpr([&](double u) { return ValueOf(term.axis_term, u); }).asDiagonal();
+  }
   SetJacobians(by, jacobians);
 }
 
@@ -63,11 +66,8 @@ void TriadBlocks::SetJacobians(const ByParts& by, double** jacobians) const {
       case Part::kSensitivity:
         Set<9>(terms_[i].factor, by.sensitivity, jacobians[i]);
         break;
-      case Part::kQuadratic:
-        Set<3>(1.0, by.quadratic, jacobians[i]);
-        break;
-      case Part::kAsymmetry:
-        Set<3>(1.0, by.asymmetry, jacobians[i]);
+      case Part::kAxisTerm:
+        Set<3>(1.0, by.axis_terms[terms_[i].axis_term], jacobians[i]);
         break;
     }
   }

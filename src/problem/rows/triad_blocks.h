@@ -17,7 +17,7 @@ namespace truetriad {
 // higher term. A block of a term that the model does not have is not in the list.
 //
 //   bias (3), sensitivity (9, column by column), thermal bias and rate terms (3 each), thermal
-//   sensitivity (9 each), quadratic (3), asymmetry (3)
+//   sensitivity (9 each), axis terms (3 each)
 class TriadBlocks {
  public:
   TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalFactors& factors);
@@ -39,11 +39,8 @@ class TriadBlocks {
         case Part::kSensitivity:
           model.sensitivity += T(terms_[i].factor) * Eigen::Map<const Matrix3>(values[i]);
           break;
-        case Part::kQuadratic:
-          model.quadratic = Eigen::Map<const Vector3>(values[i]);
-          break;
-        case Part::kAsymmetry:
-          model.asymmetry = Eigen::Map<const Vector3>(values[i]);
+        case Part::kAxisTerm:
+          model.axis_terms[terms_[i].axis_term] = Eigen::Map<const Vector3>(values[i]);
           break;
       }
     }
@@ -59,17 +56,18 @@ class TriadBlocks {
   struct ByParts {
     Eigen::Matrix3d bias;
     Eigen::Matrix<double, 3, 9> sensitivity;
-    Eigen::Matrix3d quadratic, asymmetry;
+    PerAxisTerm<Eigen::Matrix3d> axis_terms;  // of those in the blocks
   };
   void SetJacobians(const ByParts& by, double** jacobians) const;
 
  private:
-  enum class Part { kBias, kSensitivity, kQuadratic, kAsymmetry };
+  enum class Part { kBias, kSensitivity, kAxisTerm };
   struct Term {
     Part part = Part::kBias;
     double factor = 1.0;
+    AxisTerm axis_term = {};
   };
-  void Add(Part part, int offset, double factor);
+  void Add(const Term& term, int offset);
 
   std::vector<SharedBlock> blocks_;
   std::vector<Term> terms_;

@@ -84,9 +84,11 @@ class TurnRow final : public Row {
     Vector3 change =
         increment_->by_bias.cast<T>() * bias +
         increment_->by_sensitivity.cast<T>() * Eigen::Map<const Vector9>(sensitivity.data());
-    if (at_->has_asymmetry) {
-      const Vector3 asymmetry = model.asymmetry - at_->triad.asymmetry.template cast<T>();
-      change += increment_->by_asymmetry.cast<T>() * asymmetry;
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (!at_->is_bent || info.triad != Triad::kGyroscope) continue;
+      const Vector3 term =
+          model.axis_terms[info.term] - at_->triad.axis_terms[info.term].template cast<T>();
+      change += increment_->by_axis_term[info.term].cast<T>() * term;
     }
     if (has_g_sensitivity_) {
       const Matrix3 g = Eigen::Map<const Matrix3>(PartsOf(parameters).g_sensitivity) -

@@ -11,6 +11,7 @@
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
+#include "verdict/checks/check.h"
 
 namespace truetriad {
 namespace {
@@ -268,10 +269,11 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
   return offsets;
 }
 
-std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses) {
+Findings NotableOffsets(const std::vector<ClockOffset>& offsets, const PoseSet& poses) {
   const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
   if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return {};
-  std::string said, block;
+  Findings findings;
+  std::string block;
   const auto state = [&](Triad triad, double more_s) {
     block += (block.empty() ? "" : ", ") + std::string(TriadName(triad)) +
              Format(": { time_offset_s: %.5f }", poses.time_offset_s[triad] + more_s);
@@ -281,18 +283,27 @@ std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& pose
         std::abs(offset.later_s) < 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s) {
       continue;
     }
-    said += (said.empty() ? "" : "; ") + std::string(TriadName(offset.triad)) +
-            Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
-            Format("± %.2f ms ", 1e3 * offset.sigma_s) +
-            (offset.later_s > 0.0 ? "later" : "earlier") + " than the gyroscope's";
+    findings.push_back(
+        Finding(FindingCode::kClockOffset,
+                std::string(TriadName(offset.triad)) +
+                    Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
+                    Format("± %.2f ms ", 1e3 * offset.sigma_s) +
+                    (offset.later_s > 0.0 ? "later" : "earlier") +
+                    " than the gyroscope's, as the moves between the rests show; not corrected")
+            .About(offset.triad)
+            .With("offset", offset.later_s, offset.sigma_s, "s")
+            .With("p_value", offset.p_value));
     state(offset.triad, offset.later_s);
   }
   for (const Triad triad : kTriads) {
     if (poses.clock_lag_s[triad]) state(triad, *poses.clock_lag_s[triad]);
   }
-  if (said.empty()) return {};
-  return said + ", as the moves between the rests show; not allowed for: state `sensors: { " +
-         block + " }`";
+  if (!findings.empty()) findings.back().remedy = "set `sensors: { " + block + " }`";
+  return findings;
+}
+
+Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
+  return NotableOffsets(solved.stated.quality.rests.clock_offsets, run.poses);
 }
 
 }  // namespace truetriad

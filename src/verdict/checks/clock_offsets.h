@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "problem/graph.h"
@@ -22,9 +21,9 @@ namespace truetriad {
 // differs from move to move. A sensor without enough moves has none.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// What is to be said of offsets that are neither chance nor within a reading of the gyroscope, with
-// all of them in one block to state; empty where none is. A triad whose readings are off by more
-// than moves can tell (PoseSet::clock_lag_s) is in the block as that has it.
-std::string WordsOf(const std::vector<ClockOffset>& offsets, const PoseSet& poses);
+// The offsets that are neither chance nor within a reading of the gyroscope; the last finding has
+// all of them in one block to state. A triad whose readings are off by more than moves can tell
+// (PoseSet::clock_lag_s) is in the block as that has it.
+Findings NotableOffsets(const std::vector<ClockOffset>& offsets, const PoseSet& poses);
 
 }  // namespace truetriad

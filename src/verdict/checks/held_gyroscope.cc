@@ -8,6 +8,7 @@
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "truetriad/base/units.h"
+#include "verdict/checks/check.h"
 #include "verdict/turn_errors.h"
 
 namespace truetriad {
@@ -35,10 +36,10 @@ std::optional<Eigen::Vector3d> ForceAt(const PoseGraph& graph, const PoseNode& n
 
 }  // namespace
 
-std::optional<std::string> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
-                                                   const StartValues& start,
-                                                   const std::vector<PoseNode>& nodes,
-                                                   const CalibrateOptions& options) {
+std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
+                                               const StartValues& start,
+                                               const std::vector<PoseNode>& nodes,
+                                               const CalibrateOptions& options) {
   if (!IsHeld(options.triads[Triad::kGyroscope]) || options.HasGyroscopeAlone()) {
     return std::nullopt;
   }
@@ -57,18 +58,31 @@ std::optional<std::string> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
   const std::size_t count = missed_rad.size();
   const double median_rad = Median(std::move(missed_rad));
   if (!(median_rad > kMostMissedRad)) return std::nullopt;
-  return "gyroscope: with what `fixed:` holds of it, gravity at the next rest is missed by " +
-         Format("%.0f deg (median of ", kDegPerRad * median_rad) + std::to_string(count) +
-         " turns): it is not this unit's, not in the log's unit, or of other axes; correct it, or "
-         "let it be estimated";
+  return Finding(FindingCode::kHeldGyroscope,
+                 "gyroscope: with what `fixed:` holds of it, predicted gravity at the next rest is "
+                 "off by " +
+                     Format("%.0f deg (median of ", kDegPerRad * median_rad) +
+                     std::to_string(count) +
+                     " turns): it is not this unit's, not in the log's unit, or of other axes",
+                 "correct it, or let it be estimated")
+      .As(Severity::kRefusal)
+      .About(Triad::kGyroscope)
+      .With("error", median_rad, "rad")
+      .With("turns", static_cast<double>(count));
 }
 
-std::string RemarkOnHeldGyroscope(const CalibrateOptions& options, double turn_excess_sigma_rad) {
-  if (!IsHeld(options.triads[Triad::kGyroscope]) || !(turn_excess_sigma_rad > kOddScatterRad)) {
-    return {};
-  }
-  return Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * turn_excess_sigma_rad) +
-         " about what `fixed:` holds of it, far more than their noise; let it be estimated";
+// One that is off by less, from the turns' noise beyond that of their readings.
+Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
+  const auto& gyroscope = solved.stated.sensors[Triad::kGyroscope];
+  if (!gyroscope || !IsHeld(run.options.triads[Triad::kGyroscope])) return {};
+  const double excess_rad = gyroscope->noise.turn_excess_sigma_rad;
+  if (!(excess_rad > kOddScatterRad)) return {};
+  return {Finding(FindingCode::kHeldGyroscope,
+                  Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * excess_rad) +
+                      " about what `fixed:` holds of it, far more than their noise",
+                  "let it be estimated")
+              .About(Triad::kGyroscope)
+              .With("scatter", excess_rad, "rad")};
 }
 
 }  // namespace truetriad

@@ -18,10 +18,8 @@ namespace {
 
 /// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
 /// off these as well.
-Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
-  if (calibration.config_yaml.find("time_offset_s") == std::string::npos) return {};
-  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ReadExperiment(FLAGS_calibration));
-  config->time_offset_s = experiment.poses.time_offset_s;
+void TakeClocks(const Calibration& calibration, PosesConfig* config) {
+  config->time_offset_s = TimeOffsetsOf(calibration);
   for (const Triad triad : kTriads) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;
@@ -30,13 +28,12 @@ Status TakeClocks(const Calibration& calibration, PosesConfig* config) {
                  std::string(TriadName(triad)).c_str(),
                  offset_s);
   }
-  return {};
 }
 
 Result<int> Run(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
-  TRUETRIAD_RETURN_IF_ERROR(TakeClocks(calibration, &config));
+  TakeClocks(calibration, &config);
   config.moves = calibration.sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
@@ -44,8 +41,7 @@ Result<int> Run(const std::vector<std::string>&) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (loaded->not_enough) return *loaded->not_enough;
-  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation,
-                             Evaluate(calibration, loaded->poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation, Evaluate(calibration, loaded->poses));
   std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
   return kExitGood;
 }

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/outcome.h"
+
+namespace truetriad {
+
+/// How much a finding matters.
+enum class Severity {
+  kNote,     ///< Good to know; nothing to do.
+  kWarning,  ///< The result may be worse than it looks.
+  kRefusal,  ///< The result cannot be used.
+};
+std::string_view SeverityName(Severity severity);  ///< "note", "warning", "refusal".
+std::optional<Severity> SeverityFromName(std::string_view name);
+
+/// What was found, for programs. FindingKindOf has its name in files, which never changes, and its
+/// meaning; docs/reasons.md lists them all.
+enum class FindingCode : int {
+  kMessage,
+  // The recording.
+  kNoReadings,
+  kTimeGaps,
+  kEqualTimes,
+  kConstantAxis,
+  kStuckReadings,
+  kClippedPoses,
+  kRepeatedRows,
+  kRowsLeftOver,
+  kMovingReadings,
+  kNotAtRest,
+  kClockLag,
+  kNoRest,
+  kNoPose,
+  kTurnGap,
+  kTurnSaturated,
+  kTurnStuck,
+  kTurnTooLong,
+  kTurnAtKnownRate,
+  kOtherSerial,
+  // The temperature of a sweep's recording.
+  kTemperatureMissing,
+  kTemperatureRangeTooSmall,
+  kSlowThermometer,
+  kWindowsLengthened,
+  kReadingsLeftOut,
+  kUnitTurned,
+  kTooFewWindows,
+  // Start values.
+  kTooFewPoses,
+  kNoKnownMotion,
+  kTooFewDirections,
+  kNotAnEllipsoid,
+  kMissingFaces,
+  kFixtureUndetermined,
+  kTurnAxesMissing,
+  kTurnsUnexplained,
+  kAlignmentUndetermined,
+  kHeldGyroscope,
+  kStartValuesOnly,
+  // The fit.
+  kSolverFailed,
+  kDidNotConverge,
+  kNonFinite,
+  kNotDetermined,
+  kNoUncertainty,
+  kUnexplainedReadings,
+  kTemperatureIgnored,
+  kTooManyOutliers,
+  kMagnetometerChanged,
+  // Noise and σ.
+  kNoiseUnknown,
+  kSigmaPartlyStated,
+  kOutliersNotSought,
+  kExcessUnknown,
+  kFewDegreesOfFreedom,
+  kNoiseFree,
+  kCorrelatedResiduals,
+  // Axes, scales, clocks and directions.
+  kLeftHanded,
+  kOddGain,
+  kNominalField,
+  kFieldUnlikely,
+  kFieldNotChecked,
+  kClockOffset,
+  kClockCorrected,
+  kOneSidedPoses,
+  kFollowedMotion,
+  kGyroscopeGaps,
+  // Temperature terms.
+  kNoTemperatureTerms,
+  kTemperatureWithinPoses,
+  kTemperatureEndsMissed,
+  kReferenceExtrapolated,
+  kCurveUnchecked,
+  kBiasDrift,
+  kOneTemperature,
+  kStaticTemperature,
+  kHeldAtReference,
+  kGravityMissed,
+  kTermsLeftOut,
+  kSweepUnexplained,
+  // The choice of a model.
+  kChoiceNotMade,
+  kTermsNotWeighed,
+  kSimulatedTruth,
+  kImported,
+};
+
+/// What is known of a code.
+struct FindingKind {
+  FindingCode code;
+  std::string_view name;  ///< "clock-offset": in files and for scripts, never renamed.
+  Severity severity;      ///< Unless a finding says otherwise.
+  /// What a refusal for this reason makes of the run; kConverged: it is never a reason to refuse.
+  Outcome outcome;
+  std::string_view meaning;  ///< One line.
+  std::string_view remedy;   ///< What to do about it, in general; may be empty.
+};
+std::span<const FindingKind> FindingKinds();  ///< In the order of FindingCode.
+const FindingKind& FindingKindOf(FindingCode code);
+std::string_view FindingCodeName(FindingCode code);
+std::optional<FindingCode> FindingCodeFromName(std::string_view name);
+
+/// A number that belongs to a finding.
+struct FindingValue {
+  std::string name;  ///< "offset".
+  double value = 0.0;
+  std::optional<double> sigma;
+  std::string unit;  ///< "s"; empty: none.
+};
+
+/// One thing that a person should know of a run. Made as
+///
+///   Finding(FindingCode::kClockOffset, "…").About(triad).With("offset", 0.01, 0.001, "s")
+struct Finding {
+  Finding() = default;
+  /// With the severity of its code.
+  Finding(FindingCode code, std::string text, std::string remedy = {});
+
+  Finding& As(Severity severity);
+  Finding& About(Triad triad);
+  Finding& About(Triad triad, int axis);  ///< Axis: 0, 1, 2.
+  Finding& AtPose(int number);            ///< StaticPose::number.
+  Finding& With(std::string name, double value, std::string unit = {});
+  Finding& With(std::string name, double value, double sigma, std::string unit);
+
+  bool IsRefusal() const { return severity == Severity::kRefusal; }
+  /// Text and remedy as one message.
+  std::string Message() const;
+  /// A value by its name; unset where there is none.
+  std::optional<double> Value(std::string_view name) const;
+
+  FindingCode code = FindingCode::kMessage;
+  Severity severity = Severity::kNote;
+  std::optional<Triad> sensor;
+  std::optional<int> axis;
+  std::optional<int> pose;
+  std::vector<FindingValue> values;
+  std::string text;  ///< A sentence without its full stop.
+  std::string
+      remedy;  ///< What to do here, with the line to paste where there is one; may be empty.
+};
+
+/// What a run has to say to people, in the order in which it came up.
+using Findings = std::vector<Finding>;
+
+/// What follows of a run that came to an end: the first refusal's outcome, or kConverged.
+Outcome OutcomeOf(const Findings& findings);
+
+/// The first of a code, or null.
+const Finding* Find(const Findings& findings, FindingCode code);
+
+/// Too little data, as an error that carries its finding.
+Error NotEnoughError(Finding finding);
+
+/// The finding of an error that ends a run with too little data; one without a finding of its own
+/// has that of `code` with its message.
+Finding RefusalOf(const Error& error, FindingCode code = FindingCode::kNoPose);
+
+}  // namespace truetriad

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+namespace truetriad {
+
+/// How a calibration ended. Converged is not the same as observable, observable is not the same
+/// as within limits.
+enum class Outcome {
+  kNotCalled,      ///< Nothing was run.
+  kConverged,      ///< Usable.
+  kNotObservable,  ///< The poses do not determine every parameter that was asked for.
+  kNotConverged,   ///< The optimiser gave up, or the fit does not explain the data.
+  kNotEnough,      ///< No rests, or fewer poses than parameters.
+};
+std::string_view OutcomeName(Outcome outcome);  ///< "converged", "not_observable", …
+std::optional<Outcome> OutcomeFromName(std::string_view name);
+
+/// What a unit was calibrated from.
+enum class Mode {
+  kPoses,   ///< Rests, known turns and rates.
+  kMotion,  ///< Continuous motion.
+  kSweep,   ///< A sweep of temperature.
+};
+std::string_view ModeName(Mode mode);  ///< "poses", "motion", "sweep".
+std::optional<Mode> ModeFromName(std::string_view name);
+
+}  // namespace truetriad

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+// Every kind of parameter that the model of a sensor may have, stated once. Layout, names, options,
+// files, tables, comparison, export and the simulator loop over these tables; a new axis term is an
+// enumerator, a row, and its two functions below.
+
+/// What one sensing axis does to what it feels, beyond gain and bias (triad_model.h):
+///
+///   raw_i = u_i + sum of a_i f(u_i) over the terms + bias_i
+///
+/// New ones go to the end: simulated units keep their numbers.
+enum class AxisTerm { kQuadratic, kAsymmetry, kCubic };
+inline constexpr std::size_t kAxisTermCount = 3;
+
+/// What the rate of temperature T' adds to the bias; tau is the temperature less the reference.
+enum class RateTerm { kLinear, kQuadratic, kCross };
+inline constexpr std::size_t kRateTermCount = 3;
+
+enum class ParameterKind {
+  kBias,
+  kSensitivity,
+  kGSensitivity,
+  kRateLinear,
+  kRateQuadratic,
+  kRateCross,
+  kQuadratic,
+  kAsymmetry,
+  kCubic,
+};
+
+/// f(u) of an axis term.
+template <typename Scalar>
+Scalar ValueOf(AxisTerm term, const Scalar& felt) {
+  switch (term) {
+    case AxisTerm::kQuadratic:
+      return felt * felt;
+    case AxisTerm::kAsymmetry:
+      return felt < Scalar(0) ? Scalar(-felt) : felt;
+    case AxisTerm::kCubic:
+      return felt * felt * felt;
+  }
+  return Scalar(0);
+}
+
+/// f'(u); at the kink of the asymmetry the mean of both sides.
+template <typename Scalar>
+Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
+  switch (term) {
+    case AxisTerm::kQuadratic:
+      return Scalar(2) * felt;
+    case AxisTerm::kAsymmetry:
+      return Scalar((felt > Scalar(0)) - (felt < Scalar(0)));
+    case AxisTerm::kCubic:
+      return Scalar(3) * felt * felt;
+  }
+  return Scalar(0);
+}
+
+struct AxisTermInfo {
+  AxisTerm term;
+  ParameterKind kind;
+  Triad triad;             ///< The kind of sensor that may have it.
+  std::string_view name;   ///< In files: "quadratic".
+  std::string_view words;  ///< For people: "quadratic term".
+  std::string_view label;  ///< Of its row in a table.
+  /// f(u) grows like u^(1 + power): a is in raw^-power, and of size (raw of the signal)^-power
+  /// where the term is as large as the signal itself.
+  int power;
+  /// TriadModel::Felt solves it in closed form, beside the others that say so.
+  bool is_closed_form;
+  /// `model: auto` chooses about it too.
+  bool is_in_auto_model;
+
+  /// What a is divided by where each raw unit is `per_raw` of another.
+  double PowerOf(double per_raw) const { return std::pow(per_raw, power); }
+};
+
+inline constexpr std::array<AxisTermInfo, kAxisTermCount> kAxisTerms = {{
+    {.term = AxisTerm::kQuadratic,
+     .kind = ParameterKind::kQuadratic,
+     .triad = Triad::kAccelerometer,
+     .name = "quadratic",
+     .words = "quadratic term",
+     .label = "quadratic term",
+     .power = 1,
+     .is_closed_form = true,
+     .is_in_auto_model = true},
+    {.term = AxisTerm::kAsymmetry,
+     .kind = ParameterKind::kAsymmetry,
+     .triad = Triad::kGyroscope,
+     .name = "asymmetry",
+     .words = "asymmetry",
+     .label = "asymmetry ±",
+     .power = 0,
+     .is_closed_form = true,
+     .is_in_auto_model = true},
+    {.term = AxisTerm::kCubic,
+     .kind = ParameterKind::kCubic,
+     .triad = Triad::kAccelerometer,
+     .name = "cubic",
+     .words = "cubic term",
+     .label = "cubic term",
+     .power = 2,
+     .is_closed_form = false,
+     .is_in_auto_model = false},
+}};
+
+struct RateTermInfo {
+  RateTerm term;
+  ParameterKind kind;
+  std::string_view path;     ///< In the name of a parameter: "rate.linear".
+  std::string_view words;    ///< "dT/dt".
+  std::string_view letters;  ///< "T'".
+  std::string_view unit;     ///< Of the coefficient, after that of the bias.
+  int tau_power, rate_power;
+
+  /// In files: "linear".
+  constexpr std::string_view name() const { return path.substr(path.find('.') + 1); }
+};
+
+inline constexpr std::array<RateTermInfo, kRateTermCount> kRateTerms = {{
+    {RateTerm::kLinear, ParameterKind::kRateLinear, "rate.linear", "dT/dt", "T'", "s/degC", 0, 1},
+    {RateTerm::kQuadratic,
+     ParameterKind::kRateQuadratic,
+     "rate.quadratic",
+     "(dT/dt)^2",
+     "T'^2",
+     "s^2/degC^2",
+     0,
+     2},
+    {RateTerm::kCross,
+     ParameterKind::kRateCross,
+     "rate.cross",
+     "tau dT/dt",
+     "tau T'",
+     "s/degC^2",
+     1,
+     1},
+}};
+
+/// What a rate term's coefficient is multiplied with: a number, or an array of one an axis.
+template <typename Value>
+Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
+  switch (term) {
+    case RateTerm::kLinear:
+      return rate;
+    case RateTerm::kQuadratic:
+      return rate * rate;
+    case RateTerm::kCross:
+      return tau * rate;
+  }
+  return rate;
+}
+
+struct ParameterInfo {
+  ParameterKind kind;
+  std::string_view name;   ///< In the name of a parameter.
+  bool is_matrix = false;  ///< 9 entries; else 3, one an axis.
+  std::optional<RateTerm> rate = {};
+  std::optional<AxisTerm> axis_term = {};
+};
+
+/// By kind.
+inline constexpr auto kParameters = [] {
+  std::array<ParameterInfo, 3 + kRateTermCount + kAxisTermCount> all = {{
+      {.kind = ParameterKind::kBias, .name = "bias"},
+      {.kind = ParameterKind::kSensitivity, .name = "sensitivity", .is_matrix = true},
+      {.kind = ParameterKind::kGSensitivity, .name = "g_sensitivity", .is_matrix = true},
+  }};
+  std::size_t at = 3;
+  for (const RateTermInfo& rate : kRateTerms) {
+    all[at++] = {.kind = rate.kind, .name = rate.path, .rate = rate.term};
+  }
+  for (const AxisTermInfo& term : kAxisTerms) {
+    all[at++] = {.kind = term.kind, .name = term.name, .axis_term = term.term};
+  }
+  return all;
+}();
+
+constexpr const AxisTermInfo& InfoOf(AxisTerm term) {
+  return kAxisTerms[static_cast<std::size_t>(term)];
+}
+constexpr const RateTermInfo& InfoOf(RateTerm term) {
+  return kRateTerms[static_cast<std::size_t>(term)];
+}
+constexpr const ParameterInfo& InfoOf(ParameterKind kind) {
+  return kParameters[static_cast<std::size_t>(kind)];
+}
+
+static_assert(std::all_of(kAxisTerms.begin(), kAxisTerms.end(), [](const AxisTermInfo& info) {
+  return &InfoOf(info.term) == &info;
+}));
+static_assert(std::all_of(kRateTerms.begin(), kRateTerms.end(), [](const RateTermInfo& info) {
+  return &InfoOf(info.term) == &info;
+}));
+static_assert(std::all_of(kParameters.begin(), kParameters.end(), [](const ParameterInfo& info) {
+  return &InfoOf(info.kind) == &info;
+}));
+
+/// How many axis terms a kind of sensor may have.
+constexpr std::size_t CountAxisTerms(Triad triad) {
+  std::size_t count = 0;
+  for (const AxisTermInfo& info : kAxisTerms) count += info.triad == triad ? 1 : 0;
+  return count;
+}
+
+/// "a quadratic term", "an asymmetry".
+std::string WithArticle(std::string_view words);
+
+/// One T for each value of an enumeration that counts from zero.
+template <typename Index, std::size_t kCount, typename T>
+struct PerIndex {
+  std::array<T, kCount> items{};
+
+  static PerIndex All(const T& value) {
+    PerIndex all;
+    all.items.fill(value);
+    return all;
+  }
+  T& operator[](Index index) { return items[static_cast<std::size_t>(index)]; }
+  const T& operator[](Index index) const { return items[static_cast<std::size_t>(index)]; }
+  auto begin() { return items.begin(); }
+  auto end() { return items.end(); }
+  auto begin() const { return items.begin(); }
+  auto end() const { return items.end(); }
+  /// One of them is set, or true.
+  bool any() const {
+    return std::any_of(begin(), end(), [](const T& item) { return static_cast<bool>(item); });
+  }
+  bool operator==(const PerIndex&) const = default;
+};
+template <typename T>
+using PerAxisTerm = PerIndex<AxisTerm, kAxisTermCount, T>;
+template <typename T>
+using PerRateTerm = PerIndex<RateTerm, kRateTermCount, T>;
+
+}  // namespace truetriad

@@ -1,0 +1,399 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sweep/triad_sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <Eigen/Dense>
+
+#include "problem/parameter_name.h"
+#include "sweep/sweep_fit.h"
+#include "sweep/sweep_regression.h"
+
+namespace truetriad {
+namespace {
+
+// More windows than this show nothing more.
+constexpr int kMostShown = 400;
+
+ThermalBlock BlockOf(const ThermalOptions& terms) {
+  ThermalBlock block;
+  block.at = 0;
+  block.terms = terms;
+  return block;
+}
+
+// Terms in tau of one axis: values and covariance, in the order of ThermalBlock's vectors, then the
+// lags. `constant`: the attitude's is the first (a gyroscope's bias).
+struct ListedTerms {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;
+};
+
+// Columns of the knots of an axis.
+Eigen::Index KnotColumns(const ThermalOptions& terms) {
+  return static_cast<Eigen::Index>(terms.knots_degc.size()) * (terms.smooth_knots ? 1 : 2);
+}
+
+ListedTerms InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
+  const int constants = problem.attitude_count();
+  const Eigen::Index knots = KnotColumns(fit.terms);
+  const Eigen::Index vectors = static_cast<Eigen::Index>(fit.columns.size()) - constants - knots;
+  const Eigen::Index lags = fit.coefficients.size() - constants - vectors - knots;
+  Eigen::MatrixXd listed =
+      Eigen::MatrixXd::Zero(1 + vectors + knots + lags, fit.coefficients.size());
+  listed(0, 0) = 1.0;
+  listed.block(1, constants, vectors, vectors) =
+      BlockOf(fit.terms).ListedFromVectors(problem.scale());
+  const double half_range = problem.scale().half_range_degc;
+  for (Eigen::Index k = 0; k < knots; ++k) {
+    const bool is_curve = fit.terms.smooth_knots || k % 2 == 1;
+    listed(1 + vectors + k, constants + vectors + k) =
+        1.0 / (is_curve ? half_range * half_range : half_range);
+  }
+  listed.bottomRightCorner(lags, lags).setIdentity();
+  ListedTerms terms{listed * fit.coefficients, listed * fit.covariance * listed.transpose()};
+  terms.values[0] += problem.origin()[axis];
+  return terms;
+}
+
+// Where the parts of ListedTerms go.
+std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& terms) {
+  std::vector<ParameterName> names = {{triad, ParameterKind::kBias, 0, axis, 0}};
+  for (int power = 1; power <= terms.bias_order; ++power) {
+    names.push_back({triad, ParameterKind::kBias, power, axis, 0});
+  }
+  for (const RateTermInfo& info : kRateTerms) {
+    if (terms.rate[info.term]) names.push_back({triad, info.kind, 0, axis, 0});
+  }
+  return names;
+}
+
+// Of knots and lags, in the order of ListedTerms.
+std::vector<std::string> OtherNames(Triad triad, int axis, const SweepFit& fit) {
+  const std::string head = std::string(TriadName(triad)) + ".thermal.";
+  const std::string tail = std::string(".") + kAxisLetters[static_cast<std::size_t>(axis)];
+  std::vector<std::string> names;
+  for (std::size_t k = 1; k <= fit.terms.knots_degc.size(); ++k) {
+    const std::string knot = head + "knot." + std::to_string(k);
+    if (!fit.terms.smooth_knots) names.push_back(knot + ".slope" + tail);
+    names.push_back(knot + ".curve" + tail);
+  }
+  const SweepLags& lags = fit.lags;
+  if (lags.element_s > 0.0) names.push_back(head + "element_lag" + tail);
+  if (lags.rate_s > 0.0) names.push_back(head + "rate_lag" + tail);
+  return names;
+}
+
+void SetTerm(const ParameterName& name, double value, TriadCalibration* sensor) {
+  ThermalTerms& thermal = *sensor->thermal;
+  const auto on_axis = [&](std::optional<Eigen::Vector3d>* term) {
+    if (!*term) *term = Eigen::Vector3d::Zero();
+    (**term)[name.row] = value;
+  };
+  if (const auto rate = InfoOf(name.kind).rate) {
+    on_axis(&thermal.rate[*rate]);
+  } else if (name.power == 0) {
+    sensor->model.bias[name.row] = value;
+  } else {
+    const auto power = static_cast<std::size_t>(name.power);
+    if (thermal.bias.size() < power) thermal.bias.resize(power, Eigen::Vector3d::Zero());
+    thermal.bias[power - 1][name.row] = value;
+  }
+}
+
+// Heating minus cooling of `residuals` in the middle half of the temperatures that both passed; NaN
+// where either is missing.
+double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
+  constexpr int kBins = 40;
+  constexpr double kMoving = 0.1;  // of the fastest
+  std::array<Eigen::ArrayXd, 2> sum, count;
+  for (int branch = 0; branch < 2; ++branch) {
+    sum[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kBins);
+    count[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kBins);
+  }
+  const ThermalScale& scale = problem.scale();
+  for (int i = 0; i < problem.size(); ++i) {
+    const StaticPose& window = problem.window(i);
+    if (std::abs(window.temperature_rate_degcps) < kMoving * scale.rate_degcps) continue;
+    const double v = (*window.temperature_degc - scale.centre_degc) / scale.half_range_degc;
+    const int bin = std::clamp(static_cast<int>(0.5 * (v + 1.0) * kBins), 0, kBins - 1);
+    const std::size_t branch = window.temperature_rate_degcps > 0.0 ? 0 : 1;
+    sum[branch][bin] += residuals[i];
+    count[branch][bin] += 1.0;
+  }
+  std::vector<double> gaps;
+  for (int bin = 0; bin < kBins; ++bin) {
+    if (count[0][bin] == 0.0 || count[1][bin] == 0.0) continue;
+    gaps.push_back(sum[0][bin] / count[0][bin] - sum[1][bin] / count[1][bin]);
+  }
+  if (gaps.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const std::size_t quarter = gaps.size() / 4;
+  double total = 0.0;
+  for (std::size_t g = quarter; g < gaps.size() - quarter; ++g) total += gaps[g];
+  return total / static_cast<double>(gaps.size() - 2 * quarter);
+}
+
+double Rms(const Eigen::VectorXd& values) {
+  return std::sqrt(values.squaredNorm() / static_cast<double>(values.size()));
+}
+
+SweepAxis DescribeAxis(const SweepProblem& problem,
+                       Triad triad,
+                       int axis,
+                       const SweepChoice& choice) {
+  const SweepFit& fit = choice.fit;
+  SweepAxis described;
+  described.triad = triad;
+  described.axis = axis;
+  described.noise_sigma = std::sqrt(problem.noise_variance().row(axis).mean());
+  const ThermalOptions none;
+  described.rms_before = Rms(FitSweep(problem, axis, none, {}).residuals);
+  described.rms_after = Rms(fit.residuals);
+  described.held_out = choice.held_out;
+  described.held_out_cubic = choice.held_out_cubic;
+  described.folds = problem.fold_count();
+  ThermalOptions plain;
+  plain.bias_order = std::max(fit.terms.bias_order, 1);
+  described.branch_gap = BranchGap(problem, FitSweep(problem, axis, plain, {}).residuals);
+  described.branch_gap_after = BranchGap(problem, fit.residuals);
+  described.correlation = fit.correlation;
+  auto lag_place = static_cast<Eigen::Index>(fit.columns.size());
+  const auto lag_sigma = [&](double lag) {
+    return lag > 0.0 ? std::sqrt(std::max(0.0, fit.covariance(lag_place, lag_place))) : 0.0;
+  };
+  described.element_lag_s = fit.lags.element_s;
+  described.element_lag_sigma_s = lag_sigma(fit.lags.element_s);
+  if (fit.lags.element_s > 0.0) ++lag_place;
+  described.rate_lag_s = fit.lags.rate_s;
+  described.rate_lag_sigma_s = lag_sigma(fit.lags.rate_s);
+  described.chosen = TermsText(fit.terms);
+  described.left_out = choice.left_out;
+  described.steps = choice.steps;
+  return described;
+}
+
+void ShowWindows(SweepProblem* problem,
+                 Triad triad,
+                 const std::vector<SweepChoice>& axes,
+                 std::vector<SweepWindow>* shown) {
+  const int every = problem->size() / kMostShown + 1;
+  const double start_s = static_cast<double>(problem->window(0).start_ns) * 1e-9;
+  std::vector<Eigen::MatrixXd> columns;
+  for (const SweepChoice& choice : axes) {
+    problem->SetKnots(choice.fit.terms.knots_degc);
+    columns.push_back(problem->Columns(problem->States(choice.fit.lags)));
+  }
+  for (int i = 0; i < problem->size(); i += every) {
+    const StaticPose& window = problem->window(i);
+    SweepWindow& row = shown->emplace_back();
+    row.triad = triad;
+    row.time_s = static_cast<double>(window.start_ns) * 1e-9 - start_s + 0.5 * window.duration_s();
+    row.degc = *window.temperature_degc;
+    row.rate_degcps = window.temperature_rate_degcps;
+    for (int axis = 0; axis < 3; ++axis) {
+      const SweepFit& fit = axes[static_cast<std::size_t>(axis)].fit;
+      // Of a gyroscope the constant is part of the bias.
+      const auto first =
+          static_cast<std::size_t>(triad == Triad::kGyroscope ? 0 : problem->attitude_count());
+      const std::vector<int> used(fit.columns.begin() + static_cast<std::ptrdiff_t>(first),
+                                  fit.columns.end());
+      Eigen::RowVectorXd factors(static_cast<Eigen::Index>(used.size()));
+      for (std::size_t j = 0; j < used.size(); ++j) {
+        factors[static_cast<Eigen::Index>(j)] = columns[static_cast<std::size_t>(axis)](i, used[j]);
+      }
+      const auto at = static_cast<Eigen::Index>(first);
+      row.fit_raw[axis] = factors.dot(fit.coefficients.segment(at, factors.size()).transpose());
+      if (triad == Triad::kGyroscope) row.fit_raw[axis] += problem->origin()[axis];
+      row.bias_raw[axis] = row.fit_raw[axis] + fit.residuals[i];
+      const double variance = factors *
+                              fit.covariance.block(at, at, factors.size(), factors.size()) *
+                              factors.transpose();
+      row.fit_sigma_raw[axis] = std::sqrt(std::max(variance, 0.0));
+    }
+  }
+}
+
+// The static calibration's part for a triad. Errors: it does not fit the recording.
+Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
+                                      Triad triad,
+                                      const std::string& unit) {
+  const std::string name(TriadName(triad));
+  const Calibration& calibration = *sweep.static_calibration;
+  const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+  if (!sensor) {
+    return BadInputError(sweep.static_file + ": has no " + name +
+                         ", which the sweep is to complete; calibrate it too, or take it out of "
+                         "the sweep");
+  }
+  if (sensor->input_unit != unit) {
+    return BadInputError(sweep.static_file + ": the " + name + " is in " + sensor->input_unit +
+                         ", but the sweep is in " + unit + "; record both in the same unit");
+  }
+  if (sensor->thermal) {
+    return BadInputError(sweep.static_file + ": the " + name +
+                         " has temperature terms already; a sweep completes a calibration at one "
+                         "temperature");
+  }
+  return *sensor;
+}
+
+}  // namespace
+
+TriadSweep::TriadSweep(const PoseSet& poses,
+                       const CalibrateOptions& options,
+                       Triad triad,
+                       double reference)
+    : options_(options),
+      triad_(triad),
+      poses_(poses),
+      problem_(poses,
+               triad,
+               reference,
+               options.sweep->even_temperatures,
+               options.cross_validation_folds) {}
+
+Eigen::Vector2d TriadSweep::range_degc() const {
+  const ThermalScale& scale = problem_.scale();
+  return {scale.centre_degc - scale.half_range_degc, scale.centre_degc + scale.half_range_degc};
+}
+
+Status TriadSweep::Run(Calibration* calibration) {
+  const std::string& unit = poses_.Find(triad_)->unit.name;
+  TriadCalibration sensor;
+  if (options_.sweep->static_calibration) {
+    Result<TriadCalibration> known = StaticSensor(*options_.sweep, triad_, unit);
+    TRUETRIAD_RETURN_IF_ERROR(known);
+    sensor = *std::move(known);
+  } else {
+    const TriadOptions& wanted = options_.triads[triad_];
+    sensor.model.bias = wanted.fixed_bias.value_or(Eigen::Vector3d::Zero());
+    sensor.model.sensitivity = wanted.fixed_sensitivity.value_or(Eigen::Matrix3d::Identity());
+  }
+  sensor.input_unit = unit;
+  sensor.output_unit = TruthUnitName(triad_);
+  ThermalTerms& thermal = sensor.thermal.emplace();
+  thermal.reference_degc = problem_.scale().reference_degc;
+  thermal.range_degc = range_degc();
+  thermal.smoothing_s = poses_.sweep.temperature.smoothing_s;
+  thermal.rate_range_degcps = problem_.rate_range_degcps();
+  for (int axis = 0; axis < 3; ++axis) {
+    choices_.push_back(ChooseSweep(&problem_, axis, options_.triads[triad_].thermal));
+    TakeTerms(axis, &sensor);
+    calibration->quality.sweep.axes.push_back(
+        DescribeAxis(problem_, triad_, axis, choices_.back()));
+    if (const ThermalOptions& wanted = options_.triads[triad_].thermal; wanted.has_regression()) {
+      calibration->quality.sweep.axes.back().regression =
+          RegressSweep(problem_, axis, wanted, unit);
+    }
+  }
+  if (thermal.bias.empty()) thermal.bias.emplace_back(Eigen::Vector3d::Zero());
+  StateNoise(calibration->quality, &sensor);
+  ShowWindows(&problem_, triad_, choices_, &calibration->quality.sweep.windows);
+  List(&sensor, &calibration->covariance);
+  calibration->sensors[triad_] = std::move(sensor);
+  return {};
+}
+
+void TriadSweep::TakeTerms(int axis, TriadCalibration* sensor) {
+  const SweepFit& fit = choices_.back().fit;
+  const ListedTerms listed = InTau(problem_, axis, fit);
+  const std::vector<ParameterName> names = NamesOf(triad_, axis, fit.terms);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool is_bias = names[i].kind == ParameterKind::kBias && names[i].power == 0;
+    if (is_bias && triad_ != Triad::kGyroscope) continue;
+    SetTerm(names[i], listed.values[static_cast<Eigen::Index>(i)], sensor);
+  }
+  auto at = static_cast<Eigen::Index>(names.size());
+  for (const double degc : fit.terms.knots_degc) {
+    ThermalKnot& knot = sensor->thermal->knots.emplace_back();
+    knot.axis = axis;
+    knot.degc = degc;
+    if (!fit.terms.smooth_knots) knot.slope = listed.values[at++];
+    knot.curve = listed.values[at++];
+  }
+  const auto set_lag = [axis](double lag, std::optional<Eigen::Vector3d>* lags) {
+    if (!(lag > 0.0)) return;
+    if (!*lags) *lags = Eigen::Vector3d::Zero();
+    (**lags)[axis] = lag;
+  };
+  set_lag(fit.lags.element_s, &sensor->thermal->element_lag_s);
+  set_lag(fit.lags.rate_s, &sensor->thermal->rate_lag_s);
+}
+
+void TriadSweep::StateNoise(const Quality& quality, TriadCalibration* sensor) const {
+  sensor->noise = TriadNoise();
+  const Eigen::Vector3d gain = sensor->model.sensitivity.rowwise().norm();
+  double excess = 0.0;
+  for (const SweepAxis& axis : quality.sweep.axes) {
+    if (axis.triad != triad_) continue;
+    sensor->noise.sigma[axis.axis] = axis.noise_sigma;
+    const double more = axis.rms_after * axis.rms_after - axis.noise_sigma * axis.noise_sigma;
+    excess += std::max(0.0, more) / (gain[axis.axis] * gain[axis.axis]) / 3.0;
+  }
+  sensor->noise.source = NoiseSource::kStatic;
+  sensor->noise.excess_sigma = std::sqrt(excess);
+  sensor->noise.excess_dof = static_cast<double>(problem_.size());
+}
+
+void TriadSweep::List(TriadCalibration* sensor, NamedCovariance* covariance) const {
+  std::vector<std::string> names;
+  const ThermalTerms& thermal = *sensor->thermal;
+  const auto list = [&](ParameterKind kind, int power) {
+    for (int axis = 0; axis < 3; ++axis) {
+      names.push_back(ParameterName{triad_, kind, power, axis, 0}.str());
+    }
+  };
+  list(ParameterKind::kBias, 0);
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) {
+      names.push_back(ParameterName{triad_, ParameterKind::kSensitivity, 0, row, col}.str());
+    }
+  }
+  for (std::size_t power = 1; power <= thermal.bias.size(); ++power) {
+    list(ParameterKind::kBias, static_cast<int>(power));
+  }
+  for (const RateTermInfo& info : kRateTerms) {
+    if (thermal.rate[info.term]) list(info.kind, 0);
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const std::string& name :
+         OtherNames(triad_, axis, choices_[static_cast<std::size_t>(axis)].fit)) {
+      names.push_back(name);
+    }
+  }
+  const auto before = static_cast<Eigen::Index>(covariance->parameters.size());
+  const auto size = before + static_cast<Eigen::Index>(names.size());
+  std::map<std::string, Eigen::Index> places;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    places[names[i]] = before + static_cast<Eigen::Index>(i);
+  }
+  covariance->parameters.insert(covariance->parameters.end(), names.begin(), names.end());
+  covariance->matrix.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
+  for (int axis = 0; axis < 3; ++axis) {
+    const SweepFit& fit = choices_[static_cast<std::size_t>(axis)].fit;
+    const ListedTerms listed = InTau(problem_, axis, fit);
+    std::vector<std::string> own;
+    for (const ParameterName& name : NamesOf(triad_, axis, fit.terms)) own.push_back(name.str());
+    for (const std::string& name : OtherNames(triad_, axis, fit)) own.push_back(name);
+    const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
+    for (std::size_t i = first; i < own.size(); ++i) {
+      for (std::size_t j = first; j < own.size(); ++j) {
+        covariance->matrix(places[own[i]], places[own[j]]) =
+            listed.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      }
+    }
+  }
+  if (triad_ == Triad::kGyroscope) {
+    sensor->bias_sigma = covariance->matrix.diagonal().segment<3>(before).cwiseMax(0.0).cwiseSqrt();
+  }
+}
+
+}  // namespace truetriad

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "noise/noise_settling.h"
+#include "problem/graph.h"
+#include "solve/reduced_system.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/finding.h"
+#include "truetriad/problem/options.h"
+#include "verdict/checks/soak.h"
+#include "verdict/presentation.h"
+
+namespace truetriad {
+
+// A run whose weights, noise and solution have settled.
+struct SettledRun {
+  const PoseSet& poses;
+  const CalibrateOptions& options;
+  const PoseGraph& graph;
+  const NoiseState& noise;
+  bool converged = false;
+};
+
+// What was made of it so far.
+struct SolvedRun {
+  const ReducedSystem& system;
+  const PresentedSolution& solution;
+  const DriftCovariance& drift;
+  bool determined = true;     // every parameter that was asked for, to the σ that counts as such
+  const Calibration& stated;  // reference and quality; for remarks also the sensors
+};
+
+// A check looks at a run and says what it found. One that refuses ends the run: no later one is
+// asked.
+using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
+
+// Whether the solution can be used, in this order. fit.cc
+Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
+Findings CheckMagnetometerChange(const SettledRun& run, const SolvedRun& solved);
+Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
+Findings CheckExplained(const SettledRun& run, const SolvedRun& solved);
+Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved);
+Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
+Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
+Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
+
+// What the reader of a usable result should know besides its numbers; none of these refuses.
+Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
+Findings CheckHandedness(const SettledRun& run, const SolvedRun& solved);
+Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
+Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved);
+Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved);
+Findings CheckCoverage(const SettledRun& run, const SolvedRun& solved);
+Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
+Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);
+Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
+Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
+
+// Parts that hold however the solution was found.
+//
+// A solution, a covariance or a variance that is no number.
+Findings CheckFinite(const TriadOptions& gyroscope,
+                     const Eigen::VectorXd& shared,
+                     const NamedCovariance& covariance);
+// Readings of a vector sensor that scatter by more than this share of its field.
+Findings CheckExplained(const Quality& quality,
+                        const ReferenceVector& reference,
+                        double most_share,
+                        const char* why);
+// Axes that came out mirrored.
+Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph);
+
+}  // namespace truetriad

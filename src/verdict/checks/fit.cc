@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+
+#include "base/messages.h"
+#include "problem/start_values.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+// A fit whose residual is this share of the field does not explain the data.
+constexpr double kExplainedShare = 0.1;
+// Over a recording without temperature terms that does not fit.
+constexpr double kMuchTemperatureDegc = 10.0;
+// χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
+// data without noise have made σ next to nothing.
+constexpr double kShortChi2 = 0.01;
+constexpr double kShortShare = 1e-6;
+
+// The parameters whose variance came out negative, the first few; empty when none did.
+std::string WithoutVariance(const NamedCovariance& covariance) {
+  constexpr int kNamed = 3;
+  std::string names;
+  int count = 0;
+  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    if (!(covariance.matrix(at, at) < 0.0) || ++count > kNamed) continue;
+    names += (names.empty() ? "" : ", ") + covariance.parameters[i];
+  }
+  return names + (count > kNamed ? ", …" : "");
+}
+
+// In a flat and curved valley an optimiser may take steps so short that it thinks it is there. What
+// Newton's method would still go tells.
+bool IsShort(const ReducedSystem& system) {
+  const double chi2 = system.step().dot(system.information() * system.step());
+  const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
+  return chi2 > kShortChi2 && share > kShortShare;
+}
+
+bool IsDetermined(const SolvedRun& solved) {
+  return solved.determined && solved.system.rank() == solved.system.size();
+}
+
+Finding NotDetermined() {
+  return {FindingCode::kNotDetermined,
+          "the poses do not determine every parameter that was asked for",
+          "see the weak directions"};
+}
+
+}  // namespace
+
+Findings CheckFinite(const TriadOptions& gyroscope,
+                     const Eigen::VectorXd& shared,
+                     const NamedCovariance& covariance) {
+  const bool is_finite = shared.allFinite() && covariance.matrix.allFinite();
+  if (is_finite && covariance.matrix.diagonal().minCoeff() >= 0.0) return {};
+  if (const std::string lost = WithoutVariance(covariance); shared.allFinite() && !lost.empty()) {
+    return {{FindingCode::kNoUncertainty,
+             "the data hardly determine " + lost + ": no σ can be computed for it",
+             "leave the term out, or add poses and turns that show it"}};
+  }
+  std::string remedy = "look for absurd readings, σ or held values";
+  for (const AxisTermInfo& info : kAxisTerms) {
+    if (gyroscope.axis_terms[info.term] != Wanted::kYes) continue;
+    remedy = WithArticle(info.words) +
+             " that the turns hardly show does so: leave it out, or set `" +
+             std::string(info.name) + ": auto`";
+  }
+  return {{FindingCode::kNonFinite, "the solution became non-finite", remedy}};
+}
+
+Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
+  Findings findings = CheckFinite(
+      run.options.triads[Triad::kGyroscope], run.graph.shared, solved.solution.covariance);
+  // More often than not too little data is what makes them leave it.
+  if (!findings.empty() && run.graph.shared.allFinite() &&
+      !solved.stated.quality.weak_directions.empty()) {
+    return {NotDetermined()};
+  }
+  return findings;
+}
+
+Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
+  if (!run.noise.unknown) return {};
+  return {{FindingCode::kNoiseUnknown,
+           "every residual is needed to determine the parameters, so the noise cannot be estimated",
+           "add poses, or state `noise: { sigma: [x, y, z] }`"}};
+}
+
+Findings CheckExplained(const Quality& quality,
+                        const ReferenceVector& reference,
+                        double most_share,
+                        const char* why) {
+  // At rest a gyroscope sees no field.
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!quality.residual_rms[triad]) continue;
+    const double share = *quality.residual_rms[triad] / WorldVector(triad, reference).norm();
+    if (share <= most_share) continue;
+    return {Finding(FindingCode::kUnexplainedReadings,
+                    std::string(TriadName(triad)) +
+                        Format(": after the fit the readings still scatter by %.0f %% of the "
+                               "field; ",
+                               100.0 * share) +
+                        why)
+                .About(triad)
+                .With("share", share)};
+  }
+  return {};
+}
+
+Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
+  return CheckExplained(solved.stated.quality,
+                        run.graph.reference(),
+                        kExplainedShare,
+                        "these are not rests in one constant field");
+}
+
+Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
+  const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
+  const std::size_t rejected = solved.stated.quality.rests.rejected_poses.size();
+  if (IsDetermined(solved) || !range || run.options.HasThermal() ||
+      !((*range)[1] - (*range)[0] > kMuchTemperatureDegc) ||
+      2 * rejected <= run.graph.nodes.size()) {
+    return {};
+  }
+  return {Finding(FindingCode::kTemperatureIgnored,
+                  Format("most poses disagree with one model, and the temperature went from %.0f ",
+                         (*range)[0]) +
+                      Format("to %.0f degC", (*range)[1]),
+                  "estimate temperature terms (`thermal:`), or record at one temperature")
+              .With("lowest", (*range)[0], "degC")
+              .With("highest", (*range)[1], "degC")
+              .With("outliers", static_cast<double>(rejected))};
+}
+
+Findings CheckDetermined(const SettledRun&, const SolvedRun& solved) {
+  if (IsDetermined(solved)) return {};
+  return {NotDetermined()};
+}
+
+Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {
+  if (run.converged && !IsShort(solved.system)) return {};
+  return {{FindingCode::kDidNotConverge,
+           "the optimiser did not converge: the readings do not fit the model from any start"}};
+}
+
+}  // namespace truetriad

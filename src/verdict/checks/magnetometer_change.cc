@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "base/messages.h"
+#include "problem/start_values.h"
+#include "truetriad/base/units.h"
+#include "verdict/checks/check.h"
+#include "verdict/checks/constancy.h"
+
+namespace truetriad {
+namespace {
+
+// A change of the magnetometer during the run is named when chance makes one in hundreds of runs; a
+// run is refused for it when chance makes it in one of a million, so that no line sees a good unit
+// refused, and when it moves a number by as much as the σ that is said.
+constexpr double kRefusedChange = 1e-6;
+constexpr double kMovedSigmas = 1.0;
+// Temperature terms that are missing look like a change.
+constexpr double kMuchTemperatureDegc = 10.0;
+
+// "between pose 12 and pose 13 (61.2 s after the first)"; where others are as likely, "somewhere
+// between pose 10 and pose 14, most likely …".
+std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& change) {
+  const auto between = [&](std::size_t first, std::size_t second) {
+    return "between pose " + std::to_string(run.graph.nodes[first].number) + " and pose " +
+           std::to_string(run.graph.nodes[second].number);
+  };
+  const int after = run.graph.nodes[change.node].number;
+  std::string text = between(change.node - 1, change.node);
+  if (change.earliest < change.latest) {
+    text = "somewhere " + between(change.earliest - 1, change.latest) + ", most likely " + text;
+  }
+  if (!run.poses.has_time) return text;
+  for (const StaticPose& pose : run.poses.poses) {
+    const std::int64_t begin_ns = run.poses.poses.front().start_ns;
+    if (pose.number != after || pose.start_ns == begin_ns) continue;
+    text +=
+        Format(" (%.1f s after the first)", 1e-9 * static_cast<double>(pose.start_ns - begin_ns));
+  }
+  return text;
+}
+
+// What happened to the magnetometer, and what to do about it.
+Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
+  const std::string bias =
+      Format("its bias differs by %.2g uT from there on", change.bias_ut.norm());
+  const Eigen::Vector3d field = WorldVector(Triad::kMagnetometer, run.graph.reference());
+  const Eigen::Vector3d later = field + change.field_ut;
+  const double turned_deg = kDegPerRad * std::atan2(field.cross(later).norm(), field.dot(later));
+  const std::string world = Format("the field differs by %.2g uT ", change.field_ut.norm()) +
+                            Format("(%+.2g uT in strength, ", later.norm() - field.norm()) +
+                            Format("%.2g deg in direction) from there on", turned_deg);
+  std::string text = "the magnetometer's readings changed " + PlaceOfChange(run, change) + ": ";
+  switch (change.kind) {
+    case ChangeKind::kBias:
+      text += bias + ", as when iron or a magnet on the unit moves";
+      break;
+    case ChangeKind::kField:
+      text += world + ", as when the unit or iron about it is moved";
+      break;
+    case ChangeKind::kEither:
+      text += "either " + bias + ", or " + world;
+      break;
+  }
+  text += Format("; ignoring it shifts parameters by up to %.2g σ", change.effect_sigmas) +
+          Format(" (by chance: %.1g)", change.p_value);
+  const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
+  if (range && (*range)[1] - (*range)[0] > kMuchTemperatureDegc) {
+    text += Format(
+        "; the temperature changed by %.0f degC, too: temperature terms that are missing, or of "
+        "too low an order, look the same",
+        (*range)[1] - (*range)[0]);
+  }
+  Finding finding(FindingCode::kMagnetometerChanged,
+                  std::move(text),
+                  "take the run again, or the poses of one side alone");
+  finding.About(Triad::kMagnetometer)
+      .AtPose(run.graph.nodes[change.node].number)
+      .With("effect", change.effect_sigmas, "sigma")
+      .With("p_value", change.p_value);
+  if (change.kind != ChangeKind::kField) finding.With("bias", change.bias_ut.norm(), "uT");
+  if (change.kind != ChangeKind::kBias) finding.With("field", change.field_ut.norm(), "uT");
+  return finding;
+}
+
+// Whether a change makes the result another than its σ say, before or after it.
+bool IsBeyondSigma(const MagnetometerChange& change) {
+  return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
+}
+
+// Where the temperature went on to the next, and σ count that the bias drifts between the two.
+bool IsDrift(const PoseGraph& graph,
+             const MagnetometerChange& change,
+             const DriftCovariance& drift) {
+  return drift.sigma_raw[Triad::kMagnetometer] > 0.0 && IsBetweenSettings(graph, change.node);
+}
+
+}  // namespace
+
+Findings CheckMagnetometerChange(const SettledRun& run, const SolvedRun& solved) {
+  const auto change = FindMagnetometerChange(run.graph, solved.system, run.noise);
+  if (!change) return {};
+  Finding finding = FindingOf(run, *change);
+  if (IsBeyondSigma(*change) && !IsDrift(run.graph, *change, solved.drift)) {
+    finding.As(Severity::kRefusal);
+  }
+  return {finding};
+}
+
+}  // namespace truetriad

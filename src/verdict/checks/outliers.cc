@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "base/messages.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+
+// A sensor most of whose poses were left out, or so many that the others determine too little: its
+// noise was stated, and is not what the poses show.
+Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
+  const bool determined = solved.determined && solved.system.rank() == solved.system.size();
+  const double most = determined ? 0.5 : 0.25;
+  std::size_t tests = run.graph.increments.size();
+  for (const PoseNode& node : run.graph.nodes) tests += node.observations.size();
+  for (const Triad triad : kTriads) {
+    if (!run.options.triads[triad].enabled) continue;
+    const Eigen::Matrix3d C = run.graph.sensitivity(triad).inverse();
+    int rejected = 0, all = 0;
+    double variance = 0.0;
+    for (const PoseNode& node : run.graph.nodes) {
+      for (const Observation& seen : node.observations) {
+        if (seen.triad != triad || node.role != PoseRole::kRest) continue;
+        ++all;
+        rejected += seen.rejected ? 1 : 0;
+        variance += (C * seen.variance * C.transpose()).trace() / 3.0;
+      }
+    }
+    if (!(rejected > most * all)) continue;
+    const std::string name(TriadName(triad));
+    const std::string unit(TruthUnitName(triad));
+    const double sigma = std::sqrt(variance / all);
+    const bool is_estimated =
+        std::find(run.noise.estimated.begin(), run.noise.estimated.end(), PoseNoise(triad)) !=
+        run.noise.estimated.end();
+    return {Finding(FindingCode::kTooManyOutliers,
+                    name + ": " + std::to_string(rejected) + " of " + std::to_string(all) +
+                        " poses were left out, being off by more than " +
+                        Format("%.1f σ", RejectedFrom(tests)) + Format(" of %.2g ", sigma) + unit +
+                        "; these are too many to be outliers: " +
+                        (is_estimated ? "the readings do not fit the model"
+                                      : "the poses scatter by more than that σ"),
+                    is_estimated ? ""
+                                 : "let it be estimated (`sensors: { " + name +
+                                       ": { noise: { excess: estimate } } }`), or state a larger "
+                                       "noise")
+                .About(triad)
+                .With("outliers", rejected)
+                .With("poses", all)
+                .With("noise", sigma, unit)};
+  }
+  return {};
+}
+
+}  // namespace truetriad

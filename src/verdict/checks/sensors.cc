@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+
+#include "base/messages.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+// Below this the noise level itself is hardly known: its own σ is a quarter of it.
+constexpr double kFewDof = 10.0;
+// A cap this wide without a pose is half of the sphere.
+constexpr double kOneSidedGapDeg = 90.0;
+// A magnetometer's gain this far from its unit is worth a word; normalised fields are used, too.
+constexpr double kOddGain = 5.0;
+
+}  // namespace
+
+Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
+  const double dof = solved.stated.quality.effective_dof;
+  if (run.noise.estimated.empty() || dof >= kFewDof) return {};
+  return {Finding(FindingCode::kFewDegreesOfFreedom,
+                  Format("only %.1f degrees of freedom support σ", dof),
+                  "use the stated interval factor, not 2 σ")
+              .With("degrees_of_freedom", dof)};
+}
+
+Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph) {
+  Findings findings;
+  if (options.triads[Triad::kMagnetometer].enabled &&
+      options.triads[Triad::kAccelerometer].enabled &&
+      graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
+    findings.push_back(
+        Finding(FindingCode::kLeftHanded,
+                "the magnetometer's axes came out left-handed (determinant < 0); a wrong "
+                "accelerometer `sign` or `hemisphere` would explain the data as well")
+            .About(Triad::kMagnetometer));
+  }
+  if (options.triads[Triad::kGyroscope].enabled &&
+      graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
+    findings.push_back(Finding(FindingCode::kLeftHanded,
+                               "the gyroscope's axes came out left-handed (determinant < 0): its "
+                               "log, the accelerometer's, or what was stated of its turns "
+                               "exchanges two axes or reverses one")
+                           .About(Triad::kGyroscope));
+  }
+  return findings;
+}
+
+Findings CheckHandedness(const SettledRun& run, const SolvedRun&) {
+  return CheckHandedness(run.options, run.graph);
+}
+
+Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
+  constexpr double kHardlyMore = 2.0;
+  Findings findings;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const auto& sensor = solved.stated.sensors[triad];
+    const NoiseSource source = run.noise.source[triad];
+    if (!sensor || (source != NoiseSource::kStatic && source != NoiseSource::kResidual)) continue;
+    const double field = WorldVector(triad, run.graph.reference()).norm();
+    const Eigen::Vector3d sigma = sensor->model.Correction().cwiseAbs() * sensor->noise.sigma;
+    if (sigma.maxCoeff() + sensor->noise.excess_sigma > kHardlyMore * kLeastNoiseShare * field) {
+      continue;
+    }
+    findings.push_back(
+        Finding(FindingCode::kNoiseFree,
+                std::string(TriadName(triad)) +
+                    Format(": its readings are noise-free; σ is nominal, for a noise of %.0e of "
+                           "the field",
+                           kLeastNoiseShare))
+            .About(triad)
+            .With("nominal_noise", kLeastNoiseShare * field, std::string(TruthUnitName(triad))));
+  }
+  return findings;
+}
+
+Findings CheckCoverage(const SettledRun&, const SolvedRun& solved) {
+  Findings findings;
+  for (const Coverage& coverage : solved.stated.quality.coverage) {
+    if (coverage.largest_gap_deg < kOneSidedGapDeg) continue;
+    findings.push_back(
+        Finding(FindingCode::kOneSidedPoses,
+                std::string(TriadName(coverage.triad)) +
+                    Format(": no pose within %.0f deg of one direction; nothing checks the model "
+                           "on that side",
+                           coverage.largest_gap_deg),
+                "add poses there")
+            .About(coverage.triad)
+            .With("gap", coverage.largest_gap_deg, "deg"));
+  }
+  return findings;
+}
+
+Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved) {
+  const auto& magnetometer = solved.stated.sensors[Triad::kMagnetometer];
+  Findings findings;
+  if (magnetometer && run.options.reference.field_ut.known()) {
+    const Unit& unit = run.poses.Find(Triad::kMagnetometer)->unit;
+    const double gain =
+        std::cbrt(std::abs(magnetometer->model.sensitivity.determinant())) * unit.truth_per_raw;
+    if (!unit.is_counts && (gain > kOddGain || gain < 1.0 / kOddGain)) {
+      findings.push_back(Finding(FindingCode::kOddGain,
+                                 Format("the magnetometer's gain is %.4g times what ", gain) +
+                                     unit.name + " means at the stated field strength",
+                                 "check the unit and strength_ut")
+                             .About(Triad::kMagnetometer)
+                             .With("gain", gain));
+    }
+  }
+  const ReferenceValues& reference = solved.stated.reference;
+  if (reference.field_nominal) {
+    findings.push_back(
+        Finding(FindingCode::kNominalField,
+                Format("field strength unknown: the magnetometer's common scale is not observable, "
+                       "strength fixed to %.6g uT",
+                       *reference.field_ut))
+            .About(Triad::kMagnetometer)
+            .With("strength", *reference.field_ut, "uT"));
+  }
+  return findings;
+}
+
+}  // namespace truetriad

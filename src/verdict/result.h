@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "problem/graph.h"
+#include "truetriad/base/result.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/problem/options.h"
+#include "verdict/presentation.h"
+
+namespace truetriad {
+
+// What every calibration ends with, however its solution was found: from rests, motion or a sweep.
+
+// A sensor with nothing but its units.
+TriadCalibration InUnits(Triad triad, const PoseSet& poses);
+
+// Gravity and field as used or estimated.
+void StateReference(const CalibrateOptions& options,
+                    const PoseGraph& graph,
+                    ReferenceValues* stated);
+
+// The sensors that were asked for with their σ, and the covariance.
+void StateSolution(const CalibrateOptions& options,
+                   const PoseSet& poses,
+                   const PresentedSolution& solution,
+                   const PerTriad<TriadNoise>& noise,
+                   Calibration* calibration);
+
+// The outcome follows from the findings. A refused solution keeps no numbers that somebody might
+// use; a usable one is judged by the limits. Error (usage): a limit that cannot be judged.
+Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibration* calibration);
+
+}  // namespace truetriad

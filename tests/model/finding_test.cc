@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/finding.h"
+
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace truetriad {
+namespace {
+
+std::string SeverityText(const FindingKind& kind) {
+  const bool may_refuse = kind.outcome != Outcome::kConverged;
+  if (kind.severity != Severity::kRefusal && may_refuse) return "warning or refusal";
+  return std::string(SeverityName(kind.severity));
+}
+
+// Every code and nothing else, in the order of the enumeration.
+TEST(Findings, AreAllListedInTheDocs) {
+  std::ifstream docs(TRUETRIAD_SOURCE_DIR "/docs/reasons.md");
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(docs, line);) {
+    if (line.starts_with("| `")) rows.push_back(line);
+  }
+  std::vector<std::string> expected;
+  for (const FindingKind& kind : FindingKinds()) {
+    std::ostringstream row;
+    row << "| `" << kind.name << "` | " << SeverityText(kind) << " | " << kind.meaning << " | "
+        << kind.remedy << " |";
+    expected.push_back(row.str());
+  }
+  EXPECT_EQ(rows, expected);
+}
+
+TEST(Findings, HaveNamesThatScriptsCanRelyOn) {
+  const std::regex kebab("[a-z]+(-[a-z]+)*");
+  std::set<std::string_view> names;
+  for (const FindingKind& kind : FindingKinds()) {
+    EXPECT_TRUE(std::regex_match(std::string(kind.name), kebab)) << kind.name;
+    EXPECT_TRUE(names.insert(kind.name).second) << kind.name << " twice";
+    EXPECT_EQ(FindingCodeFromName(kind.name), kind.code);
+    EXPECT_EQ(&FindingKindOf(kind.code), &kind);
+    EXPECT_FALSE(kind.meaning.empty()) << kind.name;
+    // Nothing refuses by default without saying how the run then ends.
+    EXPECT_TRUE(kind.severity != Severity::kRefusal || kind.outcome != Outcome::kConverged)
+        << kind.name;
+  }
+  EXPECT_FALSE(FindingCodeFromName("no-such-code"));
+}
+
+TEST(Findings, OfWhichOneRefusesMakeTheOutcome) {
+  EXPECT_EQ(OutcomeOf({}), Outcome::kConverged);
+  Findings findings = {{FindingCode::kClockOffset, "late"}};
+  EXPECT_EQ(OutcomeOf(findings), Outcome::kConverged);
+  findings.emplace_back(FindingCode::kNotDetermined, "weak");
+  findings.emplace_back(FindingCode::kDidNotConverge, "no");
+  EXPECT_EQ(OutcomeOf(findings), Outcome::kNotObservable);  // the first one's
+  // Whatever its code, a refusal lets nothing through.
+  EXPECT_NE(OutcomeOf({Finding(FindingCode::kTimeGaps, "").As(Severity::kRefusal)}),
+            Outcome::kConverged);
+}
+
+TEST(Findings, CarryTheirNumbersAndTheirRemedy) {
+  const Finding finding = Finding(FindingCode::kClockOffset, "late", "set it")
+                              .About(Triad::kMagnetometer, 1)
+                              .AtPose(3)
+                              .With("offset", 0.01, 0.001, "s");
+  EXPECT_EQ(finding.Message(), "late; set it");
+  EXPECT_EQ(finding.Value("offset"), 0.01);
+  EXPECT_FALSE(finding.Value("other"));
+  EXPECT_EQ(finding.axis, 1);
+  EXPECT_EQ(finding.severity, Severity::kWarning);
+}
+
+TEST(Findings, GoAlongWithErrors) {
+  const Error error = NotEnoughError(
+      Finding(FindingCode::kTooFewPoses, "3 poses", "add poses").About(Triad::kAccelerometer));
+  EXPECT_EQ(error.code, ErrorCode::kNotEnough);
+  EXPECT_EQ(error.message, "3 poses; add poses");
+  const Finding refusal = RefusalOf(error);
+  EXPECT_EQ(refusal.code, FindingCode::kTooFewPoses);
+  EXPECT_TRUE(refusal.IsRefusal());
+  EXPECT_EQ(refusal.sensor, Triad::kAccelerometer);
+  EXPECT_EQ(RefusalOf(NotEnoughError("nothing")).text, "nothing");
+}
+
+}  // namespace
+}  // namespace truetriad
