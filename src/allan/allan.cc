@@ -3,10 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <memory>
 #include <numbers>
-#include <sstream>
 #include <utility>
 
 #include "allan/allan_curve.h"
@@ -15,6 +13,7 @@
 #include "allan/allan_rest.h"
 #include "allan/allan_spacing.h"
 #include "allan/allan_theory.h"
+#include "base/rounded_text.h"
 #include "data/stream_checks.h"
 #include "truetriad/base/triad.h"
 
@@ -23,13 +22,11 @@ namespace {
 
 /// In the longest stretch.
 constexpr std::int64_t kFewestSamples = 100;
-/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
-constexpr double kFewestPointFreedoms = 8.0;
-/// Of the deviation above that of single samples.
-constexpr double kMostRise = 3.0;
+// Chosen: a heated room stays within it.
 constexpr double kWidestTemperatureDegc = 5.0;
 /// Share of the samples that may be filled in before it shows in the curve.
 constexpr double kMostFilledShare = 0.01;
+// Share of the readings: normal noise cut at 2.6 sigma puts as many on the limit.
 constexpr double kMostAtLimit = 0.005;
 /// Noise that is rounded reads its furthest value a few times in any log.
 constexpr std::int64_t kFewestAtLimit = 5;
@@ -39,11 +36,7 @@ constexpr double kMostDisturbed = 0.005;
 /// rounding.
 constexpr std::int64_t kLatestFit = 100;
 
-std::string Number(double value, int digits = 4) {
-  std::ostringstream text;
-  text << std::setprecision(digits) << value;
-  return text.str();
-}
+std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
 
 Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
   if (!(options.rate_hz >= 0.0) || !std::isfinite(options.rate_hz)) {
@@ -71,34 +64,6 @@ Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
   }
   return {};
 }
-
-/// Counts how often an axis reads its own extremes.
-class LimitWatch {
- public:
-  void Add(std::span<const double> readings) {
-    const Eigen::Map<const Eigen::ArrayXd> values(readings.data(),
-                                                  static_cast<Eigen::Index>(readings.size()));
-    Count(values, values.maxCoeff(), 1.0, &top_, &at_top_);
-    Count(values, values.minCoeff(), -1.0, &bottom_, &at_bottom_);
-  }
-  std::int64_t most() const { return std::max(at_top_, at_bottom_); }
-  double limit() const { return at_top_ >= at_bottom_ ? top_ : bottom_; }
-
- private:
-  static void Count(const Eigen::Map<const Eigen::ArrayXd>& values,
-                    double extreme,
-                    double sign,
-                    double* limit,
-                    std::int64_t* hits) {
-    if (*hits > 0 && sign * extreme < sign * *limit) return;
-    if (*hits > 0 && extreme != *limit) *hits = 0;
-    *limit = extreme;
-    *hits += (values == extreme).count();
-  }
-
-  double top_ = 0.0, bottom_ = 0.0;
-  std::int64_t at_top_ = 0, at_bottom_ = 0;
-};
 
 /// What one stream leaves behind as it passes.
 class StreamAnalysis {
@@ -212,8 +177,7 @@ Status StreamAnalysis::CheckCurves() const {
 
 Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   stream_.Finish();
-  const Result<StreamSummary> summary = monitor_.Summary(counts);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
+  TRUETRIAD_ASSIGN_OR_RETURN(const StreamSummary summary, monitor_.Summary(counts));
   TRUETRIAD_RETURN_IF_ERROR(CheckCurves());
 
   AllanTriad result;
@@ -227,7 +191,7 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
                           : static_cast<double>(result.samples) * SpacingSeconds();
   result.filled_samples = stream_.filled();
   result.breaks = stream_.breaks();
-  for (const Finding& finding : monitor_.Check(*summary))
+  for (const Finding& finding : monitor_.Check(summary))
     result.warnings.push_back(finding.Message());
   if (const std::optional<double> held = hold_.SamplesHeld()) {
     result.warnings.push_back(Name() + ": each reading is held for " + Number(*held, 3) +
@@ -262,10 +226,9 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
   std::vector<std::string> doubts;  // About coefficients.
   for (int axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
-    Result<AllanAxis> analysed =
-        Analyse(curves_[i].variances(), factors, covariance, axis, &doubts);
-    TRUETRIAD_RETURN_IF_ERROR(analysed);
-    result.axes[i] = *std::move(analysed);
+    TRUETRIAD_ASSIGN_OR_RETURN(AllanAxis analysed,
+                               Analyse(curves_[i].variances(), factors, covariance, axis, &doubts));
+    result.axes[i] = std::move(analysed);
     WarnOfAxis(axis, result.axes[i], &result.warnings);
   }
   result.disturbance = Disturbance(result, &result.warnings);
@@ -279,43 +242,6 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
     }
   }
   return result;
-}
-
-Interval Root(const Interval& squared, double factor) {
-  return {factor * std::sqrt(squared.value),
-          factor * std::sqrt(squared.low),
-          factor * std::sqrt(squared.high)};
-}
-
-Interval Scaled(const Interval& interval, double factor) {
-  return {factor * interval.value, factor * interval.low, factor * interval.high};
-}
-
-std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
-                                           bool can_only_fall) {
-  const AllanPoint* lowest = nullptr;
-  const AllanPoint* last = nullptr;
-  for (const AllanPoint& point : points) {
-    if (point.degrees_of_freedom < kFewestPointFreedoms) continue;
-    last = &point;
-    if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
-  }
-  if (lowest == nullptr) return std::nullopt;
-  BiasInstability instability;
-  instability.minimum = lowest->deviation;
-  instability.coefficient =
-      Scaled(lowest->deviation, 1.0 / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi));
-  instability.tau_s = lowest->tau_s;
-  instability.at_end = lowest == last || can_only_fall;
-  return instability;
-}
-
-/// As motion makes it, and noise at rest rarely does.
-bool RisesFar(const AllanAxis& axis) {
-  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
-    return point.degrees_of_freedom >= kFewestPointFreedoms &&
-           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
-  });
 }
 
 bool LateFit(const std::vector<AllanFactor>& factors, const AllanFit& fit) {
@@ -524,9 +450,8 @@ Result<AllanResult> AnalyseAllan(SampleSource& source,
   }
   std::vector<SampleBlock> blocks;
   for (;;) {
-    const Result<bool> more = source.Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    if (!*more) break;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
+    if (!more) break;
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(analyses[block.triad]->Add(block));
     }
@@ -539,9 +464,9 @@ Result<AllanResult> AnalyseAllan(SampleSource& source,
   result.inputs = source.inputs();
   for (const auto& analysis : analyses) {
     if (analysis == nullptr) continue;
-    Result<AllanTriad> triad = analysis->Finish(source.counts(analysis->triad()));
-    TRUETRIAD_RETURN_IF_ERROR(triad);
-    result.triads.push_back(*std::move(triad));
+    TRUETRIAD_ASSIGN_OR_RETURN(AllanTriad triad,
+                               analysis->Finish(source.counts(analysis->triad())));
+    result.triads.push_back(std::move(triad));
   }
   return result;
 }

@@ -8,9 +8,11 @@
 namespace truetriad {
 namespace {
 
+// Chosen: neighbouring differences share all but a 128th of their samples, so that further ones
+// would tell nothing new.
 constexpr std::int64_t kStrides = 128;
 /// Sums handed to the levels at a time.
-constexpr std::size_t kChunk = 1024;
+constexpr std::size_t kSumsAtOnce = 1024;
 /// Shortest share of a stretch: a factor needs four times itself.
 constexpr std::int64_t kFactorsInStretch = 4;
 
@@ -52,7 +54,7 @@ void AllanCurve::Add(std::span<const double> readings) {
     // A reading near the middle; one of them, so that sums of whole counts stay exact.
     std::vector<double> first(
         readings.begin(),
-        readings.begin() + static_cast<std::ptrdiff_t>(std::min(readings.size(), kChunk)));
+        readings.begin() + static_cast<std::ptrdiff_t>(std::min(readings.size(), kSumsAtOnce)));
     std::nth_element(
         first.begin(), first.begin() + static_cast<std::ptrdiff_t>(first.size() / 2), first.end());
     offset_ = first[first.size() / 2];
@@ -64,9 +66,9 @@ void AllanCurve::Add(std::span<const double> readings) {
     started_ = true;
   }
   stretch_ += static_cast<std::int64_t>(readings.size());
-  std::array<double, kChunk> sums;
+  std::array<double, kSumsAtOnce> sums;
   while (!readings.empty()) {
-    const std::size_t count = std::min(readings.size(), kChunk);
+    const std::size_t count = std::min(readings.size(), kSumsAtOnce);
     for (std::size_t i = 0; i < count; ++i) sums[i] = sum_ += readings[i] - offset_;
     Push(0, {sums.data(), count});
     readings = readings.subspan(count);
@@ -75,7 +77,7 @@ void AllanCurve::Add(std::span<const double> readings) {
 
 void AllanCurve::Push(std::size_t index, std::span<const double> sums) {
   Level& level = LevelAt(index);
-  std::array<double, kChunk> kept;
+  std::array<double, kSumsAtOnce> kept;
   std::size_t kept_count = 0;
   for (const double sum : sums) {
     if (level.next_is_kept) kept[kept_count++] = sum;

@@ -4,17 +4,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "allan/allan_fit.h"
 #include "report/format.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
-namespace {
-
-Interval Displayed(const Interval& interval, double factor) {
-  return {factor * interval.value, factor * interval.low, factor * interval.high};
-}
-
-}  // namespace
 
 AllanScale ShownScale(const AllanTriad& triad) {
   if (!triad.si_per_count) return {1.0, DisplayUnit(triad.unit.name)};
@@ -26,7 +20,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   const double factor = scale.shown_per_raw;
   std::vector<AllanCoefficient> coefficients;
   if (axis.white_density) {
-    const Interval value = Displayed(*axis.white_density, factor);
+    const Interval value = Scaled(*axis.white_density, factor);
     coefficients.push_back({.symbol = 'N',
                             .value = value,
                             .unit = scale.unit + "/√Hz",
@@ -36,7 +30,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
   }
   if (axis.instability) {
     coefficients.push_back({.symbol = 'B',
-                            .value = Displayed(axis.instability->coefficient, factor),
+                            .value = Scaled(axis.instability->coefficient, factor),
                             .unit = scale.unit,
                             .upper_bound = axis.instability->at_end,
                             .slope = 0.0,
@@ -44,7 +38,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = factor * axis.instability->minimum.value});
   }
   if (axis.random_walk) {
-    const Interval value = Displayed(*axis.random_walk, factor);
+    const Interval value = Scaled(*axis.random_walk, factor);
     coefficients.push_back({.symbol = 'K',
                             .value = value,
                             .unit = scale.unit + "/s/√Hz",
@@ -53,7 +47,7 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
                             .mark = value.value});
   }
   if (axis.quantisation) {
-    const Interval value = Displayed(*axis.quantisation, factor);
+    const Interval value = Scaled(*axis.quantisation, factor);
     coefficients.push_back({.symbol = 'Q',
                             .value = value,
                             .unit = scale.unit + "·s",

@@ -247,9 +247,8 @@ std::string AllanToYaml(const AllanResult& result) {
 }
 
 Result<AllanResult> ReadAllanFile(const std::string& path) {
-  Result<YamlReader> file = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
-  YamlReader& reader = *file;
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
+  YamlReader& reader = file;
   AllanResult result;
   std::string format;
   reader.Require("format", &format);

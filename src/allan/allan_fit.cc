@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -13,6 +14,11 @@
 namespace truetriad {
 namespace {
 
+/// Points of fewer degrees of freedom dip by chance: the minimum is looked for among the others.
+constexpr double kFewestFreedomsOfMinimum = 8.0;
+/// Of the deviation above that of single samples.
+constexpr double kMostRise = 3.0;
+// Of the 95 % intervals.
 constexpr double kTail = 0.025;
 /// A noise that is absent is shown this many sigmas above nothing hardly ever. The estimates at
 /// long factors are skewed, so that three sigmas would not do.
@@ -20,12 +26,14 @@ constexpr double kShownSigmas = 4.0;
 /// A curve follows the fit when every point is within so many sigmas, or within so much of the
 /// variance: 6 % of it is 3 % of the deviation, finer than any use of a noise density.
 constexpr double kMostSigmas = 4.0;
-constexpr double kTolerance = 0.06;
+constexpr double kVarianceTolerance = 0.06;
 /// Fewest points of a fit with up to five strengths.
 constexpr Eigen::Index kFewestPoints = 8;
-constexpr int kRounds = 12;
+// A guard: weights settle within three or four.
+constexpr int kReweightings = 12;
 /// Of the tau over which white noise is looked for, last over first.
 constexpr double kLeastWidth = 10.0;
+// Chosen: its share falls as 1 / m against white noise; what is left out for longer is a filter.
 constexpr Eigen::Index kLatestQuantisation = 2;
 /// Neither filter nor rounding reaches further.
 constexpr std::int64_t kLatestFilter = 100;
@@ -79,10 +87,11 @@ class Problem {
     Eigen::VectorXd weights = (relative_.array() * variances_.array().square()).inverse();
     NoiseStrengths strengths = NoiseStrengths::Zero();
     Normal inverse;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kReweightings; ++round) {
       const NoiseStrengths before = strengths;
       strengths = BestSubset(allowed, weights, &inverse);
-      if (strengths.isZero(0.0) || round + 1 == kRounds || strengths.isApprox(before, 1e-6)) break;
+      if (strengths.isZero(0.0) || round + 1 == kReweightings || strengths.isApprox(before, 1e-6))
+        break;
       weights = Deviations(strengths).cwiseAbs2().cwiseInverse();
     }
     LinearFit fit;
@@ -163,7 +172,7 @@ class Problem {
   double Worst(const NoiseStrengths& strengths) const {
     const Eigen::ArrayXd expected = basis_ * strengths;
     const Eigen::ArrayXd share = (variances_.array() - expected).abs() / expected;
-    return (Distances(strengths) / kMostSigmas).min(share / kTolerance).maxCoeff();
+    return (Distances(strengths) / kMostSigmas).min(share / kVarianceTolerance).maxCoeff();
   }
 
   /// Root of the weighted scatter about the fit over its expectation, at least one.
@@ -297,6 +306,38 @@ struct Candidate {
 
 }  // namespace
 
+Interval Root(const Interval& squared, double factor) {
+  return {factor * std::sqrt(squared.value),
+          factor * std::sqrt(squared.low),
+          factor * std::sqrt(squared.high)};
+}
+
+std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
+                                           bool can_only_fall) {
+  const AllanPoint* lowest = nullptr;
+  const AllanPoint* last = nullptr;
+  for (const AllanPoint& point : points) {
+    if (point.degrees_of_freedom < kFewestFreedomsOfMinimum) continue;
+    last = &point;
+    if (lowest == nullptr || point.deviation.value < lowest->deviation.value) lowest = &point;
+  }
+  if (lowest == nullptr) return std::nullopt;
+  BiasInstability instability;
+  instability.minimum = lowest->deviation;
+  instability.coefficient =
+      Scaled(lowest->deviation, 1.0 / std::sqrt(2.0 * std::numbers::ln2 / std::numbers::pi));
+  instability.tau_s = lowest->tau_s;
+  instability.at_end = lowest == last || can_only_fall;
+  return instability;
+}
+
+bool RisesFar(const AllanAxis& axis) {
+  return std::any_of(axis.points.begin(), axis.points.end(), [&](const AllanPoint& point) {
+    return point.degrees_of_freedom >= kFewestFreedomsOfMinimum &&
+           point.deviation.value >= kMostRise * axis.points.front().deviation.value;
+  });
+}
+
 Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   const double nu = degrees_of_freedom;
   // Beyond this the quantiles are those of the normal distribution to all digits that count.
@@ -307,6 +348,7 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom) {
 }
 
 FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances) {
+  // Chosen: slopes that a person would take for -1/2 by eye.
   constexpr double kMostOff = 0.1;
   const double half_decade = std::sqrt(10.0);
   FactorRange longest, current;

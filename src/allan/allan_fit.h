@@ -65,7 +65,21 @@ Interval FitWhite(const std::vector<AllanFactor>& factors,
 /// longest such part; begin == end when there is none.
 FactorRange WhitePart(const std::vector<AllanFactor>& factors, const Eigen::VectorXd& variances);
 
+inline Interval Scaled(const Interval& interval, double factor) {
+  return {factor * interval.value, factor * interval.low, factor * interval.high};
+}
+
 /// 95 % interval of a mean of squares of normal numbers with `degrees_of_freedom`.
 Interval ChiSquareInterval(double value, double degrees_of_freedom);
+
+// Of a variance that of the deviation.
+Interval Root(const Interval& squared, double factor);
+
+// From the minimum of the curve; unset without a point that can be relied on.
+std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
+                                           bool can_only_fall);
+
+// As motion makes it, and noise at rest rarely does.
+bool RisesFar(const AllanAxis& axis);
 
 }  // namespace truetriad

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <Eigen/Core>
+
 namespace truetriad {
 namespace {
 
@@ -71,6 +73,19 @@ std::optional<double> HoldWatch::SamplesHeld() const {
     return std::nullopt;
   }
   return static_cast<double>(samples_) / changes;
+}
+
+void LimitWatch::Add(std::span<const double> readings) {
+  const Eigen::Map<const Eigen::ArrayXd> values(readings.data(),
+                                                static_cast<Eigen::Index>(readings.size()));
+  const auto count = [&](double extreme, double sign, double* limit, std::int64_t* hits) {
+    if (*hits > 0 && sign * extreme < sign * *limit) return;
+    if (*hits > 0 && extreme != *limit) *hits = 0;
+    *limit = extreme;
+    *hits += (values == extreme).count();
+  };
+  count(values.maxCoeff(), 1.0, &top_, &at_top_);
+  count(values.minCoeff(), -1.0, &bottom_, &at_bottom_);
 }
 
 }  // namespace truetriad

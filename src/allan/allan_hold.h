@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -51,6 +52,19 @@ class HoldWatch {
   std::optional<std::array<double, 3>> last_;
   bool is_held_ = false;
   std::int64_t samples_ = 0, any_changes_ = 0, all_changes_ = 0, holds_ = 0;
+};
+
+/// Counts how often an axis reads its own extremes.
+class LimitWatch {
+ public:
+  void Add(std::span<const double> readings);
+
+  std::int64_t most() const { return std::max(at_top_, at_bottom_); }
+  double limit() const { return at_top_ >= at_bottom_ ? top_ : bottom_; }
+
+ private:
+  double top_ = 0.0, bottom_ = 0.0;
+  std::int64_t at_top_ = 0, at_bottom_ = 0;
 };
 
 }  // namespace truetriad

@@ -8,6 +8,7 @@
 namespace truetriad {
 namespace {
 
+// 1024 spacings: their quantiles at 5 and 95 % rest on fifty each.
 constexpr std::size_t kFirstSamples = 1025;
 /// So few missing samples are filled: noise over ten samples of a line is lost to nobody's harm.
 constexpr std::int64_t kMostFilledSteps = 10;

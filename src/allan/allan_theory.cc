@@ -60,13 +60,14 @@ std::map<std::int64_t, double> Quantisation(std::int64_t m, std::int64_t n) {
 
 /// Integral of the product of two triangles of area one and half-widths m <= n that begin together.
 double TriangleOverlap(double m, double n) {
-  constexpr int kSteps = 32;
+  // The integrand is made of two parabolas; the midpoint rule leaves a per mille.
+  constexpr int kOverlapSteps = 32;
   double sum = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double u = 2.0 * m * (i + 0.5) / kSteps;
+  for (int i = 0; i < kOverlapSteps; ++i) {
+    const double u = 2.0 * m * (i + 0.5) / kOverlapSteps;
     sum += (m - std::abs(u - m)) / (m * m) * (n - std::abs(u - n)) / (n * n);
   }
-  return sum * 2.0 * m / kSteps;
+  return sum * 2.0 * m / kOverlapSteps;
 }
 
 /// Covariance of the mean second differences of factors m <= n in a stretch, over m^2 n^2, times

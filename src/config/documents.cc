@@ -62,9 +62,8 @@ Result<Documents> Documents::Of(const YamlReader& file, const std::vector<std::s
   Documents documents;
   documents.documents_.push_back(file);
   for (const std::string& text : overrides) {
-    Result<YamlReader> document = ParseOverride(text);
-    TRUETRIAD_RETURN_IF_ERROR(document);
-    documents.documents_.push_back(*document);
+    TRUETRIAD_ASSIGN_OR_RETURN(YamlReader document, ParseOverride(text));
+    documents.documents_.push_back(document);
     documents.overridden_.push_back(text.substr(0, text.find('=')));
   }
   return documents;

@@ -99,6 +99,13 @@ struct ExperimentDraft {
   std::set<std::string> given;                ///< Full names of all keys that any document has.
 };
 
+/// Reads one document, or the block of a sensor, on top of what the draft holds.
+void ReadDocument(YamlReader root, ExperimentDraft* draft);
+void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
+
+/// Settles what depends on several keys; adds to `errors` what contradicts itself.
+void Settle(ExperimentDraft* draft, std::vector<std::string>* errors);
+
 /// The experiment with every default written out and marked; reads back with the same options.
 /// Where `chosen` differs in what was `auto`, it has the models and terms of that, marked too.
 std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen);

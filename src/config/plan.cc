@@ -17,7 +17,7 @@ constexpr NamedValues<PlanCriterion, 2> kCriteria = {{
     {PlanCriterion::kDeterminant, "D"},
     {PlanCriterion::kVariances, "A"},
 }};
-constexpr NamedValues<bool, 2> kStarts = {{{false, "nothing"}, {true, "recording"}}};
+constexpr NamedValues<bool, 2> kPlanStarts = {{{false, "nothing"}, {true, "recording"}}};
 /// Numbers of attitudes that a grid may be spread over: fewer leave gaps, more take minutes.
 constexpr Range kSpread{24, 5000, "24 to 5000 attitudes"};
 
@@ -119,7 +119,7 @@ void ReadPlan(YamlReader reader, const std::string& path, PlanConfig* plan) {
   ReadChoice(reader.Child("criterion"), kCriteria, &plan->criterion);
   if (std::string file; reader.Optional("program", &file)) plan->program = Resolve(file, path);
   ReadCount(reader.Child("random"), {0, 10000, "0 to 10000 draws"}, &plan->random_draws);
-  ReadChoice(reader.Child("start"), kStarts, &plan->from_recording);
+  ReadChoice(reader.Child("start"), kPlanStarts, &plan->from_recording);
   ReadNumber(reader.Child("rest_s"), kPositive, &plan->rest_s);
   ReadNumber(reader.Child("turn_s"),
              {kPositive.lowest, 300.0, "up to 300 s, the longest turn that calibration uses"},

@@ -156,19 +156,17 @@ void AddLines(const std::string& message,
 }  // namespace
 
 Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::string>& overrides) {
-  Result<YamlReader> main = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(main);
-  main->RequireChild("scenario");
-  Result<Documents> documents = Documents::Of(*main, overrides);
-  TRUETRIAD_RETURN_IF_ERROR(documents);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromFile(path));
+  main.RequireChild("scenario");
+  TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
 
   ScenarioDraft draft;
   std::vector<std::string> errors;
   std::string base;
-  for (YamlReader& document : documents->all()) document.Optional("base", &base);
+  for (YamlReader& document : documents.all()) document.Optional("base", &base);
   if (!base.empty()) ReadBase(Resolve(base, path), &draft, &errors);
-  for (const YamlReader& document : documents->all()) ReadDocument(document, path, &draft);
-  documents->CollectErrors(&errors);
+  for (const YamlReader& document : documents.all()) ReadDocument(document, path, &draft);
+  documents.CollectErrors(&errors);
   if (errors.empty()) {
     for (const Triad triad : kTriads) {
       if (!draft.sensors[triad]) continue;

@@ -22,7 +22,7 @@ namespace {
 
 /// More poses than anybody takes; a guard against a slip of the keyboard.
 constexpr int kMaxPoses = 100000;
-constexpr int kMostRests = std::numeric_limits<int>::max();
+constexpr int kAnyRest = std::numeric_limits<int>::max();
 
 constexpr NamedValues<Triad, 3> kTriadNames = {{
     {Triad::kAccelerometer, TriadName(Triad::kAccelerometer)},
@@ -222,7 +222,7 @@ DisturbanceTime ReadWhen(YamlReader& reader) {
   DisturbanceTime when;
   int rest = 1;
   if (YamlReader child = reader.Child("rest")) {
-    ReadCount(std::move(child), kMostRests, &rest);
+    ReadCount(std::move(child), kAnyRest, &rest);
     when.rest = rest;
   }
   ReadNumber(reader.Child("offset_s"), kNotNegative, &when.offset_s);
@@ -273,7 +273,7 @@ std::optional<Disturbance> ReadDisturbance(const YamlReader& item) {
     disturbance = stuck;
   } else {
     UnsettledPose pose;
-    ReadCount(reader->RequireChild("rest"), kMostRests, &pose.rest);
+    ReadCount(reader->RequireChild("rest"), kAnyRest, &pose.rest);
     if (!ReadQuantity(*reader, AngleKeys("tilt"), kAnyNumber, &pose.tilt_rad)) {
       reader->Fail("expected `tilt_deg`: [x, y, z] in the body frame");
     }

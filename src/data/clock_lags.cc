@@ -13,19 +13,26 @@
 namespace truetriad {
 namespace {
 
+// Finer than any lag that a rest of a second cannot bear, and ten and more samples of the usual
+// logs.
 constexpr std::int64_t kSlotNs = 100'000'000;
 constexpr double kSlotS = 1e-9 * static_cast<double>(kSlotNs);
 // Before the first reading seen: streams need not begin together.
 constexpr std::int64_t kSlotsBefore = 100;
+// Six hours: what bounds the memory.
 constexpr std::int64_t kMostSlots = 216'000;
 // A change is between neighbours, or a triad slower than the slots.
 constexpr std::int64_t kLongestGapSlots = 5;
+// Six seconds either way: more than buffers and rounded stamps add; clocks that were never set
+// differ by far more and find no peak.
 constexpr int kMostLag = 60;
 // A peak is this wide; a second one outside of it makes the lag ambiguous.
 constexpr int kPeakWidth = 10;
+// Chosen: half of what both triads change by is common to them.
 constexpr double kClearCorrelation = 0.5;
 // Of log likelihoods, neighbouring slots counting as one for as long as a turn lasts.
 constexpr double kClearlyLikelier = 6.0;
+// 1.2 s, about as long as a hand turns a unit.
 constexpr double kSlotsOfATurn = 12.0;
 // Half a minute tells something.
 constexpr int kFewestPairs = 300;

@@ -2,12 +2,15 @@
 #include "data/detected_poses.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 namespace truetriad {
 namespace {
 
+// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
 constexpr double kWindowNs = 1e8;
 // Samples of the slowest triad in use that a window needs for a variance.
 constexpr double kFewestWindowSamples = 4.0;
@@ -21,6 +24,7 @@ constexpr std::size_t kTailWindows = 64;
 
 // Samples of a stream that tell its rate, and samples held at most while waiting for them.
 constexpr std::int64_t kRateSamples = 64;
+// Ten seconds of three triads at some kHz.
 constexpr std::int64_t kMaxHeldSamples = 262144;
 
 // Turning a unit over moves an accelerometer by 2 g; half of that is expected.
@@ -28,6 +32,21 @@ double ExpectedRange(const StreamInfo& info) {
   if (info.triad != Triad::kAccelerometer) return 0.0;
   if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
   return info.si_per_count ? kStandardGravityMps2 / std::abs(*info.si_per_count) : 0.0;
+}
+
+// How the unit was moved, as its sensors saw it: " (the gyroscope read up to 3.2 rad/s)".
+std::string MotionSeen(const PoseSet& set) {
+  std::string seen;
+  for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const StreamSummary* stream = set.Find(triad);
+    if (stream == nullptr || stream->samples == 0) continue;
+    const double range = (stream->maximum_raw - stream->minimum_raw).maxCoeff();
+    std::array<char, 64> number{};
+    std::snprintf(number.data(), number.size(), "%.3g ", range);
+    seen += (seen.empty() ? " (over it the " : ", the ") + std::string(TriadName(triad)) +
+            "'s readings spread over " + number.data() + stream->unit.name;
+  }
+  return seen.empty() ? seen : seen + ")";
 }
 
 }  // namespace
@@ -50,6 +69,41 @@ DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
                              const PerTriad<StreamMonitor*>& monitors,
                              Triad leading)
     : options_(options), info_(info), monitors_(monitors), leading_(leading) {}
+
+Status DetectedPoses::Validate() const {
+  if (!info_.has_time) {
+    return BadInputError(info_.path +
+                         ": has no time, so rests cannot be detected; add a time column, state the "
+                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
+                         "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
+  }
+  if (!(options_.min_duration_s > 0.0) || !(options_.max_knock_s >= 0.0)) {
+    return BadInputError("static detection: min_duration_s is " +
+                         std::to_string(options_.min_duration_s) + " and max_knock_s is " +
+                         std::to_string(options_.max_knock_s) +
+                         "; expected a positive and a non-negative number");
+  }
+  return {};
+}
+
+Error DetectedPoses::NoPose(const PoseSet& set) const {
+  const bool has_both =
+      set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr;
+  std::array<char, 64> duration{};
+  std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
+  std::array<char, 64> least{};
+  std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
+  return NotEnoughError(
+      Finding(
+          FindingCode::kNoRest,
+          set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
+              "; expected poses with the unit still for at least " + least.data(),
+          "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on purpose, "
+          "use `poses: { motion: { spacing_s: 0.1 } }`" +
+              std::string(has_both ? "" : ", which needs gyroscope and accelerometer"))
+          .With("duration", set.duration_s, "s")
+          .With("shortest_rest", options_.min_duration_s, "s"));
+}
 
 Status DetectedPoses::Add(const std::vector<SampleBlock>& blocks) {
   if (buffer_) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "data/given_poses.h"
+#include "data/collector.h"
 #include "data/pose_statistics.h"
 #include "data/static_detector.h"
 #include "data/stream_checks.h"
@@ -18,7 +18,7 @@
 namespace truetriad {
 
 /// Collects the poses that static detection finds, with a bounded number of windows in memory.
-class DetectedPoses {
+class DetectedPoses : public RestFinder {
  public:
   /// `monitors` belong to the caller and have seen every block before it comes to Add.
   DetectedPoses(const StaticDetectorOptions& options,
@@ -26,18 +26,17 @@ class DetectedPoses {
                 const PerTriad<StreamMonitor*>& monitors,
                 Triad leading);
 
-  Status Add(const std::vector<SampleBlock>& blocks);
-
-  /// The poses that are complete so far, in order.
-  const std::vector<CollectedPose>& poses() const { return poses_; }
-
-  /// Every pose that ends before this time is complete; unset before the first look.
-  std::optional<std::int64_t> judged_before_ns() const {
+  /// Rests need time.
+  Status Validate() const override;
+  Status Add(const std::vector<SampleBlock>& blocks) override;
+  const std::vector<CollectedPose>& poses() const override { return poses_; }
+  /// Unset before the first look.
+  std::optional<std::int64_t> judged_before_ns() const override {
     return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
   }
 
-  /// All poses in order; adds findings. Empty when there is no rest.
-  Result<std::vector<CollectedPose>> Finish(Findings* findings);
+  Result<std::vector<CollectedPose>> Finish(Findings* findings) override;
+  Error NoPose(const PoseSet& set) const override;
 
   /// Windows held at most so far: what bounds the memory.
   std::size_t peak_windows() const { return peak_windows_; }

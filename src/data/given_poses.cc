@@ -27,6 +27,7 @@ std::string SecondsText(std::int64_t time_ns) {
 GivenPoses::GivenPoses(const PoseSelection& selection,
                        const RecordingInfo& info,
                        Triad leading,
+                       const StreamMonitor& monitor,
                        std::string key,
                        std::vector<RangeOrigin> origins)
     : selection_(selection),
@@ -34,6 +35,7 @@ GivenPoses::GivenPoses(const PoseSelection& selection,
       leading_(leading),
       key_(std::move(key)),
       origins_(std::move(origins)),
+      monitor_(monitor),
       range_used_(selection.ranges.size(), false) {}
 
 Status GivenPoses::Validate() const {
@@ -191,8 +193,23 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
   drop(&waiting.x), drop(&waiting.y), drop(&waiting.z);
 }
 
-void GivenPoses::Add(const std::vector<SampleBlock>& blocks, double spacing_ns) {
-  spacing_ns_ = spacing_ns;
+// A gyroscope is calibrated from rests and what lies between them: a log of readings has neither in
+// its single rows, however many there are.
+Status GivenPoses::CheckRowsAreRests() const {
+  // Nobody rests a unit more often, and a log at 10 Hz has more rows after two minutes.
+  constexpr std::size_t kMostRowsAsRests = 1000;
+  if (selection_.kind != PoseSelectionKind::kEveryRow || !selection_.moves || !info_.has_time ||
+      poses_.size() <= kMostRowsAsRests) {
+    return {};
+  }
+  return BadInputError(info_.path + ": `poses: every_row` gives more than " +
+                       std::to_string(kMostRowsAsRests) +
+                       " rests, with no turns between them for the gyroscope; state `poses: { "
+                       "detect: auto }` if the unit rests now and then, `poses: { motion: { "
+                       "spacing_s: 0.1 } }` if it is tumbled, or disable the gyroscope");
+}
+
+Status GivenPoses::Add(const std::vector<SampleBlock>& blocks) {
   for (const SampleBlock& block : blocks) {
     if (block.triad == leading_) {
       AddLeading(block);
@@ -212,6 +229,7 @@ void GivenPoses::Add(const std::vector<SampleBlock>& blocks, double spacing_ns) 
     if (stream.triad != leading_) AddWaiting(stream.triad, false);
   }
   while (!open_.empty() && IsOver(open_.front())) FinishFirst();
+  return CheckRowsAreRests();
 }
 
 // True when no stream can add to the pose any more.
@@ -232,7 +250,7 @@ bool GivenPoses::IsByRow(Triad triad) const {
 }
 
 std::int64_t GivenPoses::Reach(bool by_row) const {
-  return by_row ? 0 : static_cast<std::int64_t>(0.5 * spacing_ns_);
+  return by_row ? 0 : static_cast<std::int64_t>(0.5 * monitor_.spacing_ns());
 }
 
 void GivenPoses::FinishFirst() {
@@ -288,6 +306,11 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
                             .With("rows", static_cast<double>(last_block_rows_)));
   }
   return std::move(poses_);
+}
+
+Error GivenPoses::NoPose(const PoseSet& set) const {
+  return NotEnoughError(
+      Finding(FindingCode::kNoPose, set.source + ": no row belongs to a pose (" + set.how + ")"));
 }
 
 }  // namespace truetriad

@@ -7,18 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "data/collector.h"
 #include "data/pose_statistics.h"
+#include "data/stream_checks.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 
 namespace truetriad {
-
-/// A pose and what its covariance is made from.
-struct CollectedPose {
-  StaticPose pose;
-  PerTriad<TriadPoseMoments> moments;
-};
 
 /// Where one of the ranges comes from, and its times where it is given by these instead of rows.
 struct RangeOrigin {
@@ -30,30 +26,27 @@ struct RangeOrigin {
 ///
 /// Rows are those of the leading stream's file. Samples of a stream in the same file belong to a
 /// pose by row, of one in another file by time, within half a spacing of the leading stream.
-class GivenPoses {
+class GivenPoses : public RestFinder {
  public:
-  /// `key`: what the ranges are called in messages; `origins`: none, or one a range, all of them by
-  /// time or all by rows.
+  /// `monitor`: of the leading stream, belongs to the caller. `key`: what the ranges are called in
+  /// messages; `origins`: none, or one a range, all of them by time or all by rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
+             const StreamMonitor& monitor,
              std::string key = "poses",
              std::vector<RangeOrigin> origins = {});
 
   /// Ranges must be in file order; a pose column must be there.
-  Status Validate() const;
-
-  /// Adds what one call of SampleSource::Next gave. `spacing_ns`: of the leading stream.
-  void Add(const std::vector<SampleBlock>& blocks, double spacing_ns);
-
-  /// The poses that are complete so far, in order.
-  const std::vector<CollectedPose>& poses() const { return poses_; }
-
-  /// Every pose that ends before this time is complete; unset before the first sample.
-  std::optional<std::int64_t> judged_before_ns() const;
-
-  /// All poses in order; adds findings. Error: a range without readings.
-  Result<std::vector<CollectedPose>> Finish(Findings* findings);
+  Status Validate() const override;
+  /// Error: rows of a log that are no rests.
+  Status Add(const std::vector<SampleBlock>& blocks) override;
+  const std::vector<CollectedPose>& poses() const override { return poses_; }
+  /// Unset before the first sample.
+  std::optional<std::int64_t> judged_before_ns() const override;
+  /// Error: a range without readings.
+  Result<std::vector<CollectedPose>> Finish(Findings* findings) override;
+  Error NoPose(const PoseSet& set) const override;
 
  private:
   struct OpenPose {
@@ -76,6 +69,7 @@ class GivenPoses {
   std::int64_t Begin(std::size_t range) const;
   std::int64_t End(std::size_t range) const;
   std::string Spoken(std::size_t range) const;
+  Status CheckRowsAreRests() const;
   std::int64_t Label(const SampleBlock& block, std::size_t i);
   void AddLeading(const SampleBlock& block);
   void AddWaiting(Triad triad, bool at_end);
@@ -93,7 +87,7 @@ class GivenPoses {
   Triad leading_;
   std::string key_;
   std::vector<RangeOrigin> origins_;
-  double spacing_ns_ = 0.0;
+  const StreamMonitor& monitor_;
   std::size_t range_ = 0;
   std::int64_t last_row_ = -1, last_ns_ = 0;  // Of the leading stream.
   std::deque<OpenPose> open_;

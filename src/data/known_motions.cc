@@ -82,7 +82,10 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
 
 }  // namespace
 
-RateMeans::RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& info, Triad leading)
+RateMeans::RateMeans(const std::vector<StatedRate>& rates,
+                     const RecordingInfo& info,
+                     Triad leading,
+                     const StreamMonitor& monitor)
     : rates_(rates) {
   for (std::size_t i = 0; i < rates_.size(); ++i) {
     if (!rates_[i].at.is_pose()) stretches_.push_back(i);
@@ -101,7 +104,7 @@ RateMeans::RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& 
     selection.ranges.push_back({rate.at.rows.first, rate.at.rows.last, rate.id, {}});
     origins.push_back({rate.at.times, rate.at.stated_in});
   }
-  means_.emplace(selection, info, leading, "rates", std::move(origins));
+  means_.emplace(selection, info, leading, monitor, "rates", std::move(origins));
 }
 
 Status RateMeans::Validate() const {
@@ -119,8 +122,8 @@ Status RateMeans::Validate() const {
   return means_->Validate();
 }
 
-void RateMeans::Add(const std::vector<SampleBlock>& blocks, double spacing_ns) {
-  if (means_) means_->Add(blocks, spacing_ns);
+Status RateMeans::Add(const std::vector<SampleBlock>& blocks) {
+  return means_ ? means_->Add(blocks) : Status();
 }
 
 Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
@@ -138,11 +141,10 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   PoseSet turning;
   turning.streams = set->streams;
   if (means_) {
-    auto collected = means_->Finish(&set->findings);
-    TRUETRIAD_RETURN_IF_ERROR(collected);
+    TRUETRIAD_ASSIGN_OR_RETURN(auto collected, means_->Finish(&set->findings));
     // Their noise by itself: a table that turns shakes the unit more than one that rests.
     std::vector<PerTriad<TriadPoseMoments>> turning_moments;
-    for (CollectedPose& mean : *collected) {
+    for (CollectedPose& mean : collected) {
       turning.poses.push_back(std::move(mean.pose));
       turning_moments.push_back(std::move(mean.moments));
     }

@@ -16,10 +16,14 @@ namespace truetriad {
 /// Averages the readings over the rows or times of stated rates, as those of a rest are.
 class RateMeans {
  public:
-  RateMeans(const std::vector<StatedRate>& rates, const RecordingInfo& info, Triad leading);
+  /// `monitor`: of the leading stream, belongs to the caller.
+  RateMeans(const std::vector<StatedRate>& rates,
+            const RecordingInfo& info,
+            Triad leading,
+            const StreamMonitor& monitor);
 
   Status Validate() const;
-  void Add(const std::vector<SampleBlock>& blocks, double spacing_ns);
+  Status Add(const std::vector<SampleBlock>& blocks);
 
   /// Takes the poses out of `set` that are no rests because a rate was held in them, and fills in
   /// set->rates. The poses have their numbers and covariances; those of what remains are filled in

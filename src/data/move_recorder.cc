@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <limits>
 #include <sstream>
 #include <string>
 
+#include "base/rounded_text.h"
 #include "data/gyroscope_faults.h"
 
 namespace truetriad {
@@ -17,11 +17,7 @@ constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kL
 // Of the widest range of an axis: an extreme so near to where a move begins is no limit.
 constexpr double kAtRestShare = 0.25;
 
-std::string Seconds(double value) {
-  std::ostringstream text;
-  text << std::setprecision(value < 1000.0 ? 3 : 6) << value << " s";
-  return text.str();
-}
+std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
 // The longest run of readings whose `axis` is at `limit`.
 int LongestRunAt(double limit, Eigen::Index axis, const std::vector<Eigen::Vector3d>& readings) {

@@ -20,6 +20,7 @@ constexpr double kLongerBatchLevel = 1e-3;
 // A pose is noisier than the others: strict, as there are many poses, and by a margin, as more
 // than that is harmless.
 constexpr double kNoisierLevel = 1e-6;
+// Of the variance, that is 1.22 of sigma.
 constexpr double kNoisierFactor = 1.5;
 // A long pose is kept in so many segments.
 constexpr std::size_t kMostSegments = 128;

@@ -12,9 +12,14 @@
 namespace truetriad {
 namespace {
 
+// Of the range over all attitudes, 2 g of an accelerometer: 0.6 deg from the middle of a rest to
+// its ends.
 constexpr double kMovedShare = 0.005;
+// 3 deg within the middle of a rest: a unit held in the hand, whose mean is worth little.
 constexpr double kWanderShare = 0.03;
+// So many times what white noise does to an eighth of the rest, which chance never reaches.
 constexpr double kClearFactor = 8.0;
+// As many as people read.
 constexpr std::size_t kMostListed = 12;
 // A clock that is off by this share of a rest leaves little of it.
 constexpr double kMostLagShare = 0.5;

@@ -8,18 +8,24 @@
 #include <sstream>
 #include <utility>
 
+#include "base/rounded_text.h"
 #include "math/distributions.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
+// Enough for the median to be that of the clock, whatever the first packets do.
 constexpr std::size_t kSpacingSamples = 1024;
+// Chosen: the smallest step between readings shows long before.
 constexpr std::int64_t kResolutionSamples = 20000;
+// Chosen: one or two lost samples are the jitter of a logger.
 constexpr double kGapSpacings = 5.0;
 // Fewer equal readings in a row (or in all) can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
+// Chosen: two in a row can be chance where steps are coarse.
 constexpr std::size_t kFewestStuckWindows = 3;
+// As many places as one message can hold.
 constexpr std::size_t kMaxListed = 3;
 // Windows with noise that say what the noise is.
 constexpr std::size_t kFewestNoisyWindows = 5;
@@ -40,11 +46,7 @@ std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return text.str();
 }
 
-std::string Number(double value) {
-  std::ostringstream text;
-  text << std::setprecision(9) << value;
-  return text.str();
-}
+std::string Number(double value) { return RoundedText(value, 9); }
 
 std::string Name(Triad triad) { return std::string(TriadName(triad)); }
 

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
-#include "math/distributions.h"
+#include "base/rounded_text.h"
+#include "data/sweep_turns.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/base/triad.h"
@@ -15,9 +17,11 @@
 namespace truetriad {
 namespace {
 
+// Two hours of the shortest cells; their sums take some megabytes.
 constexpr std::size_t kMaxCells = 32768;
 // Cells where the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
+// Chosen: some ten terms an axis, and four windows for each.
 constexpr std::size_t kFewestCells = 40;
 // Of a thermometer that is read now and then.
 constexpr int kFewestReadings = 40;
@@ -25,96 +29,6 @@ constexpr int kFewestReadings = 40;
 // recording has passed.
 constexpr double kThermalShare = 1.0 / 200.0;
 constexpr double kTimeShare = 1.0 / 400.0;
-// Neighbours on each side that say where a cell should be, and how many σ it may be off.
-constexpr std::size_t kNeighbours = 5;
-constexpr double kFarOffSigmas = 10.0;
-constexpr double kDisturbedFactor = 4.0;
-constexpr double kDisturbedLevel = 1e-9;
-// More rows than this are counted, not named.
-constexpr std::size_t kNamed = 10;
-// A change of specific force from one window to the next that no temperature makes.
-constexpr double kTurnedShare = 0.03;
-
-// What a robust straight line through the neighbours of each value leaves of it (Theil 1950, Sen
-// 1968). `time` increases.
-std::vector<double> OffNeighbours(const std::vector<double>& time,
-                                  const std::vector<double>& value) {
-  std::vector<double> off;
-  off.reserve(value.size());
-  std::vector<double> slopes, levels;
-  const std::size_t count = std::min(2 * kNeighbours + 1, value.size());
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    const std::size_t begin = std::min(i - std::min(i, kNeighbours), value.size() - count);
-    slopes.clear(), levels.clear();
-    for (std::size_t j = begin; j < begin + count; ++j) {
-      for (std::size_t k = begin; k < j; ++k) {
-        if (j == i || k == i || !(time[j] > time[k])) continue;
-        slopes.push_back((value[j] - value[k]) / (time[j] - time[k]));
-      }
-    }
-    if (slopes.empty()) {
-      off.push_back(0.0);
-      continue;
-    }
-    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-    std::nth_element(slopes.begin(), middle, slopes.end());
-    for (std::size_t j = begin; j < begin + count; ++j) {
-      if (j != i) levels.push_back(value[j] - *middle * (time[j] - time[i]));
-    }
-    off.push_back(value[i] - Median(levels));
-  }
-  return off;
-}
-
-// How far each value is outside of those beside it.
-std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
-  std::vector<double> beyond;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    double low = value[i == 0 ? std::min<std::size_t>(1, value.size() - 1) : i - 1];
-    double high = low;
-    if (i > 0 && i + 1 < value.size()) {
-      low = std::min(low, value[i + 1]);
-      high = std::max(high, value[i + 1]);
-    }
-    beyond.push_back(std::max({0.0, value[i] - high, low - value[i]}));
-  }
-  return beyond;
-}
-
-double UsualStep(const std::vector<double>& value) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < value.size(); ++i) steps.push_back(std::abs(value[i] - value[i - 1]));
-  return steps.empty() ? 0.0 : Median(std::move(steps));
-}
-
-double SigmaOf(const std::vector<double>& values) {
-  std::vector<double> sizes;
-  sizes.reserve(values.size());
-  for (const double value : values) sizes.push_back(std::abs(value));
-  return sizes.empty() ? 0.0 : kMadToSigma * Median(std::move(sizes));
-}
-
-// Places far off what is expected of them and beyond both neighbours: a turning point, which bends
-// away from any line, goes beyond by a usual step at most.
-std::vector<bool> FarOff(const std::vector<double>& value,
-                         const std::vector<double>& off,
-                         double least) {
-  const double sigma = SigmaOf(off);
-  const double limit = std::max(kFarOffSigmas * sigma, least);
-  const double step = UsualStep(value);
-  const std::vector<double> beyond = BeyondNeighbours(value);
-  std::vector<bool> far_off(value.size(), false);
-  if (!(limit > 0.0)) return far_off;
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    far_off[i] = std::abs(off[i]) > limit && beyond[i] > 0.5 * limit + 1.5 * step;
-  }
-  return far_off;
-}
-
-std::string Fixed1(double value) {
-  std::string text = std::to_string(value);
-  return text.substr(0, text.find('.') + 2);
-}
 
 }  // namespace
 
@@ -261,7 +175,7 @@ void SweepCutter::AddRun(const SampleBlock& block, std::size_t begin, std::size_
   if (cell.attitude == attitude) cell.triads[block.triad].Merge(window);
 }
 
-void SweepCutter::Add(const SampleBlock& block) {
+void SweepCutter::AddBlock(const SampleBlock& block) {
   if (block.x.empty()) return;
   if (!started_) {
     started_ = true;
@@ -286,6 +200,11 @@ void SweepCutter::Add(const SampleBlock& block) {
   }
 }
 
+Status SweepCutter::Add(const std::vector<SampleBlock>& blocks) {
+  for (const SampleBlock& block : blocks) AddBlock(block);
+  return {};
+}
+
 TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const {
   std::vector<double> time_s, degc;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -293,6 +212,7 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
     time_s.push_back(track.time_s[i]);
     degc.push_back(cells_[i].ambient_degc());
   }
+  // A parabola and one more.
   constexpr std::size_t kFewest = 4;
   TemperatureTrack known;
   if (time_s.size() >= kFewest) {
@@ -322,123 +242,13 @@ TemperatureTrack SweepCutter::SmoothAmbient(const TemperatureTrack& track) const
   return ambient;
 }
 
-void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
-                                 const std::vector<bool>& spikes,
-                                 PoseSet* set) {
-  std::vector<std::vector<std::string>> reasons(cells_.size());
-  const auto leave_out = [&](std::size_t i, const std::string& what) {
-    cells_[i].far_off = true;
-    if (std::find(reasons[i].begin(), reasons[i].end(), what) == reasons[i].end()) {
-      reasons[i].push_back(what);
-    }
-  };
-  std::vector<double> degc, residuals;
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    degc.push_back(cells_[i].degc());
-    residuals.push_back(cells_[i].degc() - track.degc[i]);
-  }
-  // Between two readings of a slow thermometer a repeated one is off by what it changes meanwhile.
-  const bool is_held = thermometer_.hold_s() > 0.0;
-  const std::vector<bool> odd_degc =
-      is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (odd_degc[i] || spikes[i]) leave_out(i, "temperature");
-  }
-  for (const StreamInfo& stream : info_.streams) {
-    std::vector<std::size_t> index;
-    std::vector<double> time, value;
-    for (std::size_t a = 0; a < attitude_names_.size(); ++a) {
-      for (int axis = 0; axis < 3; ++axis) {
-        index.clear(), time.clear(), value.clear();
-        std::vector<double> variances;
-        for (std::size_t i = 0; i < cells_.size(); ++i) {
-          const TriadWindow& window = cells_[i].triads[stream.triad];
-          if (cells_[i].attitude != static_cast<int>(a) || window.count == 0) continue;
-          index.push_back(i);
-          time.push_back(track.time_s[i]);
-          value.push_back(window.mean_raw[axis]);
-          const auto dof = static_cast<double>(window.count - 1);
-          if (dof < 1.0) continue;
-          // Median of χ² over its degrees of freedom, Wilson and Hilferty 1931.
-          const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
-          variances.push_back(window.scatter_raw(axis, axis) / dof / median);
-        }
-        const std::string name = std::string(TriadName(stream.triad)) + " " +
-                                 kAxisLetters[static_cast<std::size_t>(axis)];
-        const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
-        for (std::size_t i = 0; i < odd.size(); ++i) {
-          if (odd[i]) leave_out(index[i], name);
-        }
-        const double variance = variances.empty() ? 0.0 : Median(variances);
-        if (!(variance > 0.0)) continue;
-        for (const std::size_t i : index) {
-          const TriadWindow& window = cells_[i].triads[stream.triad];
-          if (window.count < 2) continue;
-          const double chi2 = window.scatter_raw(axis, axis) / variance;
-          const auto dof = static_cast<double>(window.count - 1);
-          if (chi2 > kDisturbedFactor * ChiSquareQuantile(1.0 - kDisturbedLevel, dof)) {
-            leave_out(i, name + " (disturbed)");
-          }
-        }
-      }
-    }
-  }
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (reasons[i].empty() || ++count > kNamed) continue;
-    std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = -1;
-    for (const StreamInfo& stream : info_.streams) {
-      const TriadWindow& window = cells_[i].triads[stream.triad];
-      if (window.count == 0) continue;
-      first = std::min(first, window.first_row), last = std::max(last, window.last_row);
-    }
-    const std::string rows = first == last
-                                 ? "row " + std::to_string(first)
-                                 : "rows " + std::to_string(first) + " to " + std::to_string(last);
-    std::string what;
-    for (const std::string& reason : reasons[i]) what += (what.empty() ? "" : ", ") + reason;
-    set->sweep.left_out.push_back(rows + " (at " + Fixed1(track.time_s[i]) + " s, " +
-                                  Fixed1(track.degc[i]) + " degC): outliers: " + what);
-  }
-  if (count > kNamed) {
-    set->sweep.left_out.push_back(std::to_string(count - kNamed) + " more places with outliers");
-  }
-}
-
-// σ of one sample, from inside the cells, or where cells are single samples from their differences.
-Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
-  constexpr double kEnoughDof = 20.0;
-  Eigen::Vector3d scatter = Eigen::Vector3d::Zero();
-  double dof = 0.0;
-  std::array<std::vector<double>, 3> differences;
-  const Cell* before = nullptr;
-  for (const Cell& cell : cells_) {
-    const TriadWindow& window = cell.triads[triad];
-    if (cell.far_off || window.count == 0) continue;
-    scatter += window.scatter_raw.diagonal();
-    dof += static_cast<double>(window.count - 1);
-    if (before != nullptr && before->attitude == cell.attitude) {
-      const TriadWindow& other = before->triads[triad];
-      const double share = 1.0 / std::sqrt(1.0 / static_cast<double>(window.count) +
-                                           1.0 / static_cast<double>(other.count));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto i = static_cast<Eigen::Index>(axis);
-        differences[axis].push_back(share * (window.mean_raw[i] - other.mean_raw[i]));
-      }
-    }
-    before = &cell;
-  }
-  if (dof >= kEnoughDof) return (scatter / dof).cwiseSqrt();
-  return {SigmaOf(differences[0]), SigmaOf(differences[1]), SigmaOf(differences[2])};
-}
-
 void SweepCutter::AddWindow(std::size_t first, std::size_t last, PoseSet* set) const {
   const TemperatureTrack& track = set->sweep.temperature;
   StaticPose pose;
   PerTriad<TriadWindow> sums;
   double degc = 0.0, rate = 0.0, count = 0.0;
   for (std::size_t i = first; i <= last; ++i) {
-    if (cells_[i].far_off) continue;
+    if (!cells_[i].far_off.empty()) continue;
     for (const Triad triad : kTriads) sums[triad].Merge(cells_[i].triads[triad]);
     degc += track.degc[i], rate += track.rate_degcps[i], count += 1.0;
   }
@@ -481,7 +291,7 @@ void SweepCutter::MakeWindows(PoseSet* set) const {
     first = kNone;
   };
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    if (cells_[i].far_off) continue;
+    if (!cells_[i].far_off.empty()) continue;
     const bool is_over =
         first != kNone && (is_given || cells_[i].attitude != cells_[first].attitude ||
                            std::abs(track.degc[i] - track.degc[first]) > most_degc ||
@@ -494,91 +304,7 @@ void SweepCutter::MakeWindows(PoseSet* set) const {
   close();
 }
 
-// A unit that was turned shows a step of gravity.
-Status SweepCutter::CheckHeld(const PoseSet& set) const {
-  constexpr Triad kTriad = Triad::kAccelerometer;
-  for (std::size_t k = 1; k < set.poses.size(); ++k) {
-    const auto &before = set.poses[k - 1].triads[kTriad], &after = set.poses[k].triads[kTriad];
-    if (!before || !after || set.sweep.attitude[k - 1] != set.sweep.attitude[k]) continue;
-    const double change = (after->mean_raw - before->mean_raw).norm();
-    if (change < kTurnedShare * std::min(before->mean_raw.norm(), after->mean_raw.norm())) continue;
-    return NotEnoughError(
-        Finding(FindingCode::kUnitTurned,
-                set.source + ": the accelerometer jumps between the rows " +
-                    std::to_string(set.poses[k - 1].last_row) + " and " +
-                    std::to_string(set.poses[k].first_row) + ", as if the unit was turned",
-                "state when each attitude was held: `poses: { sweep: { attitudes: poses.yaml } }`")
-            .About(kTriad)
-            .With("row", static_cast<double>(set.poses[k].first_row)));
-  }
-  return {};
-}
-
-// A small turn: gravity steps across itself, and stays there. What temperature does is slow, and
-// goes along gravity as well.
-void SweepCutter::NameTurns(PoseSet* set) const {
-  constexpr Triad kTriad = Triad::kAccelerometer;
-  constexpr std::size_t kReach = 5;
-  // Of the usual change over as many windows, of the noise of their means, of gravity; and how much
-  // of it may go along gravity.
-  constexpr double kUsual = 8.0, kNoise = 8.0, kShare = 1e-3, kAlong = 0.3;
-  std::vector<std::size_t> index;
-  for (std::size_t k = 0; k < set->poses.size(); ++k) {
-    if (set->poses[k].triads[kTriad]) index.push_back(k);
-  }
-  if (index.size() < 8 * kReach) return;
-  const auto reading = [&](std::size_t i) -> const TriadPose& {
-    return *set->poses[index[i]].triads[kTriad];
-  };
-  const auto middle = [&](std::size_t begin) {
-    Eigen::Vector3d medians;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> values;
-      for (std::size_t i = begin; i < begin + kReach; ++i) {
-        values.push_back(reading(i).mean_raw[axis]);
-      }
-      medians[axis] = Median(std::move(values));
-    }
-    return medians;
-  };
-  // From the windows before each one to those after it.
-  std::vector<Eigen::Vector3d> steps(index.size(), Eigen::Vector3d::Zero());
-  std::vector<double> sizes;
-  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
-    if (set->sweep.attitude[index[i - kReach]] != set->sweep.attitude[index[i + kReach]]) continue;
-    steps[i] = middle(i + 1) - middle(i - kReach);
-    sizes.push_back(steps[i].norm());
-  }
-  if (sizes.empty()) return;
-  const double usual = Median(std::move(sizes));
-  for (std::size_t i = kReach; i + kReach < index.size(); ++i) {
-    const double size = steps[i].norm();
-    const Eigen::Vector3d down = reading(i).mean_raw.normalized();
-    const double noise = std::sqrt(reading(i).mean_covariance_raw.trace());
-    const double least =
-        std::max({kUsual * usual, kNoise * noise, kShare * reading(i).mean_raw.norm()});
-    if (size < least || std::abs(steps[i].dot(down)) > kAlong * size) continue;
-    bool is_largest = true;
-    for (std::size_t j = i - kReach; j <= i + kReach; ++j) {
-      is_largest =
-          is_largest && (steps[j].norm() < size || j == i || (j > i && steps[j].norm() == size));
-    }
-    if (!is_largest) continue;
-    const double degrees = kDegPerRad * std::atan2(size, reading(i).mean_raw.norm());
-    set->findings.push_back(
-        Finding(FindingCode::kUnitTurned,
-                "near row " + std::to_string(set->poses[index[i]].first_row) +
-                    " the accelerometer steps as if the unit was turned by " + Fixed1(degrees) +
-                    " degrees and stays there, which is not a thermal effect",
-                "fix the unit in place and repeat, or state when each attitude was held: `poses: { "
-                "sweep: { attitudes: poses.yaml } }`")
-            .About(Triad::kAccelerometer)
-            .With("row", static_cast<double>(set->poses[index[i]].first_row))
-            .With("turned", degrees, "deg"));
-  }
-}
-
-Status SweepCutter::Finish(PoseSet* set) {
+Status SweepCutter::CheckRangesUsed() const {
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
     if (range_used_[i]) continue;
     const PoseRange& range = selection_.ranges[i];
@@ -586,14 +312,19 @@ Status SweepCutter::Finish(PoseSet* set) {
                          std::to_string(range.first) + " to " + std::to_string(range.last) +
                          ") has no reading in " + info_.Find(leading_)->file);
   }
+  return {};
+}
+
+void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
   std::size_t seen = 0, without = 0;
   for (const Cell& cell : cells_) {
     if (cell.triads[leading_].count == 0) continue;
     ++seen;
     if (cell.degc_count == 0) ++without;
   }
-  constexpr double kNotable = 0.01;
-  if (static_cast<double>(without) > kNotable * static_cast<double>(seen)) {
+  // Less is not worth a word: a percent of a sweep moves no term of it.
+  constexpr double kNotableWithoutDegc = 0.01;
+  if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
     const double share = static_cast<double>(without) / static_cast<double>(seen);
     set->findings.push_back(
         Finding(FindingCode::kTemperatureMissing,
@@ -602,6 +333,39 @@ Status SweepCutter::Finish(PoseSet* set) {
             .With("share", share));
   }
   std::erase_if(cells_, [](const Cell& cell) { return cell.degc_count == 0; });
+}
+
+void SweepCutter::Warn(double duration_s, PoseSet* set) const {
+  if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
+    set->findings.emplace_back(
+        FindingCode::kWindowsLengthened,
+        "the recording has too many windows for memory; windows are longer than stated: " +
+            (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
+                               : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
+  }
+  for (const std::string& left_out : set->sweep.left_out) {
+    set->findings.emplace_back(FindingCode::kReadingsLeftOut, "skipped: " + left_out);
+  }
+  const double taken = thermometer_.hold_s() > 0.0 ? duration_s / thermometer_.hold_s() : 1e9;
+  if (taken < static_cast<double>(kFewestReadings)) {
+    set->findings.push_back(Finding(FindingCode::kSlowThermometer,
+                                    "the thermometer is read only every " +
+                                        Fixed1(thermometer_.hold_s()) +
+                                        " s and repeated in between: " + Fixed1(taken) +
+                                        " readings are too few for a sweep, expected at least " +
+                                        std::to_string(kFewestReadings),
+                                    "read it more often")
+                                .With("interval", thermometer_.hold_s(), "s")
+                                .With("readings", taken));
+  } else {
+    // Of so few readings the windows are as wide as their steps.
+    NameTurns(set);
+  }
+}
+
+Status SweepCutter::Finish(PoseSet* set) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckRangesUsed());
+  LeaveOutWithoutTemperature(set);
   if (cells_.size() < kFewestCells) {
     return NotEnoughError(
         Finding(FindingCode::kTooFewWindows,
@@ -651,32 +415,7 @@ Status SweepCutter::Finish(PoseSet* set) {
                               .With("windows", static_cast<double>(set->poses.size()))
                               .With("needed", static_cast<double>(kFewestCells)));
   }
-  if (was_doubled_ && (selection_.sweep.window_s > 0.0 || selection_.sweep.window_samples > 0)) {
-    set->findings.emplace_back(
-        FindingCode::kWindowsLengthened,
-        "the recording has too many windows for memory; windows are longer than stated: " +
-            (cell_samples_ > 0 ? std::to_string(cell_samples_) + " samples"
-                               : std::to_string(1e-9 * static_cast<double>(cell_ns_)) + " s"));
-  }
-  for (const std::string& left_out : set->sweep.left_out) {
-    set->findings.emplace_back(FindingCode::kReadingsLeftOut, "skipped: " + left_out);
-  }
-  const double taken =
-      thermometer_.hold_s() > 0.0 ? (time_s.back() - time_s.front()) / thermometer_.hold_s() : 1e9;
-  if (taken < static_cast<double>(kFewestReadings)) {
-    set->findings.push_back(Finding(FindingCode::kSlowThermometer,
-                                    "the thermometer is read only every " +
-                                        Fixed1(thermometer_.hold_s()) +
-                                        " s and repeated in between: " + Fixed1(taken) +
-                                        " readings are too few for a sweep, expected at least " +
-                                        std::to_string(kFewestReadings),
-                                    "read it more often")
-                                .With("interval", thermometer_.hold_s(), "s")
-                                .With("readings", taken));
-  } else {
-    // Of so few readings the windows are as wide as their steps.
-    NameTurns(set);
-  }
+  Warn(time_s.back() - time_s.front(), set);
   return CheckHeld(*set);
 }
 

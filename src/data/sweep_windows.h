@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "data/collector.h"
 #include "data/window_statistics.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/base/result.h"
@@ -21,19 +22,19 @@ namespace truetriad {
 /// they run out, neighbours are merged and the length doubles, so that memory does not grow with
 /// the recording. At the end the temperature is smoothed over the cells, cells that are far from
 /// their neighbours are left out, and the others make windows.
-class SweepCutter {
+class SweepCutter : public Collector {
  public:
   /// `leading`: the triad whose rows `selection.ranges` and window_samples count.
   SweepCutter(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
 
   /// Error: no time or temperature, ranges out of order, sensors in files whose rows do not match
   /// where rows are counted.
-  Status Validate() const;
+  Status Validate() const override;
 
-  void Add(const SampleBlock& block);
+  Status Add(const std::vector<SampleBlock>& blocks) override;
 
   /// Fills poses (windows) and sweep of the set. Error: too little, or a temperature that stays.
-  Status Finish(PoseSet* set);
+  Status Finish(PoseSet* set) override;
 
  private:
   struct Cell {
@@ -44,7 +45,7 @@ class SweepCutter {
     double time_sum_s = 0.0;  ///< Since the first sample.
     std::int64_t ambient_count = 0;
     double ambient_sum = 0.0;
-    bool far_off = false;
+    std::vector<std::string> far_off;  ///< Why it is left out; empty: it is not.
 
     double ambient_degc() const { return ambient_sum / static_cast<double>(ambient_count); }
     double degc() const { return degc_sum / static_cast<double>(degc_count); }
@@ -58,12 +59,16 @@ class SweepCutter {
   /// What the other thermometer said, over the places of `track`.
   TemperatureTrack SmoothAmbient(const TemperatureTrack& track) const;
   void AddRun(const SampleBlock& block, std::size_t begin, std::size_t end);
+  void AddBlock(const SampleBlock& block);
+  Status CheckRangesUsed() const;
+  void LeaveOutWithoutTemperature(PoseSet* set);
   void LeaveOutFarOff(const TemperatureTrack& track, const std::vector<bool>& spikes, PoseSet* set);
+  void LeaveOutFarOffReadings(const TemperatureTrack& track, Triad triad, int attitude, int axis);
+  void LeaveOut(std::size_t i, const std::string& what);
   void MakeWindows(PoseSet* set) const;
   void AddWindow(std::size_t first, std::size_t last, PoseSet* set) const;
   Eigen::Vector3d SampleSigma(Triad triad) const;
-  Status CheckHeld(const PoseSet& set) const;
-  void NameTurns(PoseSet* set) const;
+  void Warn(double duration_s, PoseSet* set) const;
 
   PoseSelection selection_;
   RecordingInfo info_;

@@ -142,8 +142,7 @@ Status WriteImu(const WriteRequest& request,
                 ArduPilotText* out,
                 std::vector<std::string>* warnings) {
   const ImuNames names(instance);
-  const Result<Eigen::Vector2d> range = CommonRange(request.calibration);
-  TRUETRIAD_RETURN_IF_ERROR(range);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector2d range, CommonRange(request.calibration));
   bool any_thermal = false;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -154,11 +153,12 @@ Status WriteImu(const WriteRequest& request,
     if (triad == Triad::kAccelerometer) {
       const Eigen::Vector3d scale = sensor->model.Correction().diagonal();
       out->Vector(names.scale, scale);
+      // Limits of the firmware's arming checks.
       constexpr double kMaxOffsetMps2 = 3.5;
-      constexpr double kMinScale = 0.8;
-      constexpr double kMaxScale = 1.2;
+      constexpr double kMinAccelScale = 0.8;
+      constexpr double kMaxAccelScale = 1.2;
       if (sensor->model.bias.cwiseAbs().maxCoeff() > kMaxOffsetMps2 ||
-          scale.minCoeff() < kMinScale || scale.maxCoeff() > kMaxScale) {
+          scale.minCoeff() < kMinAccelScale || scale.maxCoeff() > kMaxAccelScale) {
         warnings->emplace_back(
             "accelerometer: ArduPilot refuses to arm with offsets beyond 3.5 m/s^2 or scales "
             "outside 0.8 to 1.2");
@@ -184,8 +184,8 @@ Status WriteImu(const WriteRequest& request,
     }
   }
   if (any_thermal) {
-    out->Float(names.thermal + "TMIN", (*range)[0]);
-    out->Float(names.thermal + "TMAX", (*range)[1]);
+    out->Float(names.thermal + "TMIN", range[0]);
+    out->Float(names.thermal + "TMAX", range[1]);
     out->Integer(names.thermal + "ENABLE", 1);
   }
   return {};
@@ -216,12 +216,11 @@ Status WriteCompass(const WriteRequest& request,
 
 Result<std::vector<ExportedFile>> WriteArduPilot(const WriteRequest& request,
                                                  std::vector<std::string>* warnings) {
-  const Result<int> instance = ArduPilotInstance(request.options.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, ArduPilotInstance(request.options.instance));
   ArduPilotText out;
   out.text = CommentText("# ", request.comment);
-  TRUETRIAD_RETURN_IF_ERROR(WriteImu(request, *instance, &out, warnings));
-  TRUETRIAD_RETURN_IF_ERROR(WriteCompass(request, *instance, &out, warnings));
+  TRUETRIAD_RETURN_IF_ERROR(WriteImu(request, instance, &out, warnings));
+  TRUETRIAD_RETURN_IF_ERROR(WriteCompass(request, instance, &out, warnings));
   return std::vector<ExportedFile>{{"", std::move(out.text)}};
 }
 
@@ -234,6 +233,7 @@ struct ArduPilotThermal {
                                               const ImuNames& names,
                                               Triad triad) {
     if (list.Get(names.thermal + "ENABLE", 0.0F) != 1.0F) return std::nullopt;
+    // What CALTEMP holds before there is one.
     constexpr float kUnset = -300.0F;
     ArduPilotThermal thermal;
     thermal.lowest = list.Get(names.thermal + "TMIN", thermal.lowest);
@@ -312,9 +312,9 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
   if (diagonal.isZero(0.0F)) diagonal.setOnes();  // 0: off
   const Eigen::Matrix3f D = SymmetricMatrix(diagonal, list.GetVector(names.off_diagonal, "", 0.0F));
   // Outside of its range the scale is ignored.
-  constexpr float kMaxScale = 1.5F;
+  constexpr float kMaxCompassScale = 1.5F;
   float scale = list.Get(names.scale, 0.0F);
-  if (!(scale >= 1.0F / kMaxScale && scale <= kMaxScale)) scale = 1.0F;
+  if (!(scale >= 1.0F / kMaxCompassScale && scale <= kMaxCompassScale)) scale = 1.0F;
   carried->equations[Triad::kMagnetometer] = [=](const Eigen::Vector3d& reading,
                                                  const Eigen::Vector3d& /*force_mps2*/,
                                                  double /*temperature_degc*/) -> Eigen::Vector3d {
@@ -325,13 +325,11 @@ void ReadCompass(const ParameterList& list, int instance, Carried* carried) {
 }
 
 Result<Carried> ReadArduPilot(const ReadRequest& request) {
-  const Result<int> instance = ArduPilotInstance(request.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
-  const Result<ParameterList> list = ParameterList::Parse(request.files[0], 0);
-  TRUETRIAD_RETURN_IF_ERROR(list);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, ArduPilotInstance(request.instance));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list, ParameterList::Parse(request.files[0], 0));
   Carried carried;
-  ReadImu(*list, *instance, &carried);
-  if (*instance <= kCompasses) ReadCompass(*list, *instance, &carried);
+  ReadImu(list, instance, &carried);
+  if (instance <= kCompasses) ReadCompass(list, instance, &carried);
   return carried;
 }
 

@@ -31,12 +31,12 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
     }
     members.push_back(JsonText("calib_" + name + "_bias") + ": " +
                       ListText(std::span<const double>(numbers)));
-    const Result<std::optional<NoiseDensities>> noise = NoiseOf(request.options, triad);
-    TRUETRIAD_RETURN_IF_ERROR(noise);
-    if (*noise) {
-      members.push_back(JsonText(name + "_noise_std") + ": " + ListText((*noise)->white));
-      members.push_back(JsonText(name + "_bias_std") + ": " + ListText((*noise)->random_walk));
-      rate_hz = (*noise)->rate_hz;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise,
+                               NoiseOf(request.options, triad));
+    if (noise) {
+      members.push_back(JsonText(name + "_noise_std") + ": " + ListText(noise->white));
+      members.push_back(JsonText(name + "_bias_std") + ": " + ListText(noise->random_walk));
+      rate_hz = noise->rate_hz;
     } else {
       warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +
                              name +
@@ -55,9 +55,8 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
 
 Result<Carried> ReadBasalt(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
-  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  YamlReader value = root->RequireChild("value0");
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
+  YamlReader value = root.RequireChild("value0");
   Carried carried;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const bool lower = triad == Triad::kAccelerometer;
@@ -77,7 +76,7 @@ Result<Carried> ReadBasalt(const ReadRequest& request) {
       return reading + E * reading - c;
     };
   }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   return carried;
 }
 

@@ -22,6 +22,8 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
+// INAV: gains are shares of 4096 and of 1024; 8192 is the end of the setting's range
+// (settings.yaml).
 constexpr double kAccGainUnity = 4096.0;
 constexpr double kMagGainUnity = 1024.0;
 constexpr int kMaxGain = 8192;
@@ -40,12 +42,12 @@ Result<int> Whole(const std::string& what, double value, int low, int high) {
 Result<std::array<int, 3>> WholeOffsets(Triad triad, const TriadCalibration& sensor) {
   std::array<int, 3> offsets{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Result<int> offset = Whole("the " + std::string(TriadName(triad)) + "'s offset",
+    TRUETRIAD_ASSIGN_OR_RETURN(const int offset,
+                               Whole("the " + std::string(TriadName(triad)) + "'s offset",
                                      sensor.model.bias[static_cast<Eigen::Index>(axis)],
                                      std::numeric_limits<std::int16_t>::min(),
-                                     std::numeric_limits<std::int16_t>::max());
-    TRUETRIAD_RETURN_IF_ERROR(offset);
-    offsets[axis] = *offset;
+                                     std::numeric_limits<std::int16_t>::max()));
+    offsets[axis] = offset;
   }
   return offsets;
 }
@@ -56,12 +58,11 @@ Result<std::vector<ExportedFile>> WriteBetaflight(const WriteRequest& request,
   for (const Triad triad : kHeld) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    const Result<std::array<int, 3>> zero = WholeOffsets(triad, *sensor);
-    TRUETRIAD_RETURN_IF_ERROR(zero);
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto zero, WholeOffsets(triad, *sensor));
     const bool is_acc = triad == Triad::kAccelerometer;
     text += std::string(kSet) + (is_acc ? "acc" : "mag") +
-            "_calibration = " + std::to_string((*zero)[0]) + "," + std::to_string((*zero)[1]) +
-            "," + std::to_string((*zero)[2]) + (is_acc ? ",1\n" : "\n");
+            "_calibration = " + std::to_string(zero[0]) + "," + std::to_string(zero[1]) + "," +
+            std::to_string(zero[2]) + (is_acc ? ",1\n" : "\n");
   }
   warnings->emplace_back(
       "Betaflight subtracts offsets after aligning the sensors to the board, so these are valid "
@@ -75,23 +76,22 @@ Result<std::vector<ExportedFile>> WriteInav(const WriteRequest& request,
   for (const Triad triad : kHeld) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
-    const Result<std::array<int, 3>> zero = WholeOffsets(triad, *sensor);
-    TRUETRIAD_RETURN_IF_ERROR(zero);
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto zero, WholeOffsets(triad, *sensor));
     const bool is_acc = triad == Triad::kAccelerometer;
     const std::string name = is_acc ? "acc" : "mag";
     const Eigen::Vector3d C = sensor->model.Correction().diagonal();
     for (std::size_t axis = 0; axis < 3; ++axis) {
       text += std::string(kSet) + name + "zero_" + "xyz"[axis] + " = " +
-              std::to_string((*zero)[axis]) + "\n";
+              std::to_string(zero[axis]) + "\n";
     }
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Result<int> gain = Whole("the " + std::string(TriadName(triad)) + "'s gain",
-                                     is_acc ? kAccGainUnity * C[axis] : kMagGainUnity / C[axis],
-                                     1,
-                                     kMaxGain);
-      TRUETRIAD_RETURN_IF_ERROR(gain);
+      TRUETRIAD_ASSIGN_OR_RETURN(const int gain,
+                                 Whole("the " + std::string(TriadName(triad)) + "'s gain",
+                                       is_acc ? kAccGainUnity * C[axis] : kMagGainUnity / C[axis],
+                                       1,
+                                       kMaxGain));
       text +=
-          std::string(kSet) + name + "gain_" + "xyz"[axis] + " = " + std::to_string(*gain) + "\n";
+          std::string(kSet) + name + "gain_" + "xyz"[axis] + " = " + std::to_string(gain) + "\n";
     }
   }
   warnings->emplace_back(
@@ -134,13 +134,12 @@ Equation GainedEquation(const Eigen::Vector3d& zero, const Eigen::Vector3d& gain
 }
 
 Result<Carried> ReadBetaflight(const ReadRequest& request) {
-  const auto settings = Settings(request.files[0]);
-  TRUETRIAD_RETURN_IF_ERROR(settings);
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto settings, Settings(request.files[0]));
   Carried carried;
   for (const Triad triad : kHeld) {
     const auto found =
-        settings->find(triad == Triad::kAccelerometer ? "acc_calibration" : "mag_calibration");
-    if (found == settings->end() || found->second.size() < 3) continue;
+        settings.find(triad == Triad::kAccelerometer ? "acc_calibration" : "mag_calibration");
+    if (found == settings.end() || found->second.size() < 3) continue;
     const std::vector<int>& zero = found->second;
     carried.equations[triad] = GainedEquation(
         Eigen::Vector3i(zero[0], zero[1], zero[2]).cast<double>(), Eigen::Vector3d::Ones());
@@ -149,8 +148,7 @@ Result<Carried> ReadBetaflight(const ReadRequest& request) {
 }
 
 Result<Carried> ReadInav(const ReadRequest& request) {
-  const auto settings = Settings(request.files[0]);
-  TRUETRIAD_RETURN_IF_ERROR(settings);
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto settings, Settings(request.files[0]));
   Carried carried;
   for (const Triad triad : kHeld) {
     const bool is_acc = triad == Triad::kAccelerometer;
@@ -158,10 +156,10 @@ Result<Carried> ReadInav(const ReadRequest& request) {
     Eigen::Vector3d zero, gain;
     bool whole = true;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto found_zero = settings->find(name + "zero_" + "xyz"[axis]);
-      const auto found_gain = settings->find(name + "gain_" + "xyz"[axis]);
-      whole = whole && found_zero != settings->end() && found_zero->second.size() == 1 &&
-              found_gain != settings->end() && found_gain->second.size() == 1;
+      const auto found_zero = settings.find(name + "zero_" + "xyz"[axis]);
+      const auto found_gain = settings.find(name + "gain_" + "xyz"[axis]);
+      whole = whole && found_zero != settings.end() && found_zero->second.size() == 1 &&
+              found_gain != settings.end() && found_gain->second.size() == 1;
       if (!whole) break;
       zero[axis] = found_zero->second[0];
       const double number = found_gain->second[0];

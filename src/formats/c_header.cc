@@ -25,7 +25,9 @@
 namespace truetriad {
 namespace {
 
+// As high as a fitted polynomial in place of pieces goes (restate.cc).
 constexpr int kMaxBiasOrder = 9;
+// Both ends and the middle of the temperatures.
 constexpr int kTestVectors = 3;
 
 /// The numbers of one triad as they stand in the header. Matrices by rows.
@@ -66,9 +68,12 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   };
   const double low = (thermal.range_degc[0] - thermal.reference_degc) * per_degc;
   const double high = (thermal.range_degc[1] - thermal.reference_degc) * per_degc;
+  // 1 / (1 + s u) with gains that change by a per mille a degree needs four; more than eight is no
+  // sensor.
   constexpr int kMaxDegree = 8;
+  // Four and more between the zeros of the highest polynomial.
   constexpr int kChecks = 33;
-  constexpr double kTolerance = 0.1 * std::numeric_limits<float>::epsilon();
+  constexpr double kFitTolerance = 0.1 * std::numeric_limits<float>::epsilon();
   const double size = correction_at(low).norm();
   std::vector<Eigen::Matrix3d> terms;
   for (int degree = static_cast<int>(thermal.sensitivity.size()); degree <= kMaxDegree; ++degree) {
@@ -85,7 +90,7 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
       for (std::size_t k = terms.size(); k-- > 0;) sum = (sum * u + terms[k]).eval();
       worst = std::max(worst, (sum - correction_at(u)).norm() / size);
     }
-    if (worst <= kTolerance) break;
+    if (worst <= kFitTolerance) break;
   }
   std::vector<FloatTable::Matrix> rounded;
   for (const Eigen::Matrix3d& term : terms) rounded.emplace_back(term.cast<float>());

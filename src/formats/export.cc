@@ -63,26 +63,22 @@ ReadRequest AsRead(const std::vector<ExportedFile>& files, const ExportOptions& 
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format_name,
                                  const ExportOptions& options) {
-  const Result<const Format*> found = FindFormat(format_name);
-  TRUETRIAD_RETURN_IF_ERROR(found);
-  const Format& format = **found;
-  const Result<Restated> restated = Restate(calibration, format, options);
-  TRUETRIAD_RETURN_IF_ERROR(restated);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
+  const Format& format = *found;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Restated restated, Restate(calibration, format, options));
   Export result;
-  result.notes = restated->notes;
-  result.warnings = restated->warnings;
-  std::vector<std::string> comment = Comment(format, *restated, options);
+  result.notes = restated.notes;
+  result.warnings = restated.warnings;
+  std::vector<std::string> comment = Comment(format, restated, options);
 
   // Written, read back and compared; then written again with what was found.
   std::vector<std::string> said_twice;
-  const Result<std::vector<ExportedFile>> draft =
-      format.write({restated->held, options, comment}, &said_twice);
-  TRUETRIAD_RETURN_IF_ERROR(draft);
-  const Result<Carried> carried = format.read(AsRead(*draft, options));
-  TRUETRIAD_RETURN_IF_ERROR(carried);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<ExportedFile> draft,
+                             format.write({restated.held, options, comment}, &said_twice));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(AsRead(draft, options)));
   for (const Triad triad : kTriads) {
-    if (!restated->held.sensors[triad] || !carried->equations[triad]) continue;
-    const ExportLoss loss = LossOf(triad, carried->equations[triad], *restated, calibration);
+    if (!restated.held.sensors[triad] || !carried.equations[triad]) continue;
+    const ExportLoss loss = LossOf(triad, carried.equations[triad], restated, calibration);
     const std::string text = LossText(triad, loss);
     comment.push_back(text + ".");
     if (options.max_loss && !(loss.share() <= *options.max_loss)) {
@@ -96,10 +92,9 @@ Result<Export> ExportCalibration(const Calibration& calibration,
     result.loss[triad] = loss;
   }
   for (const std::string& note : result.notes) comment.push_back(note + ".");
-  Result<std::vector<ExportedFile>> files =
-      format.write({restated->held, options, comment}, &result.warnings);
-  TRUETRIAD_RETURN_IF_ERROR(files);
-  result.files = *std::move(files);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<ExportedFile> files,
+                             format.write({restated.held, options, comment}, &result.warnings));
+  result.files = std::move(files);
   return result;
 }
 

@@ -33,17 +33,14 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   const bool fixed = !format.capacity[triad].reading_unit.empty();
   const std::string unit_name =
       wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
-  const Result<Unit> from = ParseTriadUnit(triad, carried.input_unit);
-  TRUETRIAD_RETURN_IF_ERROR(from);
-  const Result<Unit> result = ParseTriadUnit(triad, carried.output_unit);
-  TRUETRIAD_RETURN_IF_ERROR(result);
-  const Result<Unit> to = ParseTriadUnit(triad, unit_name);
-  TRUETRIAD_RETURN_IF_ERROR(to);
-  if (from->is_counts != to->is_counts) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Unit from, ParseTriadUnit(triad, carried.input_unit));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Unit result, ParseTriadUnit(triad, carried.output_unit));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Unit to, ParseTriadUnit(triad, unit_name));
+  if (from.is_counts != to.is_counts) {
     return UsageError("--units: the " + name + " in the file is in " + carried.input_unit +
                       ", which cannot be converted to " + unit_name);
   }
-  sensor = InUnits(carried, from->truth_per_raw / to->truth_per_raw, result->truth_per_raw);
+  sensor = InUnits(carried, from.truth_per_raw / to.truth_per_raw, result.truth_per_raw);
   sensor.input_unit = unit_name;
   sensor.output_unit = TruthUnitName(triad);
   return sensor;
@@ -72,10 +69,11 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
 
 /// The gauge in which a leading sensitivity stands.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
-  constexpr double kRounding = 1e-12;
-  if (sensitivity.isLowerTriangular(kRounding)) return Gauge::kAccelX;
-  if (sensitivity.isUpperTriangular(kRounding)) return Gauge::kAccelZ;
-  if (sensitivity.isApprox(sensitivity.transpose(), kRounding)) return Gauge::kSymmetric;
+  // Of an inverse that was triangular before it was written.
+  constexpr double kTriangularRounding = 1e-12;
+  if (sensitivity.isLowerTriangular(kTriangularRounding)) return Gauge::kAccelX;
+  if (sensitivity.isUpperTriangular(kTriangularRounding)) return Gauge::kAccelZ;
+  if (sensitivity.isApprox(sensitivity.transpose(), kTriangularRounding)) return Gauge::kSymmetric;
   return Gauge::kFixture;
 }
 
@@ -100,27 +98,25 @@ Result<Import> ImportCalibration(std::string_view format_name,
   ReadRequest request;
   request.instance = options.instance;
   for (const std::string& path : paths) {
-    Result<std::string> text = ReadSmallFile(path);
-    TRUETRIAD_RETURN_IF_ERROR(text);
-    calibration.inputs.push_back({path, Sha256Hex(*text), 0});
-    request.files.push_back({path, *std::move(text)});
+    TRUETRIAD_ASSIGN_OR_RETURN(std::string text, ReadSmallFile(path));
+    calibration.inputs.push_back({path, Sha256Hex(text), 0});
+    request.files.push_back({path, std::move(text)});
   }
   if (request.files.empty()) return UsageError("no file to import; give --input");
-  const Result<Carried> carried = format.read(request);
-  TRUETRIAD_RETURN_IF_ERROR(carried);
-  import.notes = carried->notes;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
+  import.notes = carried.notes;
 
   std::optional<Triad> leading;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
-    if (!carried->sensors[triad]) continue;
-    Result<TriadCalibration> sensor =
-        InWantedUnits(triad, *carried->sensors[triad], format, options.units[triad]);
-    TRUETRIAD_RETURN_IF_ERROR(sensor);
-    if (!sensor->model.sensitivity.allFinite() || !sensor->model.bias.allFinite()) {
+    if (!carried.sensors[triad]) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        TriadCalibration sensor,
+        InWantedUnits(triad, carried->sensors[triad], format, options.units[triad]));
+    if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
       return BadInputError(paths[0] + ": the matrix of the " + std::string(TriadName(triad)) +
                            " is singular");
     }
-    calibration.sensors[triad] = *std::move(sensor);
+    calibration.sensors[triad] = std::move(sensor);
     if (!leading) leading = triad;
   }
   if (!leading) {
@@ -138,7 +134,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
   calibration.covariance.matrix = Eigen::MatrixXd::Zero(size, size);
   calibration.gauge_sensor = *leading;
   calibration.gauge = GaugeOf(calibration.sensors[*leading]->model.sensitivity);
-  calibration.reference.field_ut = carried->field_ut;
+  calibration.reference.field_ut = carried.field_ut;
   calibration.outcome = Outcome::kConverged;
   calibration.software_version = options.software_version;
   calibration.created = TimestampUtc();

@@ -21,11 +21,10 @@ Result<std::vector<ExportedFile>> WriteImuCalib(const WriteRequest& request,
 
 Result<Carried> ReadImuCalib(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
-  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  const std::vector<double> SM = ReadList(root->RequireChild("SM"), 9);
-  const std::vector<double> bias = ReadList(root->RequireChild("bias"), 3);
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
+  const std::vector<double> SM = ReadList(root.RequireChild("SM"), 9);
+  const std::vector<double> bias = ReadList(root.RequireChild("bias"), 3);
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   const Eigen::Matrix3d matrix = Eigen::Map<const Eigen::Matrix3d>(SM.data()).transpose();
   const Eigen::Vector3d after = Eigen::Map<const Eigen::Vector3d>(bias.data());
   Carried carried;

@@ -90,15 +90,14 @@ Result<Carried> ReadImuTk(const ReadRequest& request) {
                            ": cannot tell the sensor from the name; expected names ending in "
                            "_acc.calib and _gyro.calib, as written by imu_tk");
     }
-    const Result<std::vector<double>> numbers = Numbers(file);
-    TRUETRIAD_RETURN_IF_ERROR(numbers);
-    if (numbers->size() != kNumbers) {
-      return BadInputError(file.suffix + ": contains " + std::to_string(numbers->size()) +
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, Numbers(file));
+    if (numbers.size() != kNumbers) {
+      return BadInputError(file.suffix + ": contains " + std::to_string(numbers.size()) +
                            " numbers; expected T (9), K (9) and B (3)");
     }
-    const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers->data());
-    const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers->data() + 9);
-    const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers->data() + 18);
+    const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers.data());
+    const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers.data() + 9);
+    const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers.data() + 18);
     const Eigen::Matrix3d TK = T * K;
     if (TK.determinant() == 0.0) return BadInputError(file.suffix + ": T K is singular");
     carried.equations[kind->triad] = [=](const Eigen::Vector3d& reading,

@@ -111,33 +111,29 @@ constexpr std::string_view kBody =
 
 Result<std::vector<ExportedFile>> WriteKalibr(const WriteRequest& request,
                                               std::vector<std::string>* warnings) {
-  const Result<Chain> chain = ChainOf(request.calibration);
-  TRUETRIAD_RETURN_IF_ERROR(chain);
-  const Result<std::string> noise = NoiseText(request.options, warnings);
-  TRUETRIAD_RETURN_IF_ERROR(noise);
-  const Eigen::Matrix3d A = chain->G * chain->gyroscope.C.transpose();
+  TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
+  const Eigen::Matrix3d A = chain.G * chain.gyroscope.C.transpose();
   std::string text = CommentText("# ", request.comment) + BiasComments(request.calibration) +
-                     "imu0:\n  model: scale-misalignment\n" + std::string(kBody) + *noise +
-                     "  accelerometers:\n    M: " + RowsText(chain->M_a) +
-                     "\n  gyroscopes:\n    M: " + RowsText(chain->gyroscope.M) +
-                     "\n    A: " + RowsText(A) + "\n    C_gyro_i: " + RowsText(chain->gyroscope.C) +
+                     "imu0:\n  model: scale-misalignment\n" + std::string(kBody) + noise +
+                     "  accelerometers:\n    M: " + RowsText(chain.M_a) +
+                     "\n  gyroscopes:\n    M: " + RowsText(chain.gyroscope.M) +
+                     "\n    A: " + RowsText(A) + "\n    C_gyro_i: " + RowsText(chain.gyroscope.C) +
                      "\n";
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
 Result<std::vector<ExportedFile>> WriteOpenVins(const WriteRequest& request,
                                                 std::vector<std::string>* warnings) {
-  const Result<Chain> chain = ChainOf(request.calibration);
-  TRUETRIAD_RETURN_IF_ERROR(chain);
-  const Result<std::string> noise = NoiseText(request.options, warnings);
-  TRUETRIAD_RETURN_IF_ERROR(noise);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Chain chain, ChainOf(request.calibration));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string noise, NoiseText(request.options, warnings));
   std::string text = "%YAML:1.0\n\n" + CommentText("# ", request.comment) +
                      BiasComments(request.calibration) + "imu0:\n  model: \"kalibr\"\n" +
-                     std::string(kBody) + *noise + "  Tw: " + RowsText(chain->gyroscope.M) +
-                     "\n  R_IMUtoGYRO: " + RowsText(chain->gyroscope.C) +
-                     "\n  Ta: " + RowsText(chain->M_a) +
+                     std::string(kBody) + noise + "  Tw: " + RowsText(chain.gyroscope.M) +
+                     "\n  R_IMUtoGYRO: " + RowsText(chain.gyroscope.C) +
+                     "\n  Ta: " + RowsText(chain.M_a) +
                      "\n  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().eval()) +
-                     "\n  Tg: " + RowsText(chain->G) + "\n";
+                     "\n  Tg: " + RowsText(chain.G) + "\n";
   return std::vector<ExportedFile>{{"", std::move(text)}};
 }
 
@@ -207,10 +203,9 @@ Status CheckRegular(const Chain& chain, const ExportedFile& file) {
 
 Result<Carried> ReadKalibr(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
-  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   Chain chain;
-  if (YamlReader imu = FirstImu(&*root)) {
+  if (YamlReader imu = FirstImu(&root)) {
     std::string model;
     if (imu.Require("model", &model) && model != "scale-misalignment") {
       imu.Child("model").Fail("`" + model + "` has no matrices; expected `scale-misalignment`");
@@ -224,7 +219,7 @@ Result<Carried> ReadKalibr(const ReadRequest& request) {
       chain.G = ReadRows(gyroscopes.RequireChild("A")) * chain.gyroscope.C;
     }
   }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   TRUETRIAD_RETURN_IF_ERROR(CheckRegular(chain, file));
   return CarriedChain(chain, file.text);
 }
@@ -233,16 +228,16 @@ Result<Carried> ReadOpenVins(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   // OpenCV's first line is not YAML.
   const std::size_t begin = file.text.starts_with("%YAML:") ? file.text.find('\n') : 0;
-  Result<YamlReader> root = YamlReader::FromText(file.text.substr(begin), file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root,
+                             YamlReader::FromText(file.text.substr(begin), file.suffix));
   Chain chain;
-  if (YamlReader imu = FirstImu(&*root)) {
+  if (YamlReader imu = FirstImu(&root)) {
     chain.M_a = ReadRows(imu.RequireChild("Ta"));
     chain.gyroscope.M = ReadRows(imu.RequireChild("Tw"));
     chain.gyroscope.C = ReadRows(imu.RequireChild("R_IMUtoGYRO"));
     chain.G = ReadRows(imu.RequireChild("Tg"));
   }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   TRUETRIAD_RETURN_IF_ERROR(CheckRegular(chain, file));
   return CarriedChain(chain, file.text);
 }

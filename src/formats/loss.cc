@@ -12,7 +12,9 @@
 namespace truetriad {
 namespace {
 
+// About 14 deg apart on the sphere: quadratic terms change by a few per cent from one to the next.
 constexpr int kDirections = 200;
+// Chosen: every bend of a cubic is met several times over.
 constexpr int kTemperatures = 17;
 // Of those that a sweep passed, both ends among them.
 constexpr int kRates = 5;
@@ -26,6 +28,7 @@ Eigen::Vector3d Direction(int i) {
 }
 
 double Signal(Triad triad, const ReferenceValues& reference) {
+  // At middle latitudes.
   constexpr double kTypicalFieldUt = 50.0;
   switch (triad) {
     case Triad::kAccelerometer:

@@ -71,9 +71,8 @@ Result<std::vector<ExportedFile>> WriteMatlab(const WriteRequest& request,
   std::string comment;
   for (const std::string& line : request.comment) comment += line + "\n";
   variables.push_back({"comment", {}, comment});
-  Result<std::string> bytes = MatFileBytes(variables, request.comment);
-  TRUETRIAD_RETURN_IF_ERROR(bytes);
-  return std::vector<ExportedFile>{{"", *std::move(bytes)}};
+  TRUETRIAD_ASSIGN_OR_RETURN(std::string bytes, MatFileBytes(variables, request.comment));
+  return std::vector<ExportedFile>{{"", std::move(bytes)}};
 }
 
 /// A 3x3 of the file. Error: it is there and is not one, or it is singular.
@@ -122,9 +121,8 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
                            " is singular");
     }
     const Eigen::Vector3d b = bias->numbers.reshaped();
-    const auto G = MatrixOf(*variables, prefix + "G", file.suffix);
-    TRUETRIAD_RETURN_IF_ERROR(G);
-    const Eigen::Matrix3d g_sensitivity = G->value_or(Eigen::Matrix3d::Zero());
+    TRUETRIAD_ASSIGN_OR_RETURN(const auto G, MatrixOf(*variables, prefix + "G", file.suffix));
+    const Eigen::Matrix3d g_sensitivity = G.value_or(Eigen::Matrix3d::Zero());
     carried.equations[triad] = [=](const Eigen::Vector3d& reading,
                                    const Eigen::Vector3d& force_mps2,
                                    double /*temperature_degc*/) -> Eigen::Vector3d {
@@ -135,13 +133,14 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     if (unit != nullptr) sensor.input_unit = unit->text;
     sensor.output_unit = TruthUnitName(triad);
     sensor.noise.source = NoiseSource::kConfig;
-    sensor.g_sensitivity = *G;
+    sensor.g_sensitivity = G;
     sensor.model = {correction.inverse(), b};
     // The sensitivity as it stands keeps its zeros.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    constexpr double kRounding = 1e-9;
-    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kRounding) {
+    // Of a product of two inverses that were written with all digits.
+    constexpr double kInverseRounding = 1e-9;
+    if (*S && (correction * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       sensor.model.sensitivity = **S;
     }
   }

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/rounded_text.h"
+
 namespace truetriad {
 
 // Numbers for files of other programs: independent of the locale, as few digits as read back to the
@@ -28,13 +30,6 @@ inline std::string FloatLiteral(float value) {
   std::string text = NumberText(value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text + "f";
-}
-
-// `digits` significant digits, for people.
-inline std::string RoundedText(double value, int digits) {
-  char text[64];
-  return {text,
-          std::to_chars(text, text + sizeof text, value, std::chars_format::general, digits).ptr};
 }
 
 inline std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines) {

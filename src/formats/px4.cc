@@ -83,15 +83,14 @@ void WriteThermal(const std::string& prefix, const ThermalTerms& thermal, Px4Tex
 
 Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
                                            std::vector<std::string>* warnings) {
-  const Result<int> instance = Px4Instance(request.options.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Px4Instance(request.options.instance));
   Px4Text out;
   out.text = CommentText("# ", request.comment);
   for (const Px4Triad& names : kPx4Triads) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[names.triad];
     if (!sensor) continue;
     const std::string name(TriadName(names.triad));
-    const std::string prefix = CalibrationPrefix(names, *instance);
+    const std::string prefix = CalibrationPrefix(names, instance);
     const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
     if (id) {
       out.Integer(prefix + "ID", *id);
@@ -103,6 +102,7 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
     for (int axis = 0; axis < 3; ++axis) {
       out.Float(prefix + "XYZ"[axis] + "OFF", sensor->model.bias[axis]);
     }
+    // Limits of the sources named above.
     constexpr double kIgnoredOffset = 0.01;
     if (sensor->model.bias.norm() < kIgnoredOffset) {
       warnings->emplace_back(name +
@@ -113,10 +113,11 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
       for (int axis = 0; axis < 3; ++axis) {
         out.Float(prefix + "XYZ"[axis] + "SCALE", correction(axis, axis));
       }
-      constexpr double kMinScale = 0.1;
-      constexpr double kMaxScale = 3.0;
-      if (correction.diagonal().minCoeff() < kMinScale ||
-          correction.diagonal().maxCoeff() > kMaxScale) {
+      // Limits of the sources named above.
+      constexpr double kLeastScale = 0.1;
+      constexpr double kMostScale = 3.0;
+      if (correction.diagonal().minCoeff() < kLeastScale ||
+          correction.diagonal().maxCoeff() > kMostScale) {
         warnings->emplace_back(name + ": PX4 accepts only scales between 0.1 and 3");
       }
     }
@@ -126,7 +127,7 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
       out.Float(prefix + "ZODIAG", correction(1, 2));
     }
     if (!sensor->thermal) continue;
-    const std::string thermal_prefix = ThermalPrefix(names, *instance);
+    const std::string thermal_prefix = ThermalPrefix(names, instance);
     if (id) out.Integer(thermal_prefix + "ID", *id);
     WriteThermal(thermal_prefix, *sensor->thermal, &out);
     out.Integer("TC_" + std::string(names.thermal) + "_ENABLE", 1);
@@ -176,25 +177,24 @@ struct Px4Thermal {
 };
 
 Result<Carried> ReadPx4(const ReadRequest& request) {
-  const Result<int> instance = Px4Instance(request.instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int instance, Px4Instance(request.instance));
   constexpr std::size_t kNameField = 2;
-  const Result<ParameterList> list = ParameterList::Parse(request.files[0], kNameField);
-  TRUETRIAD_RETURN_IF_ERROR(list);
+  TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
+                             ParameterList::Parse(request.files[0], kNameField));
   Carried carried;
   for (const Px4Triad& names : kPx4Triads) {
-    const std::string prefix = CalibrationPrefix(names, *instance);
+    const std::string prefix = CalibrationPrefix(names, instance);
     // 0: the slot belongs to no sensor.
-    if (!list->HasVector(prefix, "OFF") || list->Get(prefix + "ID", 1.0F) == 0.0F) continue;
-    const Eigen::Vector3f offset = list->GetVector(prefix, "OFF", 0.0F);
+    if (!list.HasVector(prefix, "OFF") || list.Get(prefix + "ID", 1.0F) == 0.0F) continue;
+    const Eigen::Vector3f offset = list.GetVector(prefix, "OFF", 0.0F);
     Eigen::Matrix3f D = Eigen::Matrix3f::Identity();
     if (names.triad != Triad::kGyroscope) {
-      D.diagonal() = list->GetVector(prefix, "SCALE", 1.0F);
+      D.diagonal() = list.GetVector(prefix, "SCALE", 1.0F);
     }
     if (names.triad == Triad::kMagnetometer) {
-      D = SymmetricMatrix(D.diagonal(), list->GetVector(prefix, "ODIAG", 0.0F));
+      D = SymmetricMatrix(D.diagonal(), list.GetVector(prefix, "ODIAG", 0.0F));
     }
-    const std::optional<Px4Thermal> thermal = Px4Thermal::Read(*list, names, *instance);
+    const std::optional<Px4Thermal> thermal = Px4Thermal::Read(list, names, instance);
     carried.equations[names.triad] = [=](const Eigen::Vector3d& reading,
                                          const Eigen::Vector3d& /*force_mps2*/,
                                          double temperature_degc) -> Eigen::Vector3d {

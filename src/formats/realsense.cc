@@ -39,9 +39,8 @@ Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
 
 Result<Carried> ReadRealSense(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
-  Result<YamlReader> root = YamlReader::FromText(file.text, file.suffix);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  std::vector<YamlReader> imus = root->RequireChild("imus").Items();
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
+  std::vector<YamlReader> imus = root.RequireChild("imus").Items();
   if (imus.empty()) return BadInputError(file.suffix + ": `imus` is empty");
   Carried carried;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
@@ -60,7 +59,7 @@ Result<Carried> ReadRealSense(const ReadRequest& request) {
       return result.cast<double>();
     };
   }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   return carried;
 }
 

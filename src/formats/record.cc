@@ -22,6 +22,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
+// More than any model has.
 constexpr int kAnyRecordOrder = 99;
 constexpr double kCoverageFactor = 2.0;
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
@@ -201,96 +202,118 @@ std::string RecordJson(const WriteRequest& request) {
 
 // ------------------------------------------------------------------------------------------- page
 
-/// Values with expanded uncertainties, one column an axis.
-Table ResultTable(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance) {
-  Table table{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}};
-  const auto add = [&table](std::string label, const auto& cell, std::string unit) {
-    table.rows.push_back({std::move(label), cell(0), cell(1), cell(2), std::move(unit)});
-  };
-  const std::string raw = DisplayUnit(sensor.input_unit);
-  const std::string truth = DisplayUnit(sensor.output_unit);
-  const auto with_u = [](double value, double sigma) {
-    return sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 6);
-  };
-  add(
-      "bias b", [&](int i) { return with_u(sensor.model.bias[i], sensor.bias_sigma[i]); }, raw);
-  const auto add_matrix = [&](const std::string& label,
-                              const Eigen::Matrix3d& matrix,
-                              const auto& sigma,
-                              const std::string& unit) {
-    for (int row = 0; row < 3; ++row) {
-      add(
-          label + " " + kAxisLetters[static_cast<std::size_t>(row)],
-          [&](int col) { return with_u(matrix(row, col), sigma(row, col)); },
-          unit);
+/// Rows of values with expanded uncertainties, one column an axis.
+class ResultRows {
+ public:
+  ResultRows(Triad triad, const TriadCalibration& sensor, const NamedCovariance& covariance)
+      : triad_(triad),
+        covariance_(covariance),
+        raw_(DisplayUnit(sensor.input_unit)),
+        truth_(DisplayUnit(sensor.output_unit)),
+        table_{{TriadTitle(triad), "x", "y", "z", "unit"}, "lrrrl", {}} {
+    Add("bias b", sensor.model.bias, sensor.bias_sigma, raw_);
+    AddMatrix("sensitivity S",
+              sensor.model.sensitivity,
+              sensor.sensitivity_sigma,
+              raw_ == truth_ ? "" : raw_ + " per " + truth_);
+    for (const AxisTermInfo& info : kAxisTerms) {
+      const auto& sigma = sensor.axis_term_sigma[info.term];
+      if (!sigma) continue;
+      const std::string power = info.power > 1 ? "^" + std::to_string(info.power) : "";
+      Add(std::string(info.name),
+          sensor.model.axis_terms[info.term],
+          *sigma,
+          info.power > 0 ? DisplayUnit("1/(" + raw_ + ")" + power) : "");
     }
-  };
-  add_matrix(
-      "sensitivity S",
-      sensor.model.sensitivity,
-      [&](int row, int col) { return sensor.sensitivity_sigma(row, col); },
-      raw == truth ? "" : raw + " per " + truth);
-  for (const AxisTermInfo& info : kAxisTerms) {
-    const auto& sigma = sensor.axis_term_sigma[info.term];
-    if (!sigma) continue;
-    const std::string power = info.power > 1 ? "^" + std::to_string(info.power) : "";
-    add(
-        std::string(info.name),
-        [&](int i) { return with_u(sensor.model.axis_terms[info.term][i], (*sigma)[i]); },
-        info.power > 0 ? DisplayUnit("1/(" + raw + ")" + power) : "");
+    if (sensor.g_sensitivity) {
+      AddMatrix("g-sensitivity G",
+                *sensor.g_sensitivity,
+                MatrixSigma(ParameterKind::kGSensitivity, 0),
+                raw_ + " per m/s²");
+    }
+    if (sensor.thermal) AddThermal(*sensor.thermal);
   }
-  const auto listed = [&](ParameterKind kind, int power) {
-    return [&, kind, power](int row, int col) {
-      return SigmaOf(covariance, ParameterName{triad, kind, power, row, col}.str());
+
+  const Table& table() const { return table_; }
+
+ private:
+  void Add(const std::string& label,
+           const Eigen::Vector3d& values,
+           const Eigen::Vector3d& sigmas,
+           const std::string& unit) {
+    std::vector<std::string> row = {label};
+    for (int i = 0; i < 3; ++i) {
+      row.push_back(sigmas[i] > 0.0 ? WithSigma(values[i], kCoverageFactor * sigmas[i])
+                                    : Significant(values[i], 6));
+    }
+    row.push_back(unit);
+    table_.rows.push_back(row);
+  }
+  void AddMatrix(const std::string& label,
+                 const Eigen::Matrix3d& matrix,
+                 const Eigen::Matrix3d& sigmas,
+                 const std::string& unit) {
+    for (int i = 0; i < 3; ++i)
+      Add(label + " " + "xyz"[i], matrix.row(i).transpose(), sigmas.row(i).transpose(), unit);
+  }
+
+  void AddThermal(const ThermalTerms& thermal) {
+    for (std::size_t k = 0; k < thermal.bias.size(); ++k) {
+      const int power = static_cast<int>(k) + 1;
+      Eigen::Vector3d sigmas;
+      for (int i = 0; i < 3; ++i) {
+        sigmas[i] =
+            SigmaOf(covariance_, ParameterName{triad_, ParameterKind::kBias, power, i, 0}.str());
+      }
+      const std::string order = std::to_string(power);
+      Add("b, τ^" + order, thermal.bias[k], sigmas, raw_ + "/°C^" + order);
+    }
+    for (std::size_t k = 0; k < thermal.sensitivity.size(); ++k) {
+      const int power = static_cast<int>(k) + 1;
+      const std::string order = std::to_string(power);
+      AddMatrix("S, τ^" + order,
+                thermal.sensitivity[k],
+                MatrixSigma(ParameterKind::kSensitivity, power),
+                (raw_ == truth_ ? "1" : raw_ + " per " + truth_) + "/°C^" + order);
+    }
+    const auto add = [this](const std::optional<Eigen::Vector3d>& values,
+                            const std::string& label,
+                            const std::string& name,
+                            const std::string& unit) {
+      if (!values) return;
+      Eigen::Vector3d sigmas;
+      for (int i = 0; i < 3; ++i) {
+        sigmas[i] = SigmaOf(covariance_,
+                            std::string(TriadName(triad_)) + ".thermal." + name + "." + "xyz"[i]);
+      }
+      Add(label, *values, sigmas, unit);
     };
-  };
-  if (sensor.g_sensitivity) {
-    add_matrix("g-sensitivity G",
-               *sensor.g_sensitivity,
-               listed(ParameterKind::kGSensitivity, 0),
-               raw + " per m/s²");
+    for (const RateTermInfo& info : kRateTerms) {
+      add(thermal.rate[info.term],
+          "b, " + DisplayUnit(info.words),
+          std::string(info.path),
+          raw_ + " " + DisplayUnit(info.unit));
+    }
+    add(thermal.element_lag_s, "lag of T", "element_lag", "s");
+    add(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
   }
-  if (!sensor.thermal) return table;
-  for (std::size_t k = 0; k < sensor.thermal->bias.size(); ++k) {
-    const int power = static_cast<int>(k) + 1;
-    add(
-        "b, τ^" + std::to_string(power),
-        [&](int i) {
-          return with_u(
-              sensor.thermal->bias[k][i],
-              SigmaOf(covariance, ParameterName{triad, ParameterKind::kBias, power, i, 0}.str()));
-        },
-        raw + "/°C^" + std::to_string(power));
+
+  /// As the covariance lists them.
+  Eigen::Matrix3d MatrixSigma(ParameterKind kind, int power) const {
+    Eigen::Matrix3d sigmas;
+    for (int row = 0; row < 3; ++row) {
+      for (int col = 0; col < 3; ++col) {
+        sigmas(row, col) = SigmaOf(covariance_, ParameterName{triad_, kind, power, row, col}.str());
+      }
+    }
+    return sigmas;
   }
-  for (std::size_t k = 0; k < sensor.thermal->sensitivity.size(); ++k) {
-    const int power = static_cast<int>(k) + 1;
-    add_matrix("S, τ^" + std::to_string(power),
-               sensor.thermal->sensitivity[k],
-               listed(ParameterKind::kSensitivity, power),
-               (raw == truth ? "1" : raw + " per " + truth) + "/°C^" + std::to_string(power));
-  }
-  const auto add_thermal = [&](const std::optional<Eigen::Vector3d>& values,
-                               const std::string& label,
-                               const std::string& name,
-                               const std::string& unit) {
-    if (!values) return;
-    const std::string parameter = std::string(TriadName(triad)) + ".thermal." + name + ".";
-    add(
-        label,
-        [&](int i) { return with_u((*values)[i], SigmaOf(covariance, parameter + "xyz"[i])); },
-        unit);
-  };
-  const ThermalTerms& thermal = *sensor.thermal;
-  for (const RateTermInfo& info : kRateTerms) {
-    add_thermal(thermal.rate[info.term],
-                "b, " + DisplayUnit(info.words),
-                std::string(info.path),
-                raw + " " + DisplayUnit(info.unit));
-  }
-  add_thermal(thermal.element_lag_s, "lag of T", "element_lag", "s");
-  add_thermal(thermal.rate_lag_s, "lag of dT/dt", "rate_lag", "s");
-  return table;
-}
+
+  Triad triad_;
+  const NamedCovariance& covariance_;
+  std::string raw_, truth_;
+  Table table_;
+};
 
 constexpr std::string_view kPrintStyle = R"css(
 @page{size:A4;margin:12mm}
@@ -318,7 +341,7 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
                      Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
-    if (sensor) body += HtmlOf(ResultTable(triad, *sensor, calibration.covariance));
+    if (sensor) body += HtmlOf(ResultRows(triad, *sensor, calibration.covariance).table());
   }
   body += Element("p",
                   UncertaintyStatement(calibration) +

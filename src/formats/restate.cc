@@ -74,10 +74,9 @@ Status HoldThermal(Triad triad,
                    std::vector<std::string>* notes) {
   if (!sensor->thermal) return {};
   ThermalTerms& thermal = *sensor->thermal;
-  const Result<double> at = ConstantTemperature(triad, thermal, options);
-  TRUETRIAD_RETURN_IF_ERROR(at);
-  const std::string where = " at " + RoundedText(*at, 6) + " degC";
-  const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, *at);
+  TRUETRIAD_ASSIGN_OR_RETURN(const double at, ConstantTemperature(triad, thermal, options));
+  const std::string where = " at " + RoundedText(at, 6) + " degC";
+  const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, at);
   if (thermal.rate.any() && !capacity.rate_thermal) {
     notes->emplace_back(
         Name(triad) + ": dropped: bias from the temperature rate" +
@@ -150,8 +149,9 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const double sign = lead.trace() < 0.0 ? -1.0 : 1.0;
   const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
   restated->whole.gauge = restated->held.gauge = gauge;
-  constexpr double kRounding = 1e-14;
-  if ((rotation - Eigen::Matrix3d::Identity()).norm() > kRounding) {
+  // Rounding of a rotation matrix: the frame is that of the format already.
+  constexpr double kSameFrame = 1e-14;
+  if ((rotation - Eigen::Matrix3d::Identity()).norm() > kSameFrame) {
     for (Calibration* const calibration : {&restated->whole, &restated->held}) {
       for (std::optional<TriadCalibration>& sensor : calibration->sensors) {
         if (sensor) Turn(rotation, &*sensor);
@@ -285,8 +285,7 @@ Status HoldUnits(Triad triad,
                  Restated* restated) {
   TriadCalibration& sensor = *restated->held.sensors[triad];
   const TriadCapacity& capacity = format.capacity[triad];
-  const Result<Unit> raw = ParseTriadUnit(triad, sensor.input_unit);
-  TRUETRIAD_RETURN_IF_ERROR(raw);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Unit raw, ParseTriadUnit(triad, sensor.input_unit));
   const std::string target(format.info.name);
   std::string chosen(capacity.reading_unit);
   if (const std::optional<std::string>& wanted = options.units[triad]) {
@@ -299,16 +298,15 @@ Status HoldUnits(Triad triad,
   // Counts have no other unit until somebody says how large they are: a consumer that takes any
   // unit is fed them as they are.
   std::string reading =
-      chosen.empty() || (capacity.free_unit && raw->is_counts && !options.units[triad])
+      chosen.empty() || (capacity.free_unit && raw.is_counts && !options.units[triad])
           ? sensor.input_unit
           : chosen;
   double& reading_per_raw = restated->reading_per_raw[triad];
   reading_per_raw = 1.0;
   if (reading != sensor.input_unit) {
-    const Result<Unit> unit = ParseTriadUnit(triad, reading);
-    TRUETRIAD_RETURN_IF_ERROR(unit);
+    TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, reading));
     const std::optional<double> truth_per_raw = TruthPerRaw(triad, sensor);
-    if (unit->is_counts) {
+    if (unit.is_counts) {
       return BadInputError(target + " corrects counts, but the " + Name(triad) +
                            " was calibrated in " + sensor.input_unit +
                            "; calibrate it from a recording in counts");
@@ -320,18 +318,17 @@ Status HoldUnits(Triad triad,
                            "; state `si_per_count:` of the stream in the recording's manifest and "
                            "calibrate again");
     }
-    reading_per_raw = *truth_per_raw / unit->truth_per_raw;
+    reading_per_raw = *truth_per_raw / unit.truth_per_raw;
   }
   double& truth_per_result = restated->truth_per_result[triad];
   truth_per_result = 1.0;
   std::string result(TruthUnitName(triad));
   if (capacity.result_in_reading_unit) {
     result = reading == "counts" && !chosen.empty() ? chosen : reading;
-    const Result<Unit> unit = ParseTriadUnit(triad, result);
-    TRUETRIAD_RETURN_IF_ERROR(unit);
-    truth_per_result = unit->truth_per_raw;
-    if (unit->is_counts && sensor.si_per_count) truth_per_result = *sensor.si_per_count;
-    if (unit->is_counts && !sensor.si_per_count) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, result));
+    truth_per_result = unit.truth_per_raw;
+    if (unit.is_counts && sensor.si_per_count) truth_per_result = *sensor.si_per_count;
+    if (unit.is_counts && !sensor.si_per_count) {
       truth_per_result = std::cbrt(std::abs(sensor.model.Correction().determinant()));
       restated->notes.emplace_back(Name(triad) +
                                    ": the count size is not stated; used the mean gain");

@@ -122,9 +122,8 @@ std::string CovarianceText(const NamedCovariance& covariance) {
 }
 
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name) {
-  Result<YamlReader> root = YamlReader::FromText(text, name);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  YamlReader sensors = root->RequireChild("sensors");
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, name));
+  YamlReader sensors = root.RequireChild("sensors");
   Carried carried;
   for (const Triad triad : kTriads) {
     YamlReader block = sensors.Child(TriadName(triad));
@@ -144,7 +143,7 @@ Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name
       return model.TruthFromRaw(raw);
     };
   }
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   return carried;
 }
 

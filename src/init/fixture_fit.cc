@@ -18,6 +18,7 @@ namespace {
 // Fourteen unknowns, three numbers a pose.
 constexpr std::size_t kFewestPoses = 5;
 constexpr int kGridPoints = 100;  // About 14 degrees apart on half of the sphere.
+// A guard: Gauss-Newton converges in a few steps from 14 degrees away.
 constexpr int kMostSteps = 50;
 // Of the field's directions in the body, against the largest: thinner is a turn about one axis.
 constexpr double kThin = 1e-3;
@@ -90,6 +91,7 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
   }
   if (!std::isfinite(least)) return not_enough;
   for (int step = 0; step < kMostSteps; ++step) {
+    // About the cube root of the rounding of a direction, as central differences want it.
     constexpr double kDifference = 1e-5;
     const Eigen::Matrix<double, 3, 2> tangents = Tangents(best);
     Eigen::MatrixXd jacobian(values.size(), 2);

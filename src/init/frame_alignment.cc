@@ -86,6 +86,7 @@ bool AreSame(const Matrix3d& a, const Matrix3d& b) { return 3.0 - a.cwiseProduct
 std::optional<Minimum> Descend(const Moments& moments,
                                Matrix3d rotation,
                                const std::vector<FrameAlignment>& found) {
+  // A guard: convergence is faster than linear.
   constexpr int kMaxSteps = 50;
   constexpr double kSmallStepRad = 1e-9;  // convergence is faster than linear: the next is rounding
   double damping = 1e-3;
@@ -126,6 +127,7 @@ Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   Matrix3d frame;
   frame.col(0) = first.normalized();
   const Vector3d normal = frame.col(0).cross(second.normalized());
+  // Rounding of a cross product of unit vectors.
   constexpr double kParallel = 1e-12;
   frame.col(2) = normal.norm() > kParallel ? normal.normalized() : frame.col(0).unitOrthogonal();
   frame.col(1) = frame.col(2).cross(frame.col(0));
@@ -141,6 +143,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
   CHECK_EQ(up_in_body.size(), field_in_triad.size());
   CHECK(determinant == 1 || determinant == -1);
   const std::size_t pairs = up_in_body.size();
+  // Three numbers of the rotation and the angle between the fields, of which each pair tells one.
   constexpr std::size_t kMinPairs = 4;
   if (pairs < kMinPairs) {
     return NotEnoughError(

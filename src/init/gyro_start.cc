@@ -24,6 +24,7 @@ using Matrix312 = Eigen::Matrix<double, 3, 12>;
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
+// A guard: each step squares the error of the one before.
 constexpr int kRefinements = 8;
 // Gauss-Newton: after a step of this share the next one would be its square.
 constexpr double kSmallStep = 1e-5;

@@ -26,11 +26,11 @@ class Corrector {
   /// Error: the calibration cannot be applied to readings in this unit, or not without temperature.
   static Result<Corrector> Create(const TriadCalibration& calibration, const StreamInfo& stream) {
     const std::string name(TriadName(stream.triad));
-    const Result<Unit> calibrated = ParseTriadUnit(stream.triad, calibration.input_unit);
-    TRUETRIAD_RETURN_IF_ERROR(calibrated);
-    if (calibrated->is_counts != stream.unit.is_counts) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Unit calibrated,
+                               ParseTriadUnit(stream.triad, calibration.input_unit));
+    if (calibrated.is_counts != stream.unit.is_counts) {
       return BadInputError(stream.file + ": the " + name + " is in " + stream.unit.name +
-                           ", but it was calibrated in " + calibrated->name +
+                           ", but it was calibrated in " + calibrated.name +
                            "; record it in the same unit");
     }
     if (calibration.thermal) {
@@ -48,7 +48,7 @@ class Corrector {
                              "state `smoothing_s:` in the sensor's `thermal:`");
       }
     }
-    return Corrector(calibration, stream.unit.truth_per_raw / calibrated->truth_per_raw);
+    return Corrector(calibration, stream.unit.truth_per_raw / calibrated.truth_per_raw);
   }
 
   bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
@@ -226,6 +226,7 @@ class RowWriter {
   /// No sample can come any more that belongs before the first one waiting. A triad that has ended,
   /// or is silent for long, must not make the others wait: the memory is bounded.
   bool NothingMissing() const {
+    // Samples: some seconds of the fastest loggers, 12 MB.
     constexpr std::size_t kMaxWaiting = 1U << 18U;
     bool any_empty = false;
     bool any_full = false;
@@ -300,15 +301,15 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
       summary->left_out.push_back(triad);
       continue;
     }
-    Result<Corrector> corrector = Corrector::Create(*calibration.sensors[triad], *stream);
-    TRUETRIAD_RETURN_IF_ERROR(corrector);
-    if (corrector->needs_force() &&
+    TRUETRIAD_ASSIGN_OR_RETURN(Corrector corrector,
+                               Corrector::Create(*calibration.sensors[triad], *stream));
+    if (corrector.needs_force() &&
         (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
       return BadInputError(
           info.path + ": the calibration of the " + std::string(TriadName(triad)) +
           " has g-sensitivity, which needs the accelerometer too; add its columns");
     }
-    channels.push_back({triad, std::move(*corrector), {}});
+    channels.push_back({triad, std::move(corrector), {}});
   }
   if (channels.empty()) {
     std::string names;
@@ -329,18 +330,17 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const ProgressCallback& progress,
                                               const std::function<bool()>& stop) {
   CorrectedLogSummary summary;
-  Result<std::vector<Channel>> channels = MakeChannels(source.info(), calibration, &summary);
-  TRUETRIAD_RETURN_IF_ERROR(channels);
-  RowWriter rows(source.info(), std::move(*channels));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<Channel> channels,
+                             MakeChannels(source.info(), calibration, &summary));
+  RowWriter rows(source.info(), std::move(channels));
   WholeFile file(path);
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   std::string text = rows.Header();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
     if (stop && stop()) return BadInputError(path + ": not written: stopped before the end");
-    const Result<bool> more = source.Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    at_end = !*more;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
+    at_end = !more;
     for (const SampleBlock& block : blocks) rows.Add(block);
     TRUETRIAD_RETURN_IF_ERROR(rows.TakeRows(at_end, &text, &summary));
     file.Write(text);

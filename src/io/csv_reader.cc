@@ -89,10 +89,10 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
 
 /// At most 40 characters of `text`, with unprintable ones made visible.
 std::string ShownField(std::string_view text) {
-  constexpr std::size_t kShown = 40;
+  constexpr std::size_t kShownOfField = 40;
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = "`";
-  for (const char c : text.substr(0, kShown)) {
+  for (const char c : text.substr(0, kShownOfField)) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7F) {
       quoted += {'\\', 'x', kHex[byte >> 4U], kHex[byte & 15U]};
@@ -100,16 +100,15 @@ std::string ShownField(std::string_view text) {
       quoted += c;
     }
   }
-  return quoted + (text.size() > kShown ? "…`" : "`");
+  return quoted + (text.size() > kShownOfField ? "…`" : "`");
 }
 
 }  // namespace
 
 Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
                                                    const CsvLayout& layout) {
-  Result<std::unique_ptr<TextFile>> file = TextFile::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
-  std::unique_ptr<CsvReader> reader(new CsvReader(std::move(*file), layout));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
+  std::unique_ptr<CsvReader> reader(new CsvReader(std::move(file), layout));
   TRUETRIAD_RETURN_IF_ERROR(reader->ReadHeader());
   return reader;
 }
@@ -118,14 +117,13 @@ CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)), layout_(layout), rows_(kMaxRows), lines_(kMaxRows) {}
 
 Status CsvReader::ReadHeader() {
-  const Result<std::string_view> chunk = file_->Next();
-  TRUETRIAD_RETURN_IF_ERROR(chunk);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view chunk, file_->Next());
   struct Line {
     std::string_view text;
     std::int64_t number = 0;
   };
-  const char* next = chunk->data();
-  chunk_end_ = next + chunk->size();
+  const char* next = chunk.data();
+  chunk_end_ = next + chunk.size();
   std::int64_t number = 0;
   // The first two lines that say something, and the last comment before them.
   std::vector<Line> lines;
@@ -197,11 +195,10 @@ Status CsvReader::Map(std::size_t column, Kind kind, int power) {
 Result<std::size_t> CsvReader::Read() {
   for (;;) {
     if (cursor_ == chunk_end_) {
-      const Result<std::string_view> chunk = file_->Next();
-      TRUETRIAD_RETURN_IF_ERROR(chunk);
-      if (chunk->empty()) return 0;
-      cursor_ = chunk->data();
-      chunk_end_ = cursor_ + chunk->size();
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view chunk, file_->Next());
+      if (chunk.empty()) return 0;
+      cursor_ = chunk.data();
+      chunk_end_ = cursor_ + chunk.size();
     }
     for (Column& column : columns_) column.any_missing = false;
     Result<std::size_t> count =

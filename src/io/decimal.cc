@@ -4,10 +4,10 @@
 namespace truetriad {
 namespace {
 
-constexpr int kDigits = 19;  ///< That any uint64 can hold.
+constexpr int kUint64Digits = 19;  ///< That any uint64 can hold.
 
-constexpr std::array<std::uint64_t, kDigits + 1> kPowers = [] {
-  std::array<std::uint64_t, kDigits + 1> powers{};
+constexpr std::array<std::uint64_t, kUint64Digits + 1> kPowers = [] {
+  std::array<std::uint64_t, kUint64Digits + 1> powers{};
   std::uint64_t power = 1;
   for (std::uint64_t& entry : powers) {
     entry = power;
@@ -23,7 +23,7 @@ Decimal Shortened(const Decimal& decimal) {
   kept.digit_count = 0;
   for (const char* p = decimal.digits_begin; p != decimal.end && *p != 'e' && *p != 'E'; ++p) {
     if (*p == '.') continue;
-    if (kept.digit_count == kDigits) {
+    if (kept.digit_count == kUint64Digits) {
       ++kept.exponent;
     } else if (kept.digit_count > 0 || *p != '0') {
       kept.mantissa = kept.mantissa * 10 + static_cast<std::uint64_t>(*p - '0');
@@ -36,17 +36,17 @@ Decimal Shortened(const Decimal& decimal) {
 }  // namespace
 
 std::optional<std::int64_t> ToInteger(const Decimal& decimal, int power) {
-  const Decimal exact = decimal.digit_count <= kDigits ? decimal : Shortened(decimal);
+  const Decimal exact = decimal.digit_count <= kUint64Digits ? decimal : Shortened(decimal);
   if (exact.mantissa == 0) return 0;
   const int shift = exact.exponent + power;
   std::uint64_t magnitude = 0;
-  if (shift > kDigits) return std::nullopt;
+  if (shift > kUint64Digits) return std::nullopt;
   if (shift >= 0) {
     if (__builtin_mul_overflow(
             exact.mantissa, kPowers[static_cast<std::size_t>(shift)], &magnitude)) {
       return std::nullopt;
     }
-  } else if (shift >= -kDigits) {
+  } else if (shift >= -kUint64Digits) {
     const std::uint64_t divisor = kPowers[static_cast<std::size_t>(-shift)];
     const std::uint64_t remainder = exact.mantissa % divisor;
     magnitude = exact.mantissa / divisor + (remainder >= divisor - remainder ? 1 : 0);

@@ -10,6 +10,11 @@
 
 namespace truetriad {
 
+// In place of std::from_chars for doubles. Times need the integer arithmetic of ToInteger in any
+// case (a double does not hold the nanoseconds since 1970), and with the scan that it rests on a
+// double is one product away: `inspect` of four hours of nine axes (58 MB) takes 11 % less
+// processor time than with std::from_chars, 9 % fewer instructions.
+
 /// A decimal number as written: ± mantissa * 10^exponent.
 struct Decimal {
   const char* digits_begin = nullptr;  ///< After the sign.

@@ -168,12 +168,11 @@ StatedRate ReadRate(YamlReader item, const RateDefaults& defaults) {
 template <typename Read>
 auto ReadList(const std::string& path, std::string_view key, Read read)
     -> Result<std::vector<decltype(read(std::declval<YamlReader>()))>> {
-  Result<YamlReader> file = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
   std::vector<decltype(read(std::declval<YamlReader>()))> values;
-  for (const YamlReader& item : file->RequireChild(key).Items()) values.push_back(read(item));
-  file->RejectUnknown();
-  TRUETRIAD_RETURN_IF_ERROR(file->status());
+  for (const YamlReader& item : file.RequireChild(key).Items()) values.push_back(read(item));
+  file.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(file.status());
   if (values.empty()) {
     return BadInputError(path + ": `" + std::string(key) + "` is empty; list at least one");
   }

@@ -203,9 +203,9 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
     }
     if (file.Read(&text)) {
       selection.kind = PoseSelectionKind::kRanges;
-      Result<std::vector<PoseRange>> ranges = ReadPoseRanges(Resolved(poses.file(), text));
-      TRUETRIAD_RETURN_IF_ERROR(ranges);
-      selection.ranges = std::move(*ranges);
+      TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseRange> ranges,
+                                 ReadPoseRanges(Resolved(poses.file(), text)));
+      selection.ranges = std::move(ranges);
     }
   }
   manifest->poses = std::move(selection);
@@ -213,13 +213,11 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
 }
 
 Result<Manifest> ReadManifest(const std::string& path) {
-  const Result<std::string> text = ReadSmallFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(text);
-  Result<YamlReader> file = YamlReader::FromText(*text, path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
-  YamlReader& yaml = *file;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(path));
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, path));
+  YamlReader& yaml = file;
   Manifest manifest;
-  manifest.sha256 = Sha256Hex(*text);
+  manifest.sha256 = Sha256Hex(text);
   int version = 0;
   if (yaml.Require("recording", &version) && version != 1) {
     yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
@@ -283,27 +281,24 @@ Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& r
 Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   StreamLayout& layout = stream->layout;
   for (std::size_t axis = 0; axis < layout.axes.size(); ++axis) {
-    const Result<std::size_t> column = ResolveColumn(csv, stream->axes[axis]);
-    TRUETRIAD_RETURN_IF_ERROR(column);
-    layout.axes[axis] = *column;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t column, ResolveColumn(csv, stream->axes[axis]));
+    layout.axes[axis] = column;
     for (std::size_t other = 0; other < axis; ++other) {
-      if (layout.axes[other] == *column) {
+      if (layout.axes[other] == column) {
         return BadInputError(stream->axes[axis].place +
                              "is the same column as another axis; correct one of them");
       }
     }
   }
   if (stream->time) {
-    const Result<std::size_t> column = ResolveColumn(csv, *stream->time);
-    TRUETRIAD_RETURN_IF_ERROR(column);
-    layout.time.column = *column;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t column, ResolveColumn(csv, *stream->time));
+    layout.time.column = column;
   }
   for (const auto& [reference, temperature] : {std::pair(&stream->temperature, &layout.temperature),
                                                std::pair(&stream->ambient, &layout.ambient)}) {
     if (!*reference) continue;
-    const Result<std::size_t> column = ResolveColumn(csv, **reference);
-    TRUETRIAD_RETURN_IF_ERROR(column);
-    (*temperature)->column = *column;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t column, ResolveColumn(csv, **reference));
+    (*temperature)->column = column;
   }
   return {};
 }
@@ -340,23 +335,21 @@ bool IsFace(std::string_view text) {
 }
 
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {
-  Result<Manifest> manifest = ReadManifest(path);
-  TRUETRIAD_RETURN_IF_ERROR(manifest);
+  TRUETRIAD_ASSIGN_OR_RETURN(Manifest manifest, ReadManifest(path));
   RecordingLayout layout;
-  layout.manifest = InputFile{path, manifest->sha256, 0};
+  layout.manifest = InputFile{path, manifest.sha256, 0};
   layout.info.path = path;
-  layout.info.serial = manifest->serial;
+  layout.info.serial = manifest.serial;
   std::vector<CsvLayout> stated;
-  for (ManifestStream& stream : manifest->streams) {
-    const Result<FileLayout*> file = FileOf(stream, &stated, &layout.files);
-    TRUETRIAD_RETURN_IF_ERROR(file);
-    TRUETRIAD_RETURN_IF_ERROR(ResolveColumns(*(*file)->csv, &stream));
+  for (ManifestStream& stream : manifest.streams) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const FileLayout* file, FileOf(stream, &stated, &layout.files));
+    TRUETRIAD_RETURN_IF_ERROR(ResolveColumns(*file->csv, &stream));
     layout.info.has_time = stream.layout.time.kind != TimeColumn::Kind::kNone;
-    (*file)->streams.push_back(std::move(stream.layout));
+    file->streams.push_back(std::move(stream.layout));
   }
 
   // Not every file of a recording needs to number the poses, but one has to.
-  std::optional<ColumnReference> pose = manifest->pose_column;
+  std::optional<ColumnReference> pose = manifest.pose_column;
   if (!pose_column.empty()) pose = ColumnReference{pose_column, path + ": "};
   bool found = false;
   for (FileLayout& file : layout.files) {
@@ -374,16 +367,14 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
 
 Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& path) {
   if (!IsManifest(path)) return std::optional<PoseSelection>();
-  Result<Manifest> manifest = ReadManifest(path);
-  TRUETRIAD_RETURN_IF_ERROR(manifest);
-  return std::move(manifest->poses);
+  TRUETRIAD_ASSIGN_OR_RETURN(Manifest manifest, ReadManifest(path));
+  return std::move(manifest.poses);
 }
 
 Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
-  Result<YamlReader> file = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromFile(path));
   std::vector<PoseRange> ranges;
-  for (YamlReader& item : file->RequireChild("poses").Items()) {
+  for (YamlReader& item : file.RequireChild("poses").Items()) {
     PoseRange range;
     if (item.Require("first", &range.first) && item.Require("last", &range.last)) {
       if (range.first < 0 || range.last < range.first) {
@@ -401,8 +392,8 @@ Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
     item.RejectUnknown();
     ranges.push_back(std::move(range));
   }
-  file->RejectUnknown();
-  TRUETRIAD_RETURN_IF_ERROR(file->status());
+  file.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(file.status());
   if (ranges.empty()) return BadInputError(path + ": `poses` is empty; list at least one pose");
   return ranges;
 }

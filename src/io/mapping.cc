@@ -55,9 +55,8 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
 }
 
 Result<Mapping> ReadMapping(const std::string& text, const std::string& name) {
-  Result<YamlReader> file = YamlReader::FromText(text, name);
-  TRUETRIAD_RETURN_IF_ERROR(file);
-  YamlReader& yaml = *file;
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, name));
+  YamlReader& yaml = file;
   Mapping mapping;
   int version = 0;
   if (yaml.Require("mapping", &version) && version != 1) {
@@ -108,24 +107,22 @@ bool HasColumn(const CsvReader& csv, const std::string& column) {
 }
 
 Status CheckFirstLine(const std::string& expected, const std::string& path) {
-  Result<std::unique_ptr<TextFile>> file = TextFile::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(file);
-  const Result<std::string_view> lines = (*file)->Next();
-  TRUETRIAD_RETURN_IF_ERROR(lines);
-  if (lines->starts_with(expected)) return {};
-  constexpr std::size_t kShown = 80;
-  const std::string_view seen = lines->substr(0, std::min(lines->find('\n'), kShown));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string_view lines, file->Next());
+  if (lines.starts_with(expected)) return {};
+  constexpr std::size_t kShownOfLine = 80;
+  const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShownOfLine));
   return BadInputError(path + ":1: `" + std::string(seen) +
                        "` is not the expected first line of this format, `" + expected + "…`");
 }
 
 /// Whether the file has the candidate's columns.
 Result<bool> Fits(const Candidate& candidate, const std::string& path) {
-  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, LayoutOf(candidate));
-  TRUETRIAD_RETURN_IF_ERROR(csv);
-  return HasColumn(**csv, candidate.time_column) &&
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv,
+                             CsvReader::Open(path, LayoutOf(candidate)));
+  return HasColumn(*csv, candidate.time_column) &&
          std::all_of(candidate.axes.begin(), candidate.axes.end(), [&](const std::string& axis) {
-           return HasColumn(**csv, axis);
+           return HasColumn(*csv, axis);
          });
 }
 
@@ -145,9 +142,8 @@ void WriteStream(const Candidate& candidate, const std::string& path, YamlText* 
 }  // namespace
 
 Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& name) {
-  Result<Mapping> mapping = ReadMapping(text, name);
-  TRUETRIAD_RETURN_IF_ERROR(mapping);
-  return std::move(mapping->info);
+  TRUETRIAD_ASSIGN_OR_RETURN(Mapping mapping, ReadMapping(text, name));
+  return std::move(mapping.info);
 }
 
 Result<std::string> ReadMappingFile(const std::string& path) { return ReadSmallFile(path); }
@@ -156,32 +152,29 @@ Result<std::string> ManifestFromMapping(const std::string& text,
                                         const std::string& name,
                                         const std::vector<std::string>& inputs,
                                         const std::string& directory) {
-  const Result<Mapping> mapping = ReadMapping(text, name);
-  TRUETRIAD_RETURN_IF_ERROR(mapping);
-  if (inputs.size() != mapping->info.inputs.size()) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Mapping mapping, ReadMapping(text, name));
+  if (inputs.size() != mapping.info.inputs.size()) {
     std::string expected;
-    for (const std::string& input : mapping->info.inputs) {
+    for (const std::string& input : mapping.info.inputs) {
       expected += (expected.empty() ? "" : ",") + input;
     }
-    return UsageError(
-        "--input: " + name + " needs " + std::to_string(mapping->info.inputs.size()) +
-        (mapping->info.inputs.size() == 1 ? " file" : " files, separated by a comma") + ": " +
-        expected);
+    return UsageError("--input: " + name + " needs " + std::to_string(mapping.info.inputs.size()) +
+                      (mapping.info.inputs.size() == 1 ? " file" : " files, separated by a comma") +
+                      ": " + expected);
   }
-  if (!mapping->first_line.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(CheckFirstLine(mapping->first_line, inputs[0]));
+  if (!mapping.first_line.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckFirstLine(mapping.first_line, inputs[0]));
   }
   YamlText yaml;
   yaml << "recording: 1\nsource: {format: " << Quoted{name} << "}\napplied: none\nstreams:\n";
   bool any = false;
   std::string wanted;
   for (const Triad triad : kTriads) {
-    for (const Candidate& candidate : mapping->candidates) {
+    for (const Candidate& candidate : mapping.candidates) {
       if (candidate.triad != triad) continue;
       const std::string& input = inputs[static_cast<std::size_t>(candidate.input - 1)];
-      const Result<bool> fits = Fits(candidate, input);
-      TRUETRIAD_RETURN_IF_ERROR(fits);
-      if (!*fits) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const bool fits, Fits(candidate, input));
+      if (!fits) {
         wanted += (wanted.empty() ? "" : ", ") + candidate.axes[0];
         continue;
       }

@@ -71,26 +71,25 @@ std::string PoseProgramToYaml(const PoseProgram& program) {
 }
 
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
-  Result<YamlReader> root = YamlReader::FromFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(root);
-  if (!root->Child("program")) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path));
+  if (!root.Child("program")) {
     // Each entry of a file of another kind would be wrong in several ways.
-    return BadInputError(path + ":" + std::to_string(root->line()) +
+    return BadInputError(path + ":" + std::to_string(root.line()) +
                          ": program: is missing, so this is not a pose program; expected `program: "
                          "1` and poses with attitudes, as written by `plan` (the poses.yaml of "
                          "`simulate` has the rows of poses instead)");
   }
   PoseProgram program;
   int version = 0;
-  if (YamlReader child = root->Child("program"); child.Read(&version) && version != 1) {
+  if (YamlReader child = root.Child("program"); child.Read(&version) && version != 1) {
     child.Fail("version " + std::to_string(version) +
                " is not supported; this truetriad reads version 1");
   }
-  YamlReader poses = root->RequireChild("poses");
+  YamlReader poses = root.RequireChild("poses");
   for (const YamlReader& item : poses.Items()) program.poses.push_back(ReadPose(item));
   if (poses.IsSequence() && program.poses.empty()) poses.Fail("has no poses; list at least one");
-  root->RejectUnknown();
-  TRUETRIAD_RETURN_IF_ERROR(root->status());
+  root.RejectUnknown();
+  TRUETRIAD_RETURN_IF_ERROR(root.status());
   return program;
 }
 

@@ -37,23 +37,22 @@ struct Columns {
 Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
   const std::string prefix = std::string(TriadPrefix(triad->triad)) + "_sigma";
   const std::optional<std::size_t> common = header->Take(prefix);
-  const Result<std::optional<HeaderColumns::Axes>> axes = header->TakeAxes(triad->triad, prefix);
-  TRUETRIAD_RETURN_IF_ERROR(axes);
-  if (!common && !*axes) return {};
-  if (common && *axes) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<HeaderColumns::Axes> axes,
+                             header->TakeAxes(triad->triad, prefix));
+  if (!common && !axes) return {};
+  if (common && axes) {
     return header->Fail(*common, "is given together with `" + prefix + "_x`; keep one of the two");
   }
   Unit sigma_unit;
   if (common) {
-    const Result<std::string> name = header->UnitOf(*common, unit.name);
-    TRUETRIAD_RETURN_IF_ERROR(name);
-    const Result<Unit> parsed = ParseTriadUnit(triad->triad, *name);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, header->UnitOf(*common, unit.name));
+    const Result<Unit> parsed = ParseTriadUnit(triad->triad, name);
     if (!parsed) return header->Fail(*common, parsed.error().message);
     sigma_unit = *parsed;
     triad->sigma = {*common, *common, *common};
   } else {
-    sigma_unit = (*axes)->unit;
-    triad->sigma = (*axes)->columns;
+    sigma_unit = axes->unit;
+    triad->sigma = axes->columns;
   }
   if (sigma_unit.is_counts != unit.is_counts) {
     return header->Fail((*triad->sigma)[0],
@@ -65,43 +64,40 @@ Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
 
 /// Reads the header; the streams found go into `poses`.
 Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
-  Result<HeaderColumns> header = HeaderColumns::Of(csv);
-  TRUETRIAD_RETURN_IF_ERROR(header);
+  TRUETRIAD_ASSIGN_OR_RETURN(HeaderColumns header, HeaderColumns::Of(csv));
   Columns columns;
-  const Result<TimeColumn> time = TakeTime(&*header);
-  TRUETRIAD_RETURN_IF_ERROR(time);
-  columns.time = *time;
-  const Result<std::optional<TemperatureColumn>> temperature = TakeTemperature(&*header);
-  TRUETRIAD_RETURN_IF_ERROR(temperature);
-  columns.temperature = *temperature;
-  columns.id = header->Take("id");
-  columns.face = header->Take("face");
+  TRUETRIAD_ASSIGN_OR_RETURN(const TimeColumn time, TakeTime(&header));
+  columns.time = time;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<TemperatureColumn> temperature,
+                             TakeTemperature(&header));
+  columns.temperature = temperature;
+  columns.id = header.Take("id");
+  columns.face = header.Take("face");
   std::array<std::size_t, 4> attitude{};
   std::size_t attitude_columns = 0;
   for (const std::string_view name : kAttitude) {
-    if (const std::optional<std::size_t> column = header->Take(std::string(name))) {
+    if (const std::optional<std::size_t> column = header.Take(std::string(name))) {
       attitude[attitude_columns++] = *column;
     }
   }
   if (attitude_columns == attitude.size()) {
     columns.attitude = attitude;
   } else if (attitude_columns > 0) {
-    return header->Fail(attitude[0], "is incomplete: an attitude needs all of qw, qx, qy, qz");
+    return header.Fail(attitude[0], "is incomplete: an attitude needs all of qw, qx, qy, qz");
   }
   for (const Triad triad : kTriads) {
-    const Result<std::optional<HeaderColumns::Axes>> axes =
-        header->TakeAxes(triad, std::string(TriadPrefix(triad)));
-    TRUETRIAD_RETURN_IF_ERROR(axes);
-    if (!*axes) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<HeaderColumns::Axes> axes,
+                               header.TakeAxes(triad, std::string(TriadPrefix(triad))));
+    if (!axes) continue;
     TriadColumns& found = columns.triads.emplace_back();
     found.triad = triad;
-    found.axes = (*axes)->columns;
-    TRUETRIAD_RETURN_IF_ERROR(TakeSigma(&*header, (*axes)->unit, &found));
+    found.axes = axes->columns;
+    TRUETRIAD_RETURN_IF_ERROR(TakeSigma(&header, axes->unit, &found));
     StreamSummary& stream = poses->streams.emplace_back();
     stream.triad = triad;
-    stream.unit = (*axes)->unit;
+    stream.unit = axes->unit;
   }
-  TRUETRIAD_RETURN_IF_ERROR(header->RejectUnknown());
+  TRUETRIAD_RETURN_IF_ERROR(header.RejectUnknown());
   // A table of attitudes alone is what a turntable or a robot leaves behind.
   if (columns.triads.empty() && !columns.attitude) {
     return BadInputError(
@@ -186,8 +182,8 @@ class Row {
     for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
     if (wxyz.array().isNaN().all()) return {};
     // Quaternions are written with four digits or more.
-    constexpr double kRounding = 1e-3;
-    if (!(std::abs(wxyz.norm() - 1.0) < kRounding)) {
+    constexpr double kUnitLengthTolerance = 1e-3;
+    if (!(std::abs(wxyz.norm() - 1.0) < kUnitLengthTolerance)) {
       return Fail((*columns_.attitude)[0],
                   "the attitude qw,qx,qy,qz is not a unit quaternion; expected four numbers whose "
                   "squares sum to 1");
@@ -227,11 +223,11 @@ class DuplicateFinder {
     const auto [first, is_new] = line_of_.emplace(std::move(bits), line);
     if (is_new) return;
     ++count_;
-    constexpr std::int64_t kNamed = 5;
-    if (count_ <= kNamed) {
+    constexpr std::int64_t kNamedRepeats = 5;
+    if (count_ <= kNamedRepeats) {
       lines_ += (lines_.empty() ? "" : ", ") + std::to_string(first->second) + " and " +
                 std::to_string(line);
-    } else if (count_ == kNamed + 1) {
+    } else if (count_ == kNamedRepeats + 1) {
       lines_ += ", …";
     }
   }
@@ -270,7 +266,11 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
 
 /// Readings that pile up at an axis' extreme are the limit of the sensor, not the field.
 Status RejectClipped(const PoseSet& poses) {
+  // Three that agree to the last digit can be a stuck sensor or pasted rows, which have words of
+  // their own.
   constexpr std::int64_t kLeastRows = 4;
+  // Extremes of evenly spread directions pile up in one row of six at most, on the faces of a
+  // block.
   constexpr double kLeastShare = 0.2;
   for (const StreamSummary& stream : poses.streams) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -301,10 +301,9 @@ Status RejectClipped(const PoseSet& poses) {
 
 Result<bool> IsPoseTable(const std::string& path) {
   if (IsManifest(path)) return false;
-  const Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, {});
-  TRUETRIAD_RETURN_IF_ERROR(csv);
-  bool is_log = (*csv)->header().empty();
-  for (const std::string& field : (*csv)->header()) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv, CsvReader::Open(path, {}));
+  bool is_log = csv->header().empty();
+  for (const std::string& field : csv->header()) {
     const std::string name = ParseHeaderColumn(field).name;
     if (name.find("_sigma") != std::string::npos ||
         std::find(kAttitude.begin(), kAttitude.end(), name) != kAttitude.end()) {
@@ -316,38 +315,34 @@ Result<bool> IsPoseTable(const std::string& path) {
 }
 
 Result<PoseTable> ReadPoseTable(const std::string& path) {
-  Result<std::unique_ptr<CsvReader>> opened = CsvReader::Open(path, {});
-  TRUETRIAD_RETURN_IF_ERROR(opened);
-  CsvReader& csv = **opened;
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> opened, CsvReader::Open(path, {}));
+  CsvReader& csv = *opened;
   PoseTable table;
   PoseSet& poses = table.poses;
-  const Result<Columns> columns = ReadColumns(csv, &poses);
-  TRUETRIAD_RETURN_IF_ERROR(columns);
-  TRUETRIAD_RETURN_IF_ERROR(MapColumns(*columns, &csv));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Columns columns, ReadColumns(csv, &poses));
+  TRUETRIAD_RETURN_IF_ERROR(MapColumns(columns, &csv));
   poses.source = path;
-  poses.has_time = columns->time.kind != TimeColumn::Kind::kNone;
+  poses.has_time = columns.time.kind != TimeColumn::Kind::kNone;
   poses.static_share = 1.0;
   poses.how = "every row";
 
   DuplicateFinder duplicates;
   for (;;) {
-    const Result<std::size_t> count = csv.Read();
-    TRUETRIAD_RETURN_IF_ERROR(count);
-    if (*count == 0) break;
-    for (std::size_t i = 0; i < *count; ++i) {
-      const Row row(csv, *columns, i);
-      Result<StaticPose> pose = row.Read();
-      TRUETRIAD_RETURN_IF_ERROR(pose);
-      for (StreamSummary& stream : poses.streams) Extend(*pose, &stream);
-      const bool has_reading = std::any_of(pose->triads.begin(),
-                                           pose->triads.end(),
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t count, csv.Read());
+    if (count == 0) break;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Row row(csv, columns, i);
+      TRUETRIAD_ASSIGN_OR_RETURN(StaticPose pose, row.Read());
+      for (StreamSummary& stream : poses.streams) Extend(pose, &stream);
+      const bool has_reading = std::any_of(pose.triads.begin(),
+                                           pose.triads.end(),
                                            [](const auto& triad) { return triad.has_value(); });
-      if (!has_reading && !columns->triads.empty()) continue;
+      if (!has_reading && !columns.triads.empty()) continue;
       // Only readings tell stuck or pasted rows; attitudes of a fixture do return.
-      if (has_reading) duplicates.Add(*pose, row.line());
-      ExtendTemperature(*pose, &poses);
-      pose->number = static_cast<int>(poses.poses.size()) + 1;
-      poses.poses.push_back(std::move(*pose));
+      if (has_reading) duplicates.Add(pose, row.line());
+      ExtendTemperature(pose, &poses);
+      pose.number = static_cast<int>(poses.poses.size()) + 1;
+      poses.poses.push_back(std::move(pose));
     }
     if (poses.poses.size() > kMaxPoses) {
       return BadInputError(

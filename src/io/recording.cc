@@ -147,6 +147,8 @@ class Stream {
                                        std::span<const std::int64_t> times_ns,
                                        std::size_t row_count,
                                        HeldTemperature* held) const {
+    // A minute: chips are logged far more often, chambers and units change by less than a degree in
+    // it.
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
     const double* const stated = csv.Numbers(column.column);
     held->values.resize(selected_count_);
@@ -242,9 +244,9 @@ class RecordingSource : public SampleSource {
       File file;
       file.csv = std::move(file_layout.csv);
       for (StreamLayout& stream_layout : file_layout.streams) {
-        Result<Stream> stream = Stream::Create(std::move(stream_layout), file.csv.get());
-        TRUETRIAD_RETURN_IF_ERROR(stream);
-        file.streams.push_back(std::move(*stream));
+        TRUETRIAD_ASSIGN_OR_RETURN(Stream stream,
+                                   Stream::Create(std::move(stream_layout), file.csv.get()));
+        file.streams.push_back(std::move(stream));
       }
       files.push_back(std::move(file));
     }
@@ -257,13 +259,11 @@ class RecordingSource : public SampleSource {
   Result<bool> Next(std::vector<SampleBlock>* blocks) override {
     blocks->clear();
     while (File* const file = MostLagging()) {
-      const Result<std::size_t> row_count = file->csv->Read();
-      TRUETRIAD_RETURN_IF_ERROR(row_count);
-      file->done = *row_count == 0;
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t row_count, file->csv->Read());
+      file->done = row_count == 0;
       for (Stream& stream : file->streams) {
-        const Result<SampleBlock> block = stream.Take(*file->csv, *row_count);
-        TRUETRIAD_RETURN_IF_ERROR(block);
-        if (!block->x.empty()) blocks->push_back(*block);
+        TRUETRIAD_ASSIGN_OR_RETURN(const SampleBlock block, stream.Take(*file->csv, row_count));
+        if (!block.x.empty()) blocks->push_back(block);
       }
       if (!blocks->empty()) return true;
     }
@@ -322,16 +322,16 @@ class RecordingSource : public SampleSource {
 
 Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                                                     const OpenRecordingOptions& options) {
-  Result<RecordingLayout> layout = IsManifest(path) ? OpenManifest(path, options.pose_column)
-                                                    : OpenSelfDescribing(path, options.pose_column);
-  TRUETRIAD_RETURN_IF_ERROR(layout);
+  TRUETRIAD_ASSIGN_OR_RETURN(RecordingLayout layout,
+                             IsManifest(path) ? OpenManifest(path, options.pose_column)
+                                              : OpenSelfDescribing(path, options.pose_column));
   if (!options.ambient) {
     // Columns that nobody asked for are not parsed.
-    for (FileLayout& file : layout->files) {
+    for (FileLayout& file : layout.files) {
       for (StreamLayout& stream : file.streams) stream.ambient.reset();
     }
   }
-  return RecordingSource::Create(std::move(*layout));
+  return RecordingSource::Create(std::move(layout));
 }
 
 }  // namespace truetriad

@@ -47,8 +47,8 @@ constexpr std::array<char, 200> kDigitPairs = [] {
 /// Room that one number can need.
 constexpr std::size_t kLongestNumber = 32;
 
-/// `number` / 10^decimals in full, at `text`; returns the end. std::to_chars takes several times as
-/// long, and would leave out zeros at the end.
+/// `number` / 10^decimals in full, at `text`; returns the end. In place of
+/// std::to_chars with fixed decimals, with which `simulate` takes 70 % more processor time.
 char* WriteFixed(std::int64_t number, int decimals, char* text) {
   const auto bits = static_cast<std::uint64_t>(number);
   std::uint64_t rest = number < 0 ? 0 - bits : bits;
@@ -144,15 +144,15 @@ class CsvFile {
   /// or is silent for long does not make the others wait: the memory is bounded.
   Status WriteRows(bool at_end) {
     const std::size_t longest_row = kLongestNumber * (3 * waiting_.size() + 3);
-    constexpr std::size_t kChunk = 1U << 18U;
+    constexpr std::size_t kBytesAtOnce = 1U << 18U;
     std::size_t filled = text_.size();
     while (at_end || NothingMissing()) {
-      if (text_.size() < filled + longest_row) text_.resize(filled + kChunk);
+      if (text_.size() < filled + longest_row) text_.resize(filled + kBytesAtOnce);
       char* const begin = text_.data() + filled;
       char* const end = WriteRow(begin);
       if (end == begin) break;
       filled += static_cast<std::size_t>(end - begin);
-      if (filled > kChunk) {
+      if (filled > kBytesAtOnce) {
         file_.Write({text_.data(), filled});
         filled = 0;
       }
@@ -197,6 +197,7 @@ class CsvFile {
   }
 
   bool NothingMissing() const {
+    // Samples: some seconds of the fastest loggers, 12 MB.
     constexpr std::size_t kMostWaiting = 1U << 18U;
     bool any_empty = false;
     for (const Waiting& waiting : waiting_) {
@@ -281,9 +282,8 @@ Result<std::string> WriteRecording(SampleSource& source,
   for (const auto& file : files) file->WriteHeader();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
-    const Result<bool> more = source.Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    at_end = !*more;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
+    at_end = !more;
     for (const auto& file : files) {
       for (const SampleBlock& block : blocks) file->Add(block);
       TRUETRIAD_RETURN_IF_ERROR(file->WriteRows(at_end));

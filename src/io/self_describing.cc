@@ -79,11 +79,10 @@ Result<std::string> HeaderColumns::CommonUnitOf(const std::vector<std::size_t>& 
                                                 std::string_view example) const {
   Result<std::string> common = UnitOf(columns.front(), example);
   for (const std::size_t column : columns) {
-    const Result<std::string> unit = UnitOf(column, example);
-    TRUETRIAD_RETURN_IF_ERROR(unit);
-    if (*unit != *common) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string unit, UnitOf(column, example));
+    if (unit != *common) {
       return Fail(column,
-                  "is in " + *unit + ", but `" + columns_[columns.front()].name + "` is in " +
+                  "is in " + unit + ", but `" + columns_[columns.front()].name + "` is in " +
                       *common + "; one sensor has one unit");
     }
   }
@@ -105,9 +104,8 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
   if (!missing.empty()) {
     return Fail(found.front(), "has no matching `" + missing + "`; all three axes are needed");
   }
-  const Result<std::string> name = CommonUnitOf(found, ExampleUnit(triad));
-  TRUETRIAD_RETURN_IF_ERROR(name);
-  const Result<Unit> unit = ParseTriadUnit(triad, *name);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, CommonUnitOf(found, ExampleUnit(triad)));
+  const Result<Unit> unit = ParseTriadUnit(triad, name);
   if (!unit) return Fail(found.front(), unit.error().message);
   return std::optional<Axes>({{found[0], found[1], found[2]}, *unit});
 }
@@ -127,11 +125,10 @@ Status HeaderColumns::RejectUnknown() const {
 Result<TimeColumn> TakeTime(HeaderColumns* header) {
   const std::optional<std::size_t> column = header->Take("time");
   if (!column) return TimeColumn{};
-  const Result<std::string> unit = header->UnitOf(*column, "s");
-  TRUETRIAD_RETURN_IF_ERROR(unit);
-  const std::optional<int> power = TimePower(*unit);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string unit, header->UnitOf(*column, "s"));
+  const std::optional<int> power = TimePower(unit);
   if (!power) {
-    return header->Fail(*column, "`" + *unit + "` is not a unit of time; expected s, ms, us or ns");
+    return header->Fail(*column, "`" + unit + "` is not a unit of time; expected s, ms, us or ns");
   }
   return TimeColumn{TimeColumn::Kind::kColumn, *column, *power, 1.0};
 }
@@ -140,36 +137,31 @@ Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
                                                          const std::string& name) {
   const std::optional<std::size_t> column = header->Take(name);
   if (!column) return std::optional<TemperatureColumn>();
-  const Result<std::string> stated = header->UnitOf(*column, "degC");
-  TRUETRIAD_RETURN_IF_ERROR(stated);
-  const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(*stated);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string stated, header->UnitOf(*column, "degC"));
+  const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(stated);
   if (!unit) {
     return header->Fail(*column,
-                        "`" + *stated + "` is not a unit of temperature; expected degC or K");
+                        "`" + stated + "` is not a unit of temperature; expected degC or K");
   }
   return std::optional<TemperatureColumn>({*column, *unit});
 }
 
 Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
                                            const std::string& pose_column) {
-  Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(path, {});
-  TRUETRIAD_RETURN_IF_ERROR(csv);
-  Result<HeaderColumns> header = HeaderColumns::Of(**csv);
-  TRUETRIAD_RETURN_IF_ERROR(header);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, CsvReader::Open(path, {}));
+  TRUETRIAD_ASSIGN_OR_RETURN(HeaderColumns header, HeaderColumns::Of(*csv));
 
   StreamLayout common;
-  const Result<TimeColumn> time = TakeTime(&*header);
-  TRUETRIAD_RETURN_IF_ERROR(time);
-  common.time = *time;
-  const Result<std::optional<TemperatureColumn>> temperature = TakeTemperature(&*header);
-  TRUETRIAD_RETURN_IF_ERROR(temperature);
-  common.temperature = *temperature;
-  const Result<std::optional<TemperatureColumn>> ambient =
-      TakeTemperature(&*header, "ambient_temperature");
-  TRUETRIAD_RETURN_IF_ERROR(ambient);
-  common.ambient = *ambient;
+  TRUETRIAD_ASSIGN_OR_RETURN(const TimeColumn time, TakeTime(&header));
+  common.time = time;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<TemperatureColumn> temperature,
+                             TakeTemperature(&header));
+  common.temperature = temperature;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<TemperatureColumn> ambient,
+                             TakeTemperature(&header, "ambient_temperature"));
+  common.ambient = ambient;
   const std::string pose = pose_column.empty() ? "pose" : pose_column;
-  common.pose = header->Take(pose);
+  common.pose = header.Take(pose);
   if (!common.pose && !pose_column.empty()) {
     return BadInputError(path + ": has no column `" + pose_column + "` with pose numbers");
   }
@@ -183,25 +175,24 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   layout.info.has_time = common.time.kind != TimeColumn::Kind::kNone;
   FileLayout file;
   for (const Triad triad : kTriads) {
-    const Result<std::optional<HeaderColumns::Axes>> axes =
-        header->TakeAxes(triad, std::string(TriadPrefix(triad)));
-    TRUETRIAD_RETURN_IF_ERROR(axes);
-    if (!*axes) continue;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<HeaderColumns::Axes> axes,
+                               header.TakeAxes(triad, std::string(TriadPrefix(triad))));
+    if (!axes) continue;
     StreamLayout stream = common;
     stream.info.triad = triad;
-    stream.info.unit = (*axes)->unit;
-    stream.axes = (*axes)->columns;
+    stream.info.unit = axes->unit;
+    stream.axes = axes->columns;
     layout.info.streams.push_back(stream.info);
     file.streams.push_back(std::move(stream));
   }
-  TRUETRIAD_RETURN_IF_ERROR(header->RejectUnknown());
+  TRUETRIAD_RETURN_IF_ERROR(header.RejectUnknown());
   if (file.streams.empty()) {
     return BadInputError(
         path +
         ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
         "mag_…, each with its unit");
   }
-  file.csv = std::move(*csv);
+  file.csv = std::move(csv);
   layout.files.push_back(std::move(file));
   return layout;
 }

@@ -65,9 +65,8 @@ YamlReader::YamlReader(const YAML::Node& node,
     : node_(node), present_(present), name_(std::move(name)), shared_(std::move(shared)) {}
 
 Result<YamlReader> YamlReader::FromFile(const std::string& path) {
-  const Result<std::string> text = ReadSmallFile(path);
-  TRUETRIAD_RETURN_IF_ERROR(text);
-  return FromText(*text, path);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(path));
+  return FromText(text, path);
 }
 
 Result<YamlReader> YamlReader::FromText(const std::string& text, const std::string& name) {

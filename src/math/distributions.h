@@ -13,16 +13,7 @@ double NormalQuantile(double probability);
 double ChiSquareCdf(double value, double dof);
 double ChiSquareQuantile(double probability, double dof);
 double FisherCdf(double value, double dof1, double dof2);
-double FisherQuantile(double probability, double dof1, double dof2);
 double StudentQuantile(double probability, double dof);
-
-/// One-sample Kolmogorov-Smirnov test against the uniform distribution on [0, 1].
-struct KolmogorovSmirnov {
-  double statistic = 0.0;
-  double p_value = 1.0;  ///< Asymptotic, with Stephens' finite-sample factor.
-};
-/// `values`: at least one, none NaN; those outside [0, 1] count as very unlikely, as they should.
-KolmogorovSmirnov KolmogorovSmirnovUniform(std::vector<double> values);
 
 /// The median of |e| times this is the σ of normal e.
 inline constexpr double kMadToSigma = 1.4826;

@@ -12,6 +12,7 @@ namespace truetriad {
 
 namespace ziggurat {
 
+// One byte of the word says which: 99 % of the numbers need no more than a product.
 inline constexpr int kLayers = 256;
 /// Right ends of the layers, widest first, and the density exp(-x^2/2) there.
 struct Table {
@@ -21,6 +22,10 @@ struct Table {
 extern const Table kTable;
 
 }  // namespace ziggurat
+
+// In place of a polar method with std::log, which would not give the same bits everywhere and makes
+// `simulate` take 22 % more processor time (four hours of nine axes at rest); std's own
+// distributions promise no sequence at all.
 
 /// Random numbers by the hundred million: xoshiro256++ (Blackman and Vigna, ACM TOMS 47, 2021) and,
 /// for normals, the ziggurat of Marsaglia and Tsang (J. Stat. Software 5(8), 2000) with 256 layers

@@ -20,6 +20,7 @@ namespace truetriad {
 namespace {
 
 constexpr const char* kModelName = "wmm2025";
+// Years for which the model is issued.
 constexpr double kFirstYear = 2025.0;
 constexpr double kLastYear = 2030.0;
 
@@ -79,17 +80,17 @@ Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year) {
     return BadInputError("the World Magnetic Model 2025 holds from 2025.0 to 2030.0, not in " +
                          std::string(text));
   }
-  const Result<std::string> file = FindSharedFile("magnetic/" + std::string(kModelName) + ".wmm");
-  TRUETRIAD_RETURN_IF_ERROR(file);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string file,
+                             FindSharedFile("magnetic/" + std::string(kModelName) + ".wmm"));
   double east_nt = 0.0;
   double north_nt = 0.0;
   double up_nt = 0.0;
   try {
     const GeographicLib::MagneticModel model(kModelName,
-                                             std::filesystem::path(*file).parent_path().string());
+                                             std::filesystem::path(file).parent_path().string());
     model(year, place.latitude_deg, place.longitude_deg, place.height_m, east_nt, north_nt, up_nt);
   } catch (const std::exception& failure) {
-    return BadInputError(*file + ": the World Magnetic Model cannot be read (" + failure.what() +
+    return BadInputError(file + ": the World Magnetic Model cannot be read (" + failure.what() +
                          "); install truetriad anew");
   }
   double horizontal_nt = 0.0;

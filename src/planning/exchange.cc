@@ -13,13 +13,14 @@
 namespace truetriad {
 namespace {
 
-constexpr int kMaxSweeps = 30;
+// A guard: sweeps end by kLeastGain.
+constexpr int kMostExchangeSweeps = 30;
 // An exchange must gain this share of what the pose it replaces is worth: less is rounding, and
 // would let sweeps go round for ever.
 constexpr double kLeastGain = 1e-6;
 // Candidates that are tried by one product: so many that it is worth it, so few that it stays in
 // the cache.
-constexpr std::size_t kBatch = 64;
+constexpr std::size_t kCandidatesAtOnce = 64;
 
 }  // namespace
 
@@ -53,7 +54,7 @@ Vacancy::Choice Vacancy::Best(const Candidates& candidates) const {
   Choice best;
   std::size_t begin = 0;
   while (begin < candidates.size()) {
-    const std::size_t end = std::min(begin + kBatch, candidates.size());
+    const std::size_t end = std::min(begin + kCandidatesAtOnce, candidates.size());
     const Eigen::Index first = candidates.first(begin);
     const auto batch = candidates.stacked().middleRows(first, candidates.first(end) - first);
     by_covariance.noalias() = batch * covariance_;
@@ -108,7 +109,7 @@ void ExchangeUntilSettled(const Eigen::MatrixXd& base,
                           const Eigen::MatrixXd& weights,
                           Design* design) {
   bool improved = true;
-  for (int sweep = 0; improved && sweep < kMaxSweeps; ++sweep) {
+  for (int sweep = 0; improved && sweep < kMostExchangeSweeps; ++sweep) {
     improved = false;
     for (std::size_t i = 0; i < design->size(); ++i) {
       // Summed anew: taking a pose out of a sum leaves rounding where it was the only one.

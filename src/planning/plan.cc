@@ -179,24 +179,24 @@ double WorstOf(const PlanProblem& problem,
 Result<std::vector<ProgramPose>> FindPosesForGyroscope(const PoseSet& measured,
                                                        const PlanOptions& options,
                                                        const PlanProblem& problem) {
+  // An eighth more poses each round: ten rounds from the least program to three times as many.
   constexpr int kShareMore = 8;
   const std::map<std::string, double> wanted = WantedOf(options, true);
   PlanOptions without = options;
   without.calibrate.triads[Triad::kGyroscope].enabled = false;
   without.wanted = WantedOf(options, false);
-  const Result<PlanProblem> others = PlanProblem::Create(measured, without);
-  TRUETRIAD_RETURN_IF_ERROR(others);
+  TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem others, PlanProblem::Create(measured, without));
   if (without.poses == 0 && without.wanted.empty()) {
     std::vector<ProgramPose> least(1);
-    while (!CheckPoseCounts(others->ExactReadings(least), others->options())) {
+    while (!CheckPoseCounts(others.ExactReadings(least), others.options())) {
       least.push_back(least.front());
     }
     without.poses = std::min(static_cast<int>(least.size()), options.max_poses);
   }
   while (true) {
-    PlanSearch search(*others, without);
+    PlanSearch search(others, without);
     std::vector<ProgramPose> poses =
-        problem.OrderedForGyroscope(OrderForOperator(search.Find(), others->has_heading()));
+        problem.OrderedForGyroscope(OrderForOperator(search.Find(), others.has_heading()));
     const auto count = static_cast<int>(poses.size());
     if (options.poses > 0 || count >= options.max_poses ||
         WorstOf(problem, wanted, problem.Sigmas(problem.Information(poses))) <= kReached) {
@@ -283,11 +283,10 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   // The Earth stands still: its rate, known beforehand, takes no σ away that matters here.
   PlanOptions options = asked;
   options.calibrate.reference.earth_rate.reset();
-  const Result<PlanProblem> problem = PlanProblem::Create(measured, options);
-  TRUETRIAD_RETURN_IF_ERROR(problem);
-  const bool has_turns = problem->has_gyroscope();
+  TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem problem, PlanProblem::Create(measured, options));
+  const bool has_turns = problem.has_gyroscope();
   std::set<std::string> groups;
-  for (const PlanQuantity& quantity : problem->quantities()) groups.insert(quantity.group);
+  for (const PlanQuantity& quantity : problem.quantities()) groups.insert(quantity.group);
   for (const auto& [name, sigma] : options.wanted) {
     if (groups.contains(name)) continue;
     std::string known;
@@ -298,27 +297,26 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   }
 
   Plan plan;
-  plan.messages = problem->messages();
+  plan.messages = problem.messages();
   plan.measured_poses = static_cast<int>(measured.poses.size());
   std::optional<PlanSearch> search;
-  if (!has_turns) search.emplace(*problem, options);
+  if (!has_turns) search.emplace(problem, options);
   if (options.program) {
     plan.program = *options.program;
   } else if (has_turns) {
-    auto poses = FindPosesForGyroscope(measured, options, *problem);
-    TRUETRIAD_RETURN_IF_ERROR(poses);
-    plan.program.poses = *std::move(poses);
+    TRUETRIAD_ASSIGN_OR_RETURN(auto poses, FindPosesForGyroscope(measured, options, problem));
+    plan.program.poses = std::move(poses);
     // A turn has a heading even where none is seen.
     Label(true, &plan.program.poses);
   } else {
-    plan.program.poses = OrderForOperator(search->Find(), problem->has_heading());
-    Label(problem->has_heading(), &plan.program.poses);
+    plan.program.poses = OrderForOperator(search->Find(), problem.has_heading());
+    Label(problem.has_heading(), &plan.program.poses);
   }
 
-  const Eigen::VectorXd before = problem->Sigmas(problem->known());
-  const Eigen::VectorXd after = problem->Sigmas(problem->Information(plan.program.poses));
-  for (std::size_t q = 0; q < problem->quantities().size(); ++q) {
-    const PlanQuantity& quantity = problem->quantities()[q];
+  const Eigen::VectorXd before = problem.Sigmas(problem.known());
+  const Eigen::VectorXd after = problem.Sigmas(problem.Information(plan.program.poses));
+  for (std::size_t q = 0; q < problem.quantities().size(); ++q) {
+    const PlanQuantity& quantity = problem.quantities()[q];
     const auto at = static_cast<Eigen::Index>(q);
     plan.sigmas.push_back({quantity.name, quantity.group, quantity.unit, before[at], after[at]});
   }
@@ -336,26 +334,26 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     }
     plan.wanted.push_back(item);
   }
-  plan.purposes = has_turns ? PurposesWithTurns(*problem, plan.program.poses, after)
-                            : PurposesOf(*problem, problem->Rows(plan.program.poses), after);
-  plan.rest_s = problem->RestSeconds();
-  plan.noise = problem->Noise(plan.program.poses);
+  plan.purposes = has_turns ? PurposesWithTurns(problem, plan.program.poses, after)
+                            : PurposesOf(problem, problem.Rows(plan.program.poses), after);
+  plan.rest_s = problem.RestSeconds();
+  plan.noise = problem.Noise(plan.program.poses);
 
-  const PoseGraph graph = problem->GraphWith(plan.program.poses);
+  const PoseGraph graph = problem.GraphWith(plan.program.poses);
   const ReducedSystem system(graph);
   Observability observability =
       AnalyseObservability(graph, system.shared(), options.calibrate.observable_sigma);
   plan.determined = observability.determined && system.rank() == system.size();
   if (plan.determined) {
-    const Status rehearsal = problem->Rehearse(plan.program.poses);
+    const Status rehearsal = problem.Rehearse(plan.program.poses);
     plan.rehearsed = static_cast<bool>(rehearsal);
     if (!rehearsal) plan.messages.push_back("the rehearsal failed: " + rehearsal.error().message);
   }
   plan.weak_directions = std::move(observability.weak_directions);
-  plan.covariance = problem->Present(system.covariance()).covariance;
+  plan.covariance = problem.Present(system.covariance()).covariance;
   // Against a σ that is infinite everything is better.
   if (options.random_draws > 0 && after.allFinite() && !has_turns) {
-    plan.random = CompareWithRandom(*problem, options, plan, after);
+    plan.random = CompareWithRandom(problem, options, plan, after);
   }
   return plan;
 }

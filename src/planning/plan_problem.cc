@@ -34,21 +34,14 @@
 namespace truetriad {
 namespace {
 
-constexpr std::array kPlannedTriads = {
-    Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
-// Readings of a gyroscope to come, Hz: what counts is the density of their noise.
-constexpr double kPlannedRateHz = 100.0;
 // Where nothing is known a parameter may be off by this many times the signal.
 constexpr double kAnything = 10.0;
 // Eigenvalues of the information below this share of the largest are rounding.
-constexpr double kRounding = 1e-14;
+constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps six digits and more.
 constexpr double kWellConditioned = 1e-10;
 // So many that a rest is as long as the time between its first and last sample.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
-// Of the field, at middle latitudes.
-constexpr double kUsualFieldUt = 50.0;
-constexpr double kUsualDipRad = std::numbers::pi / 3.0;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
@@ -123,181 +116,6 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   problem.known_ = system.scale().asDiagonal() * system.information() * system.scale().asDiagonal();
   problem.FindQuantities();
   return problem;
-}
-
-// Where the graph is linearised, and what its rows are weighted with: from a calibration of what is
-// measured, if that is enough for one, else from what is stated.
-Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& options) {
-  const ReferenceOptions& reference = calibrate_.reference;
-  const bool free_attitudes = calibrate_.attitudes.kind == AttitudeKind::kNone;
-  std::optional<Calibration> calibrated;
-  if (!measured.poses.empty()) {
-    CalibrateOptions solved = calibrate_;
-    solved.gauge = free_attitudes ? Gauge::kAccelX : Gauge::kFixture;
-    solved.limits = {};
-    solved.cross_validation_folds = 0;
-    solved.initialise.only = false;
-    auto summary = Calibrate(measured, solved);
-    TRUETRIAD_RETURN_IF_ERROR(summary);
-    if (summary->calibration.IsUsable()) calibrated = std::move(summary->calibration);
-    messages_.push_back(
-        calibrated
-            ? "linearised at the calibration of the recording"
-            : "the recording is not enough for a calibration; linearised at the nominal values");
-  }
-  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
-  nominal_.reference << *reference.gravity_mps2.value,
-      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
-      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
-  for (const Triad triad : kPlannedTriads) {
-    TriadOptions& sensor = calibrate_.triads[triad];
-    if (!sensor.enabled) continue;
-    const Unit& unit = measured_.Find(triad)->unit;
-    if (calibrated) {
-      nominal_.models[triad] = calibrated->sensors[triad]->model;
-    } else if (options.nominal[triad]) {
-      nominal_.models[triad] = options.nominal[triad];
-    } else if (unit.is_counts && !sensor.fixed_sensitivity) {
-      return BadInputError(std::string(TriadName(triad)) +
-                           ": readings are in counts of unknown size; state roughly how many "
-                           "counts one true unit is, as in `plan: { nominal: { " +
-                           std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
-    } else {
-      const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
-      nominal_.models[triad] = {sign / unit.truth_per_raw * Eigen::Matrix3d::Identity(),
-                                Eigen::Vector3d::Zero()};
-    }
-    if (sensor.fixed_sensitivity) nominal_.models[triad]->sensitivity = *sensor.fixed_sensitivity;
-    if (sensor.model == MatrixModel::kBias && !sensor.fixed_sensitivity) {
-      sensor.fixed_sensitivity = nominal_.models[triad]->sensitivity;
-    }
-  }
-  const Triad leading = LeadingTriad(calibrate_);
-  if (!calibrated && free_attitudes && !calibrate_.triads[leading].fixed_sensitivity) {
-    const Eigen::Matrix3d Q = GaugeRotation(
-        Gauge::kAccelX, nominal_.models[leading]->sensitivity, LeadingAxisSign(calibrate_));
-    for (auto& model : nominal_.models) {
-      if (model) model->sensitivity = model->sensitivity * Q;
-    }
-  }
-  if (calibrated) {
-    if (calibrated->reference.field_ut)
-      nominal_.reference[kField] = *calibrated->reference.field_ut;
-    if (calibrated->reference.dip_rad) nominal_.reference[kDip] = *calibrated->reference.dip_rad;
-  } else if (calibrate_.triads[Triad::kMagnetometer].enabled) {
-    if (!reference.field_ut.known() && !options.nominal_field_ut) {
-      messages_.push_back("field strength unknown: planned for " +
-                          Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
-    }
-    if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
-      messages_.push_back(
-          "dip unknown: planned for " +
-          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
-    }
-  }
-  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
-    Eigen::Vector3d field = Eigen::Vector3d::Zero();
-    for (const StaticPose& pose : measured_.poses) {
-      if (!pose.triads[Triad::kMagnetometer] || !nominal_.models[Triad::kMagnetometer]) continue;
-      field += pose.attitude->world_from_body * nominal_.models[Triad::kMagnetometer]->TruthFromRaw(
-                                                    pose.triads[Triad::kMagnetometer]->mean_raw);
-    }
-    if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
-  }
-  return ChooseNoise(measured, options, calibrated);
-}
-
-Status PlanProblem::ChooseNoise(const PoseSet& measured,
-                                const PlanOptions& options,
-                                const std::optional<Calibration>& calibrated) {
-  for (const Triad triad : kPlannedTriads) {
-    const TriadOptions& sensor = calibrate_.triads[triad];
-    if (!sensor.enabled) continue;
-    rest_covariance_[triad].setZero();
-    source_[triad] = NoiseSource::kStatic;
-    if (sensor.noise_sigma_raw) {
-      source_[triad] = sensor.noise_source;
-    } else if (sensor.allan) {
-      source_[triad] = NoiseSource::kAllan;
-      if (!(options.rest_s > 0.0)) {
-        return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is a density, so the length of a rest is needed; state "
-                             "it, as in `plan: { rest_s: 5 }`");
-      }
-    } else if (calibrated) {
-      source_[triad] = calibrated->sensors[triad]->noise.source;
-      rest_covariance_[triad] = calibrated->sensors[triad]->noise.sigma.cwiseAbs2().asDiagonal();
-    } else {
-      int count = 0;
-      for (const StaticPose& pose : measured.poses) {
-        if (!pose.triads[triad] || !pose.triads[triad]->has_covariance) continue;
-        rest_covariance_[triad] += pose.triads[triad]->mean_covariance_raw;
-        ++count;
-      }
-      if (count == 0) {
-        return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
-                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
-                             "rest_s: … }`, or give a recording with rests");
-      }
-      rest_covariance_[triad] /= count;
-    }
-    if (sensor.excess == ExcessNoise::kGiven) {
-      excess_[triad] = sensor.excess_sigma * sensor.excess_sigma;
-    } else if (sensor.excess == ExcessNoise::kEstimate) {
-      const double sigma = calibrated ? calibrated->sensors[triad]->noise.excess_sigma : 0.0;
-      excess_[triad] = sigma * sigma;
-      if (!calibrated) {
-        messages_.push_back(std::string(TriadName(triad)) +
-                            ": pose-to-pose noise is unknown and not included in the prediction; "
-                            "state `noise: { excess: { sigma: … } }` if you know it");
-      }
-    }
-  }
-  if (calibrate_.triads[Triad::kGyroscope].enabled) {
-    TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
-  }
-  if (calibrated) {
-    for (const PoseResidual& residual : calibrated->quality.rests.pose_residuals) {
-      weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
-    }
-  }
-  return {};
-}
-
-// How well a turn is known: by the noise inside the rests, which adds up over it.
-Status PlanProblem::ChooseTurns(const PlanOptions& options,
-                                const std::optional<Calibration>& calibrated) {
-  const Triad triad = Triad::kGyroscope;
-  const TriadOptions& sensor = calibrate_.triads[triad];
-  const auto stream =
-      std::find_if(measured_.streams.begin(), measured_.streams.end(), [](const auto& candidate) {
-        return candidate.triad == Triad::kGyroscope;
-      });
-  turns_.duration_s = options.turn_s;
-  turns_.sigma_rad = options.turn_sigma_rad;
-  if (calibrated && turns_.sigma_rad == 0.0) {
-    turns_.sigma_rad = calibrated->sensors[triad]->noise.turn_excess_sigma_rad;
-  }
-  turns_.rate_hz = stream->rate_hz > 0.0 ? stream->rate_hz : kPlannedRateHz;
-  if (!stream->noise_sigma_raw.isZero(0.0)) {
-    turns_.reading_sigma_raw = ReadingSigma(*stream);
-    return {};
-  }
-  Eigen::Vector3d density_raw = Eigen::Vector3d::Zero();
-  if (sensor.allan) {
-    density_raw = sensor.allan->white_density_raw;
-  } else if (sensor.noise_sigma_raw && options.rest_s > 0.0) {
-    density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
-  } else {
-    return BadInputError(
-        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
-        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
-  }
-  stream->rate_hz = kPlannedRateHz;
-  stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);
-  turns_.reading_sigma_raw = stream->noise_sigma_raw;
-  return {};
 }
 
 // About each axis, roughly: what the noise of a pose leaves of its attitude.
@@ -404,9 +222,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   AppendReadings(MeasuredAttitudes(), &readings);
   AppendReadings(poses, &readings);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
-  const auto summary = Calibrate(readings, options);
-  TRUETRIAD_RETURN_IF_ERROR(summary);
-  if (summary->calibration.IsUsable()) return {};
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
+  if (summary.calibration.IsUsable()) return {};
   return NotEnoughError(
       "start values are unobservable even from noise-free readings of these poses (too few "
       "directions?); allow more poses or other rotations");
@@ -480,7 +297,7 @@ Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
     return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
   const SymmetricEigen solver = EigenOfSymmetric(information);
-  const double least = kRounding * std::max(solver.values.maxCoeff(), 1.0);
+  const double least = kRoundingShare * std::max(solver.values.maxCoeff(), 1.0);
   Eigen::VectorXd sigmas(static_cast<Eigen::Index>(quantities_.size()));
   for (Eigen::Index q = 0; q < sigmas.size(); ++q) {
     const Eigen::VectorXd along = TransposeTimesVector(
@@ -560,99 +377,10 @@ PresentedSolution PlanProblem::Present(const Eigen::MatrixXd& free_covariance) c
 void PlanProblem::FindQuantities() {
   const Eigen::Index free = graph_.layout.free_size();
   const PresentedSolution solution = Present(Eigen::MatrixXd::Zero(free, free));
-  const Eigen::MatrixXd rows = solution.from_free * scale_.asDiagonal();
-  const auto row_of = [&](const std::string& name) -> Eigen::RowVectorXd {
-    const auto& names = solution.covariance.parameters;
-    return rows.row(std::find(names.begin(), names.end(), name) - names.begin());
-  };
-  const auto add = [&](const std::string& group,
-                       const std::string& axes,
-                       const std::string& unit,
-                       double typical,
-                       const Eigen::RowVectorXd& row) {
-    if (row.isZero(0.0)) return;  // held, or fixed by the gauge
-    quantities_.push_back({axes.empty() ? group : group + "." + axes, group, unit, typical, row});
-  };
-  for (const Triad triad : kPlannedTriads) {
-    if (!solution.models[triad]) continue;
-    const std::string sensor(TriadName(triad));
-    // By sensing axis, whatever body axis it was mounted along; as limits are judged.
-    const Eigen::Matrix3d& S = solution.models[triad]->sensitivity;
-    const Eigen::Matrix3d map = NearestAxisMap(S);
-    const Eigen::Vector3d gain = (S * map.transpose()).diagonal();
-    const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
-      Eigen::Index from = 0;
-      map.row(col).cwiseAbs().maxCoeff(&from);
-      return row_of(sensor + ".sensitivity." + kAxisLetters[static_cast<std::size_t>(row)] +
-                    kAxisLetters[static_cast<std::size_t>(from)]) /
-             gain[row];
-    };
-    const bool turns = triad == Triad::kGyroscope;
-    const double signal = turns ? 1.0 : WorldVector(triad, nominal_.reference).norm();
-    for (int i = 0; i < 3; ++i) {
-      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
-      add(sensor + ".bias",
-          axis,
-          std::string(TruthUnitName(triad)),
-          signal,
-          row_of(sensor + ".bias." + axis) / gain[i]);
-    }
-    for (int i = 0; i < 3; ++i) {
-      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
-      add(sensor + ".scale_error", axis, "", 1.0, entry(i, i));
-    }
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) {
-        if (i == j) continue;
-        add(sensor + ".misalignment_rad",
-            std::string(1, kAxisLetters[static_cast<std::size_t>(i)]) +
-                kAxisLetters[static_cast<std::size_t>(j)],
-            "rad",
-            1.0,
-            entry(i, j));
-      }
-    }
-    for (const std::string& name : solution.covariance.parameters) {
-      const auto term = ParameterName::Parse(name);
-      if (!term || term->triad != triad) continue;
-      const std::string group = name.substr(0, name.rfind('.'));
-      const std::string axes = name.substr(name.rfind('.') + 1);
-      if (term->kind == ParameterKind::kGSensitivity) {
-        add(group,
-            axes,
-            "rad/s/(m/s^2)",
-            1.0 / nominal_.reference[kGravity],
-            row_of(name) / gain[term->row]);
-      } else if (const auto bend = InfoOf(term->kind).axis_term) {
-        // As a share of the signal.
-        add(group, axes, "", 1.0, row_of(name) * InfoOf(*bend).PowerOf(gain[term->row] * signal));
-      }
-      if (!term->is_thermal()) continue;
-      const ThermalScale& scale = graph_.layout.thermal_scale;
-      const bool is_bias = term->kind != ParameterKind::kSensitivity;
-      const std::string truth(TruthUnitName(triad));
-      std::string unit = is_bias ? truth : "1";
-      double typical = is_bias ? signal : 1.0;
-      if (const auto rate = InfoOf(term->kind).rate) {
-        unit.append(" ").append(InfoOf(*rate).unit);
-        typical /= FactorOf(*rate, scale.half_range_degc, scale.rate_degcps);
-      } else {
-        unit += "/degC";
-        if (term->power > 1) unit.append("^").append(std::to_string(term->power));
-        typical /= std::pow(scale.half_range_degc, term->power);
-      }
-      add(group, axes, unit, typical, row_of(name) / gain[term->row]);
-    }
-  }
-  const auto& names = solution.covariance.parameters;
-  for (const auto& [name, unit, typical] :
-       {std::tuple("reference.gravity_mps2", "m/s^2", nominal_.reference[kGravity]),
-        std::tuple("reference.field_ut", "uT", nominal_.reference[kField]),
-        std::tuple("reference.dip_rad", "rad", 1.0),
-        std::tuple("reference.heading_rad", "rad", 1.0)}) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) continue;
-    add(name, "", unit, typical, row_of(name));
-  }
+  quantities_ = QuantitiesOf(solution,
+                             solution.from_free * scale_.asDiagonal(),
+                             nominal_.reference,
+                             graph_.layout.thermal_scale);
   quantity_rows_.resize(static_cast<Eigen::Index>(quantities_.size()), free);
   for (std::size_t q = 0; q < quantities_.size(); ++q) {
     quantity_rows_.row(static_cast<Eigen::Index>(q)) = quantities_[q].row;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 #include "base/messages.h"
 #include "noise/variance_components.h"
 #include "planning/exchange.h"
+#include "planning/plan_quantities.h"
 #include "planning/plan_turns.h"
 #include "problem/graph.h"
 #include "problem/start_values.h"
@@ -22,15 +24,11 @@
 
 namespace truetriad {
 
+inline constexpr std::array kPlannedTriads = {
+    Triad::kAccelerometer, Triad::kGyroscope, Triad::kMagnetometer};
+
 // σ / wanted that counts as reached: four poses of noise σ make σ / 2 but for the rounding.
 inline constexpr double kReached = 1.0 + 1e-9;
-
-// A quantity whose σ is predicted, as a linear function of the free coordinates.
-struct PlanQuantity {
-  std::string name, group, unit;
-  double typical = 1.0;    // as large as the signal
-  Eigen::RowVectorXd row;  // by the free coordinates in typical units
-};
 
 // The estimator's graph for poses that nobody has taken yet: exact readings of the nominal unit,
 // linearised there. All information is in typical units of the free coordinates.

@@ -17,11 +17,13 @@ namespace {
 constexpr int kStarts = 12;
 // Rounds in which the weights follow the σ they led to.
 constexpr int kWeightRounds = 8;
+// Weights that led to no better program three times over go in a circle.
 constexpr int kIdleRounds = 3;
 // Starts from which one pose less is tried.
 constexpr int kSparingStarts = 3;
 // A hand does not turn a unit more finely than this.
 constexpr double kFinestTurnRad = kRadPerDeg;
+// A guard: sweeps end by kLeastRefinement.
 constexpr int kRefineSweeps = 10;
 // Share of what a pose is worth, below which a move is not worth another sweep.
 constexpr double kLeastRefinement = 1e-4;

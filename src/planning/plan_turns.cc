@@ -20,7 +20,9 @@ constexpr double kAnyHeadingRad = 10.0;
 constexpr double kHardlyKnown = 1.0;
 // A turn about of a stretch that gains less in log det is not worth it.
 constexpr double kLeastGain = 1e-6;
-constexpr int kMostSweeps = 50;
+// A guard: sweeps end by kLeastGain.
+constexpr int kMostOrderSweeps = 50;
+// Chosen: pieces of six degrees of a quarter turn, over which gravity in the body is straight.
 constexpr int kIntegrationSteps = 16;
 
 // 9 entries of the matrix and 3 of each axis term.
@@ -133,7 +135,7 @@ std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
   std::vector<std::size_t> order(count);
   for (std::size_t k = 0; k < count; ++k) order[k] = k;
   double worth = orderer.Worth(order);
-  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kMostOrderSweeps; ++sweep) {
     bool improved = false;
     for (std::size_t i = 0; i + 1 < count; ++i) {
       for (std::size_t j = i + 1; j < count; ++j) {

@@ -47,31 +47,30 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
 }  // namespace
 
 Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
-  Result<LoadedPoses> loaded = LoadPoses(experiment.input, experiment.poses, progress);
-  TRUETRIAD_RETURN_IF_ERROR(loaded);
-  if (!loaded->not_enough) {
-    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&*loaded, &experiment));
+  TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded,
+                             LoadPoses(experiment.input, experiment.poses, progress));
+  if (!loaded.not_enough) {
+    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
   }
-  Result<Calibration> calibration = CalibratePoses(*loaded, experiment);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  calibration->serial = experiment.serial.empty() ? loaded->poses.serial : experiment.serial;
-  if (!loaded->poses.serial.empty() && calibration->serial != loaded->poses.serial) {
-    calibration->findings.emplace_back(FindingCode::kOtherSerial,
-                                       "the recording is from unit `" + loaded->poses.serial +
-                                           "`, but the experiment states `" + experiment.serial +
-                                           "`",
-                                       "check which unit this is");
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibratePoses(loaded, experiment));
+  calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
+  if (!loaded.poses.serial.empty() && calibration.serial != loaded.poses.serial) {
+    calibration.findings.emplace_back(FindingCode::kOtherSerial,
+                                      "the recording is from unit `" + loaded.poses.serial +
+                                          "`, but the experiment states `" + experiment.serial +
+                                          "`",
+                                      "check which unit this is");
   }
-  calibration->model = experiment.model;
-  calibration->software_version = Version();
-  calibration->created = TimestampUtc();
-  calibration->inputs = std::move(loaded->inputs);
-  CheckField(experiment, &*calibration);
-  calibration->findings.insert(
-      calibration->findings.end(), loaded->poses.findings.begin(), loaded->poses.findings.end());
+  calibration.model = experiment.model;
+  calibration.software_version = Version();
+  calibration.created = TimestampUtc();
+  calibration.inputs = std::move(loaded.inputs);
+  CheckField(experiment, &calibration);
+  calibration.findings.insert(
+      calibration.findings.end(), loaded.poses.findings.begin(), loaded.poses.findings.end());
   for (const Triad triad : kTriads) {
-    if (std::optional<TriadCalibration>& sensor = calibration->sensors[triad]) {
-      sensor->si_per_count = loaded->si_per_count[triad];
+    if (std::optional<TriadCalibration>& sensor = calibration.sensors[triad]) {
+      sensor->si_per_count = loaded.si_per_count[triad];
     }
   }
   return calibration;

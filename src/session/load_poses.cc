@@ -19,9 +19,8 @@ Result<PoseSelection> SelectionOf(const PosesConfig& config) {
   selection.sweep = config.sweep;
   const bool has_attitudes = config.kind == PoseSelectionKind::kSweep && !config.file.empty();
   if (config.kind == PoseSelectionKind::kRanges || has_attitudes) {
-    Result<std::vector<PoseRange>> ranges = ReadPoseRanges(config.file);
-    TRUETRIAD_RETURN_IF_ERROR(ranges);
-    selection.ranges = *std::move(ranges);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<PoseRange> ranges, ReadPoseRanges(config.file));
+    selection.ranges = std::move(ranges);
   }
   return selection;
 }
@@ -29,13 +28,13 @@ Result<PoseSelection> SelectionOf(const PosesConfig& config) {
 /// The turns and rates that the experiment states.
 Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selection) {
   if (!config.turns_file.empty()) {
-    Result<std::vector<StatedTurn>> turns = ReadStatedTurns(
-        config.turns_file,
-        {config.turn_sigma_deg * kRadPerDeg, config.turn_axis_sigma_deg * kRadPerDeg});
-    TRUETRIAD_RETURN_IF_ERROR(turns);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<StatedTurn> turns,
+                               ReadStatedTurns(config.turns_file,
+                                               {config.turn_sigma_deg * kRadPerDeg,
+                                                config.turn_axis_sigma_deg * kRadPerDeg}));
     for (const std::string& id : config.held_out_turns) {
       bool found = false;
-      for (StatedTurn& turn : *turns) {
+      for (StatedTurn& turn : turns) {
         if (id != "all" && id != turn.id) continue;
         found = turn.held_out = true;
       }
@@ -43,23 +42,22 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
       return BadInputError("turns.held_out: `" + id + "` is not the id of a turn in " +
                            config.turns_file);
     }
-    selection->turns = *std::move(turns);
+    selection->turns = std::move(turns);
   }
   if (!config.rates_file.empty()) {
-    Result<std::vector<StatedRate>> rates = ReadStatedRates(
-        config.rates_file,
-        {config.rate_sigma_degps * kRadPerDeg, config.rate_axis_sigma_deg * kRadPerDeg});
-    TRUETRIAD_RETURN_IF_ERROR(rates);
-    selection->rates = *std::move(rates);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<StatedRate> rates,
+                               ReadStatedRates(config.rates_file,
+                                               {config.rate_sigma_degps * kRadPerDeg,
+                                                config.rate_axis_sigma_deg * kRadPerDeg}));
+    selection->rates = std::move(rates);
   }
   return {};
 }
 
 /// Where a recording's poses are when nobody said: its manifest, its pose column, or detection.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
-  Result<std::optional<PoseSelection>> stated = ManifestPoseSelection(input);
-  TRUETRIAD_RETURN_IF_ERROR(stated);
-  if (*stated) return **std::move(stated);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
+  if (stated) return *std::move(stated);
   PoseSelection selection;
   for (const StreamInfo& stream : info.streams) {
     if (stream.has_pose_column) selection.kind = PoseSelectionKind::kColumn;
@@ -74,17 +72,16 @@ bool MayBeTable(const PosesConfig& config) {
 
 /// What can be said about the streams of a recording without any pose.
 Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOptions& options) {
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
-  TRUETRIAD_RETURN_IF_ERROR(source);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(input, options));
   PoseSelection everything;
   everything.kind = PoseSelectionKind::kEveryN;
   everything.every = std::numeric_limits<std::int64_t>::max();
-  Result<PoseSet> set = CollectPoses(**source, everything);
-  TRUETRIAD_RETURN_IF_ERROR(set);
-  set->poses.clear();
-  set->how = "static detection";
-  set->static_share = 0.0;
-  for (StreamSummary& stream : set->streams) {
+  TRUETRIAD_ASSIGN_OR_RETURN(PoseSet set, CollectPoses(*source, everything));
+  set.poses.clear();
+  set.how = "static detection";
+  set.static_share = 0.0;
+  for (StreamSummary& stream : set.streams) {
     // Spread over motion, which is not noise.
     stream.noise_sigma_raw.setZero();
     stream.correlation_inflation.setOnes();
@@ -96,25 +93,25 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress) {
   const OpenRecordingOptions options{config.column, config.sweep.ambient};
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(input, options);
-  TRUETRIAD_RETURN_IF_ERROR(source);
-  Result<PoseSelection> selection =
-      config.given ? SelectionOf(config) : StatedSelection(input, (*source)->info());
-  TRUETRIAD_RETURN_IF_ERROR(selection);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(input, options));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      PoseSelection selection,
+      config.given ? SelectionOf(config) : StatedSelection(input, source->info()));
 
-  selection->moves = config.moves;
-  selection->time_offset_s = config.time_offset_s;
-  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &*selection));
+  selection.moves = config.moves;
+  selection.time_offset_s = config.time_offset_s;
+  TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
-  Result<PoseSet> poses = CollectPoses(**source, *selection, {}, progress);
+  Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().code == ErrorCode::kNotEnough) {
     loaded.not_enough = poses.error();
     poses = DescribeStreams(input, options);
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
-  loaded.inputs = (*source)->inputs();
-  for (const StreamInfo& stream : (*source)->info().streams) {
+  loaded.inputs = source->inputs();
+  for (const StreamInfo& stream : source->info().streams) {
     loaded.si_per_count[stream.triad] = stream.si_per_count;
   }
   return loaded;
@@ -126,14 +123,12 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress) {
   if (!MayBeTable(config)) return LoadRecording(input, config, progress);
-  const Result<bool> is_table = IsPoseTable(input);
-  TRUETRIAD_RETURN_IF_ERROR(is_table);
-  if (!*is_table) return LoadRecording(input, config, progress);
-  Result<PoseTable> table = ReadPoseTable(input);
-  TRUETRIAD_RETURN_IF_ERROR(table);
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_table, IsPoseTable(input));
+  if (!is_table) return LoadRecording(input, config, progress);
+  TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
   LoadedPoses loaded;
-  loaded.poses = std::move(table->poses);
-  loaded.inputs = std::move(table->inputs);
+  loaded.poses = std::move(table.poses);
+  loaded.inputs = std::move(table.inputs);
   PoseSelection selection;
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   if (!selection.turns.empty()) {

@@ -42,10 +42,10 @@ Result<Plan> PlanExperiment(Experiment experiment,
     TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(loaded, &experiment));
     TRUETRIAD_RETURN_IF_ERROR(SettleAllanNoise(loaded.poses, &experiment));
   } else {
-    Result<LoadedPoses> recording = LoadPoses(measured, experiment.poses, progress);
-    TRUETRIAD_RETURN_IF_ERROR(recording);
-    if (recording->not_enough) return *recording->not_enough;
-    loaded = *std::move(recording);
+    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses recording,
+                               LoadPoses(measured, experiment.poses, progress));
+    if (recording.not_enough) return *recording.not_enough;
+    loaded = std::move(recording);
     TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
   }
 
@@ -81,9 +81,8 @@ Result<Plan> PlanExperiment(Experiment experiment,
   options.random_draws = config.random_draws;
   options.seed = config.seed;
   if (!config.program.empty()) {
-    Result<PoseProgram> program = ReadPoseProgram(config.program);
-    TRUETRIAD_RETURN_IF_ERROR(program);
-    options.program = *std::move(program);
+    TRUETRIAD_ASSIGN_OR_RETURN(PoseProgram program, ReadPoseProgram(config.program));
+    options.program = std::move(program);
   }
   Result<Plan> plan = MakePlan(loaded.poses, options);
   if (!plan) return AtItsKey(experiment, plan.error());

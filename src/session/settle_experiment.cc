@@ -18,9 +18,8 @@ namespace {
 /// Each row of the table `file` for the pose of the same number, to be read by `assign`.
 template <typename Assign>
 Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assign assign) {
-  const Result<PoseTable> table = ReadPoseTable(file);
-  TRUETRIAD_RETURN_IF_ERROR(table);
-  const std::vector<StaticPose>& rows = table->poses.poses;
+  TRUETRIAD_ASSIGN_OR_RETURN(const PoseTable table, ReadPoseTable(file));
+  const std::vector<StaticPose>& rows = table.poses.poses;
   if (rows.size() != poses->size()) {
     return BadInputError(file + ": has " + std::to_string(rows.size()) +
                          " rows, but the recording has " + std::to_string(poses->size()) +
@@ -28,7 +27,7 @@ Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assig
                          "inspect` lists the poses)");
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    TRUETRIAD_RETURN_IF_ERROR(assign(table->poses, rows[k], &(*poses)[k]));
+    TRUETRIAD_RETURN_IF_ERROR(assign(table.poses, rows[k], &(*poses)[k]));
   }
   return {};
 }
@@ -95,10 +94,9 @@ Eigen::Vector3d PerAxis(const AllanTriad& triad, double scale, Get get) {
 
 /// Noise of `triad` in the recording's unit from the Allan result in `file`.
 Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const PoseSet& poses) {
-  const Result<AllanResult> allan = ReadAllanFile(file);
-  TRUETRIAD_RETURN_IF_ERROR(allan);
+  TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult allan, ReadAllanFile(file));
   const std::string name(TriadName(triad));
-  const AllanTriad* found = allan->Find(triad);
+  const AllanTriad* found = allan.Find(triad);
   if (found == nullptr) {
     return BadInputError(file + ": contains no " + name +
                          ", but its noise is to be read from here; give an Allan deviation of it, "
@@ -137,23 +135,22 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
     for (const Triad triad : kTriads) {
       TriadOptions& sensor = options.triads[triad];
       if (!sensor.enabled || sensor.fixed_sensitivity || !loaded.poses.Find(triad)) continue;
-      const Result<Eigen::Matrix3d> identity = IdentitySensitivity(loaded, triad, sensor);
-      TRUETRIAD_RETURN_IF_ERROR(identity);
-      sensor.fixed_sensitivity = *identity;
+      TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d identity,
+                                 IdentitySensitivity(loaded, triad, sensor));
+      sensor.fixed_sensitivity = identity;
     }
     return {};
   }
-  Result<Calibration> known = ReadCalibration(experiment->static_file);
-  TRUETRIAD_RETURN_IF_ERROR(known);
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
   const std::string& serial = experiment->serial.empty() ? loaded.poses.serial : experiment->serial;
-  if (!known->serial.empty() && !serial.empty() && known->serial != serial) {
-    return BadInputError(experiment->static_file + ": is the calibration of " + known->serial +
+  if (!known.serial.empty() && !serial.empty() && known.serial != serial) {
+    return BadInputError(experiment->static_file + ": is the calibration of " + known.serial +
                          ", but this sweep is of " + serial + "; give the calibration of " +
                          serial + " at one temperature");
   }
   const double wanted = options.reference.temperature_degc;
-  const auto& recorded = known->reference.recorded_degc;
-  const double stated = recorded ? (*recorded)[1] : known->reference.temperature_degc;
+  const auto& recorded = known.reference.recorded_degc;
+  const double stated = recorded ? (*recorded)[1] : known.reference.temperature_degc;
   if (experiment->reference_given && wanted != stated) {
     return BadInputError(
         experiment->static_file + ": was made at " + std::to_string(stated) +
@@ -162,17 +159,17 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   }
   const Knowledge& gravity = options.reference.gravity_mps2;
   const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
-  const double off = stated_mps2 - known->reference.gravity_mps2;
+  const double off = stated_mps2 - known.reference.gravity_mps2;
   // Gravity that nobody stated is the standard one. Another place's is off by up to 0.05.
   constexpr double kNotable = 1e-3;
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
     return BadInputError(experiment->static_file + ": was made with gravity " +
-                         std::to_string(known->reference.gravity_mps2) +
+                         std::to_string(known.reference.gravity_mps2) +
                          " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
                          "; its sensitivity is valid only with its own: remove reference.gravity, "
                          "or repeat that calibration with the gravity at its site");
   }
-  options.sweep->static_calibration = *std::move(known);
+  options.sweep->static_calibration = std::move(known);
   options.sweep->static_file = experiment->static_file;
   return {};
 }
@@ -210,9 +207,8 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
     TriadOptions& options = experiment->options.triads[triad];
     const std::string& file = experiment->allan_files[triad];
     if (file.empty() || !options.enabled || poses.Find(triad) == nullptr) continue;
-    const Result<AllanNoise> noise = ReadAllanNoise(file, triad, poses);
-    TRUETRIAD_RETURN_IF_ERROR(noise);
-    options.allan = *noise;
+    TRUETRIAD_ASSIGN_OR_RETURN(const AllanNoise noise, ReadAllanNoise(file, triad, poses));
+    options.allan = noise;
   }
   return {};
 }

@@ -11,6 +11,7 @@
 namespace truetriad {
 namespace {
 
+// As the reader of logs hands them over: blocks that stay in the cache.
 constexpr int kRowsPerBlock = 4096;
 
 /// Lowest and highest, Hz.

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <string_view>
 
+#include "base/rounded_text.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
 #include "truetriad/base/units.h"
@@ -16,11 +16,7 @@
 namespace truetriad {
 namespace {
 
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
+std::string Number(double value) { return RoundedText(value, 6); }
 
 std::string RangeText(const Eigen::Vector2d& range) {
   return Number(range[0]) + " to " + Number(range[1]);
@@ -75,6 +71,7 @@ void CheckNoise(const SensorNoise& noise, const std::string& name, Problems* pro
 }
 
 void CheckSampling(const SensorSampling& sampling, const std::string& name, Problems* problems) {
+  // Stamps have nanoseconds: a thousand of them between samples keep the spacing to a per mille.
   constexpr double kFastestHz = 1e6;
   problems->Require(
       sampling.rate_hz > 0.0 && sampling.rate_hz <= kFastestHz,
@@ -87,8 +84,9 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
   problems->Require(sampling.dropout >= 0.0 && sampling.dropout < 1.0,
                     name + " dropout is " + Number(sampling.dropout) +
                         "; it must be a probability, at least 0 and below 1");
-  constexpr double kFurthestS = 1e6;  // Twelve days: a clock that was never set starts at zero.
-  problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestS,
+  constexpr double kFurthestClockS =
+      1e6;  // Twelve days: a clock that was never set starts at zero.
+  problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestClockS,
                     name + " clock offset is " + Number(sampling.clock_offset_s) +
                         " s; expected at most 1e6 s in either direction");
 }
@@ -98,6 +96,7 @@ void CheckAxisTerms(Triad triad,
                     const SimulatedTriad& sensor,
                     const std::string& name,
                     Problems* problems) {
+  // Chosen: a tenth of 1 g or of the rate; more would fold the line over within the range.
   constexpr double kMostOfSignal = 0.1;
   const Eigen::Vector3d felt_at_1g =
       kStandardGravityMps2 * sensor.nominal.sensitivity.rowwise().norm();
@@ -214,6 +213,7 @@ struct CheckStep {
     problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
     problems->NotNegative(step.travel_m, name + " travel");
     for (std::size_t k = 0; k < step.poses.size(); ++k) {
+      // Quaternions that people write have four digits.
       constexpr double kFarFromUnit = 1e-3;
       problems->Require(std::abs(step.poses[k].world_from_body.norm() - 1.0) < kFarFromUnit,
                         name + " pose " + std::to_string(k + 1) + " is not a unit quaternion");
@@ -390,24 +390,25 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
     std::size_t operator()(const RateStep& step) const { return step.rates_radps.size(); }
     std::size_t operator()(const TumbleStep& /*step*/) const { return 0; }
   };
-  constexpr std::size_t kMostRests = 300000;
+  // A guard against a slip of the keyboard.
+  constexpr std::size_t kMostSimulatedRests = 300000;
   const std::size_t soaks = std::max<std::size_t>(scenario.temperature.soak_degc.size(), 1);
   std::size_t rests = 0;
   for (const MotionStep& step : scenario.motion) rests += std::visit(Count(), step);
-  problems->Require(rests * soaks <= kMostRests,
+  problems->Require(rests * soaks <= kMostSimulatedRests,
                     "the motion has " + std::to_string(rests) + " rests, " + std::to_string(soaks) +
-                        " times over; the limit is " + std::to_string(kMostRests));
+                        " times over; the limit is " + std::to_string(kMostSimulatedRests));
 }
 
 /// A gain that is zero at some temperature measures nothing there.
 void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Problems* problems) {
-  constexpr int kSteps = 64;  // Polynomials of the third order turn twice.
+  constexpr int kGainSteps = 64;  // Polynomials of the third order turn twice.
   for (const Triad triad : kTriads) {
     if (!scenario.sensors[triad] || !scenario.sensors[triad]->thermal) continue;
     const SimulatedTriad& sensor = *scenario.sensors[triad];
     const Eigen::Array3d nominal = sensor.nominal.sensitivity.diagonal();
-    for (int i = 0; i <= kSteps; ++i) {
-      const double degc = range_degc[0] + (range_degc[1] - range_degc[0]) * i / kSteps;
+    for (int i = 0; i <= kGainSteps; ++i) {
+      const double degc = range_degc[0] + (range_degc[1] - range_degc[0]) * i / kGainSteps;
       const TriadModel<double> model = ModelAtTemperature(sensor.nominal, *sensor.thermal, degc);
       const Eigen::Array3d share = model.sensitivity.diagonal().array() / nominal;
       if ((share > 0.0).all()) continue;
@@ -449,6 +450,7 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
 
 Status Scenario::Validate() const {
   Problems problems;
+  // Their folders are numbered with four digits.
   constexpr int kMostUnits = 9999;
   problems.Require(
       description.find_first_of("\r\n") == std::string::npos,

@@ -128,6 +128,7 @@ class TimelineBuilder {
     for (double& phase_rad : tumbling.phase_rad) {
       phase_rad = 2.0 * std::numbers::pi * tumble_.Uniform();
     }
+    // A hand gathers speed within a second.
     constexpr double kLongestRampS = 1.0;
     tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
     if (step.hand_acceleration_mps2 > 0.0) {
@@ -227,10 +228,10 @@ Timeline MakeTimeline(const Scenario& scenario, int unit) {
 Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline) {
   // Between the chamber's turning points, which are looked at too, a 256th part of the recording is
   // fine enough.
-  constexpr int kSteps = 256;
+  constexpr int kRangeSteps = 256;
   const double duration_s = timeline.motion.duration_s();
   std::vector<double> times_s;
-  for (int i = 0; i <= kSteps; ++i) times_s.push_back(duration_s * i / kSteps);
+  for (int i = 0; i <= kRangeSteps; ++i) times_s.push_back(duration_s * i / kRangeSteps);
   for (const Chamber::Stretch& stretch : timeline.chamber.stretches()) {
     if (stretch.begin_s < duration_s) times_s.push_back(stretch.begin_s);
   }

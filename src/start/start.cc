@@ -22,6 +22,7 @@
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/pose_state.h"
+#include "start/triad_fits.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/math/rotation.h"
 
@@ -33,92 +34,11 @@ namespace {
 constexpr double kNominalFieldUt = 50.0;
 // A gain this far from 1 in a log that states a physical unit is a unit mistake.
 constexpr double kLargestSiGain = 4.0;
+// Signs and mirrors of an alignment.
 constexpr std::size_t kMaxCandidates = 4;
 // Readings thinner in one direction than this share of their largest extent are as good as plane;
 // evenly spread ones are near 1.
 constexpr double kThinShare = 0.2;
-
-// Sphere through readings of a triad whose matrix is held: linear in the centre and in
-// r^2 - |c|^2, after undoing the matrix.
-TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
-                           const Eigen::Matrix3d& sensitivity) {
-  const Eigen::Matrix3d correction = sensitivity.inverse();
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& reading : readings) centre += correction * reading;
-  centre /= static_cast<double>(readings.size());
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
-  Eigen::VectorXd squares(design.rows());
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    const Eigen::Vector3d point = correction * readings[static_cast<std::size_t>(k)] - centre;
-    design.row(k) << 2.0 * point.transpose(), 1.0;
-    squares[k] = point.squaredNorm();
-  }
-  const Eigen::Vector4d solution = LeastSquares(design).SolveVector(squares);
-  return {sensitivity, sensitivity * (centre + solution.head<3>())};
-}
-
-Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
-                                    MatrixModel model,
-                                    double radius) {
-  TriadModel<double> result;
-  const auto ellipsoid =
-      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
-  if (!ellipsoid) return ellipsoid.error();
-  result.bias = ellipsoid->centre;
-  if (model == MatrixModel::kDiagonal) {
-    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
-  } else {
-    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
-  }
-  return result;
-}
-
-// Ellipsoid start that a few disturbed poses cannot spoil: refitted without readings whose norm
-// error stands out from the others'.
-Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
-                                           MatrixModel model,
-                                           double radius) {
-  auto fitted = FitModel(readings, model, radius);
-  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
-  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
-    std::vector<double> errors;
-    errors.reserve(readings.size());
-    for (const auto& reading : readings)
-      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // The fit absorbs part of the noise, hence the wide 6 σ.
-    const double limit = 6.0 * kMadToSigma * Median(errors);
-    std::vector<Eigen::Vector3d> kept;
-    for (std::size_t k = 0; k < readings.size(); ++k) {
-      if (errors[k] <= limit) kept.push_back(readings[k]);
-    }
-    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
-    auto refitted = FitModel(kept, model, radius);
-    if (!refitted) break;
-    fitted = std::move(refitted);
-    readings = std::move(kept);
-  }
-  return fitted;
-}
-
-// Linear least squares for y = S x + b with known x.
-Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
-                                         const std::vector<Eigen::Vector3d>& fields) {
-  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
-  Eigen::MatrixXd values(design.rows(), 3);
-  for (Eigen::Index k = 0; k < design.rows(); ++k) {
-    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
-    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
-  }
-  const LeastSquares qr(design);
-  if (qr.rank() < 4) {
-    return NotEnoughError(
-        Finding(FindingCode::kTooFewDirections,
-                "the known attitudes lie in one plane, so gains and biases are unobservable",
-                "add poses with every axis up and down"));
-  }
-  const Eigen::MatrixXd solution = qr.Solve(values);
-  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
-}
 
 Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
   std::size_t needed = 9;
@@ -282,23 +202,10 @@ Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
   return FitModelTrimmed(readings, triad.model, field);
 }
 
-// Turns the own-frame magnetometer into the body frame by the constant angle between field and
-// gravity; one start for every rival solution.
-Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
-                                                   const CalibrateOptions& options,
-                                                   const StartValues& base,
-                                                   const TriadModel<double>& own) {
-  std::vector<Eigen::Vector3d> ups;
-  std::vector<Eigen::Vector3d> fields;
-  std::vector<const StaticPose*> pairs;
-  for (const StaticPose& pose : poses.poses) {
-    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
-    ups.push_back(base.models[Triad::kAccelerometer]
-                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
-                      .normalized());
-    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
-    pairs.push_back(&pose);
-  }
+// The rotations, best first, that bring fields to a constant angle with up.
+Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vector3d>& ups,
+                                                    const std::vector<Eigen::Vector3d>& fields,
+                                                    const CalibrateOptions& options) {
   const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
   const Knowledge& dip = options.reference.dip_rad;
 
@@ -335,6 +242,30 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
       }
     }
   }
+  return alignments;
+}
+
+// Turns the own-frame magnetometer into the body frame by the constant angle between field and
+// gravity; one start for every rival solution.
+Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
+                                                   const CalibrateOptions& options,
+                                                   const StartValues& base,
+                                                   const TriadModel<double>& own) {
+  std::vector<Eigen::Vector3d> ups;
+  std::vector<Eigen::Vector3d> fields;
+  std::vector<const StaticPose*> pairs;
+  for (const StaticPose& pose : poses.poses) {
+    if (!pose.triads[Triad::kAccelerometer] || !pose.triads[Triad::kMagnetometer]) continue;
+    ups.push_back(base.models[Triad::kAccelerometer]
+                      ->TruthFromRaw(pose.triads[Triad::kAccelerometer]->mean_raw)
+                      .normalized());
+    fields.push_back(own.TruthFromRaw(pose.triads[Triad::kMagnetometer]->mean_raw).normalized());
+    pairs.push_back(&pose);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FrameAlignment> alignments,
+                             RivalAlignments(ups, fields, options));
+  const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+  const Knowledge& dip = options.reference.dip_rad;
 
   std::vector<StartValues> starts;
   for (const FrameAlignment& alignment : alignments) {
@@ -386,19 +317,19 @@ Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double
 Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          StartValues* start) {
-  auto fit = FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]);
-  TRUETRIAD_RETURN_IF_ERROR(fit);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      auto fit, FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]));
   const Knowledge& dip = options.reference.dip_rad;
   const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
   // Near the equator the positive determinant decides, which the fit has.
-  if (std::abs(fit->direction.z()) > kEquatorSine && (fit->direction.z() < 0.0) != north) {
-    fit->direction *= -1.0;
-    fit->model.sensitivity *= -1.0;
+  if (std::abs(fit.direction.z()) > kEquatorSine && (fit.direction.z() < 0.0) != north) {
+    fit.direction *= -1.0;
+    fit.model.sensitivity *= -1.0;
   }
-  start->models[Triad::kMagnetometer] = fit->model;
+  start->models[Triad::kMagnetometer] = fit.model;
   start->reference[kDip] =
-      dip.known() ? *dip.value : -std::asin(std::clamp(fit->direction.z(), -1.0, 1.0));
-  start->reference[kHeading] = std::atan2(fit->direction.y(), fit->direction.x());
+      dip.known() ? *dip.value : -std::asin(std::clamp(fit.direction.z(), -1.0, 1.0));
+  start->reference[kHeading] = std::atan2(fit.direction.y(), fit.direction.x());
   return {};
 }
 
@@ -540,12 +471,12 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
     Result<TriadModel<double>> model = TriadModel<double>();
     if (options.attitudes.unknown_fixture_rotation) {
-      auto fit = FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]);
-      TRUETRIAD_RETURN_IF_ERROR(fit);
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          auto fit, FitInGivenAttitudes(poses, Triad::kAccelerometer, start.reference[kGravity]));
       const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
-      start.level_from_fixture = RotationBetween(sign * fit->direction, Eigen::Vector3d::UnitZ());
-      fit->model.sensitivity *= sign;
-      *model = fit->model;
+      start.level_from_fixture = RotationBetween(sign * fit.direction, Eigen::Vector3d::UnitZ());
+      fit.model.sensitivity *= sign;
+      *model = fit.model;
     }
     if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
       model = AccelerometerStart(poses, options);

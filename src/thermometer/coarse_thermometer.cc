@@ -23,20 +23,25 @@ using Lags = StepTrack::Lags;
 constexpr double kLong = 4.0;
 // Changes at one place that are nearer than this share of a usual step are noise.
 constexpr double kSamePlace = 0.15;
+// Half a usual step apart, the same place is passed once.
 constexpr double kSamePassage = 0.5;
 // Nodes at which the chamber may turn: so many in a usual step, and in all.
 constexpr double kNodesInStep = 8.0;
+// Chosen: what bounds the time.
 constexpr double kMostNodes = 4096.0;
+// Chosen: a chamber program has fewer turns.
 constexpr int kMostKinks = 40;
 // Times that they are sought anew.
-constexpr int kRounds = 4;
+constexpr int kKinkRounds = 4;
 // Variance of a step of the walk at least, in squares of the usual rate.
 constexpr double kStiffest = 1e-14;
 // Lags that are tried.
 constexpr double kLagRatio = 1.6;
+// A shorter lag does not show between two nodes.
 constexpr double kShortestLagNodes = 2.0;
 constexpr double kLongestLagShare = 0.1;               // of the recording
 constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // of the first
+// Chosen: two per cent of a lag.
 constexpr double kFinestRatio = 1.02;
 
 double Decay(double since_s, double lag_s) {
@@ -144,7 +149,7 @@ class LaggedChamber {
       }
     }
     double likelihood = Tune();
-    for (int round = 0; round < kRounds && Move(); ++round) likelihood = Tune();
+    for (int round = 0; round < kKinkRounds && Move(); ++round) likelihood = Tune();
     return likelihood - price() * kinks_;
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -31,6 +32,7 @@ constexpr std::size_t kFewestPlaces = 8;
 constexpr double kDithered = 0.15;
 // Residuals beyond this many σ count for nothing.
 constexpr double kTukey = 6.0;
+// The second weighs by residuals of a fit without the outliers.
 constexpr int kRobustRounds = 2;
 
 // What the thermometer says of the temperature at some times.
@@ -57,6 +59,7 @@ double NoiseOf(const std::vector<double>& degc) {
 
 // Change a second, up and down together, over some dozens of stretches.
 double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
+  // Some dozens, so that each lasts much longer than the noise and is shorter than a ramp.
   constexpr std::size_t kStretches = 64;
   const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
   double change = 0.0;
@@ -85,6 +88,7 @@ void FitAbout(
   std::size_t begin = std::min(*first, at.size() - 1);
   std::size_t end = begin;
   while (end < at.size() && at[end] <= time + reach) ++end;
+  // A parabola and one more.
   constexpr std::size_t kFewest = 4;
   while (end - begin < std::min(kFewest, at.size())) {
     const bool later = begin == 0 || (end < at.size() && at[end] - time <= time - at[begin - 1]);
@@ -129,13 +133,15 @@ void FitAbout(
 // Noise asks for a width at which a turn may be lost. Of `half_width` and less the one of least
 // generalised cross-validation.
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
+  // Chosen: two widths an octave; the minimum is flat.
   constexpr double kNarrower = 0.7;
-  constexpr double kFewestReadings = 20.0;  // that are smoothed over
+  constexpr double kFewestSmoothed = 20.0;  // that are smoothed over
+  // So many places say how well a width predicts; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
   double best = half_width, least = std::numeric_limits<double>::infinity();
   LocalFit local;
-  for (double width = half_width; width >= kFewestReadings * spacing_s; width *= kNarrower) {
+  for (double width = half_width; width >= kFewestSmoothed * spacing_s; width *= kNarrower) {
     double square = 0.0, freedom = 0.0;
     std::size_t first = 0;
     for (std::size_t i = 0; i < readings.time_s.size(); i += every) {
@@ -160,6 +166,7 @@ class NoiseBlocks {
               double sigma_degc,
               TemperatureNoise* noise)
       : noise_(*noise) {
+    // Blocks of the noise that a calibration can carry along as unknowns.
     constexpr double kMostBlocks = 400.0;
     const double begin = readings.time_s.front();
     const double length =
@@ -197,6 +204,55 @@ class NoiseBlocks {
   std::vector<std::size_t> block_;  // of each reading
 };
 
+// A coarse thermometer by the times at which it changes; nothing where these are too few, or where
+// noise spreads its readings over steps.
+std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
+                                              const std::vector<double>& degc,
+                                              double step_degc) {
+  StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
+  if (places.time_s.size() < kFewestPlaces) return std::nullopt;
+  TemperatureTrack track;
+  track.time_s = time_s;
+  track.step_degc = step_degc;
+  const double spacing = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
+  steps.At(time_s, &track.degc, &track.rate_degcps);
+  // What rounding adds, and the noise.
+  double square = 0.0;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
+  }
+  const double noise_steps = std::sqrt(square) / step_degc;
+  if (!(noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered)) return std::nullopt;
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
+  }
+  return track;
+}
+
+// Takes weight from readings that are far off a local parabola through the others.
+void WeighRobustly(double half_width, double least_sigma, Readings* readings) {
+  LocalFit local;
+  std::vector<double> values;
+  for (int round = 0; round < kRobustRounds; ++round) {
+    std::size_t first = 0;
+    values.clear();
+    for (const double time : readings->time_s) {
+      FitAbout(*readings, time, half_width, &first, &local);
+      values.push_back(local.value);
+    }
+    std::vector<double> residuals;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      residuals.push_back(std::abs(readings->degc[i] - values[i]));
+    }
+    const double sigma = std::max(kMadToSigma * Median(residuals), least_sigma);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double u = residuals[i] / (kTukey * sigma);
+      readings->weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
+    }
+  }
+}
+
 }  // namespace
 
 Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
@@ -216,29 +272,13 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   }
   const double rate = std::max(TypicalRate(time_s, degc), span / duration);
   const double widest = kWidestShare * duration;
-  Readings readings;
   if (step_degc > kCoarseShare * span) {
-    StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
-    if (places.time_s.size() >= kFewestPlaces) {
-      const double spacing = duration / static_cast<double>(time_s.size() - 1);
-      const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
-      steps.At(time_s, &track.degc, &track.rate_degcps);
-      // What rounding adds, and the noise.
-      double square = 0.0;
-      for (std::size_t i = 0; i < time_s.size(); ++i) {
-        square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
-      }
-      const double noise_steps = std::sqrt(square) / step_degc;
-      if (noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered) {
-        track.step_degc = step_degc;
-        track.smoothing_s = std::min(widest, step_degc / rate);
-        for (std::size_t i = 0; i < time_s.size(); ++i) {
-          track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
-        }
-        return track;
-      }
+    if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc)) {
+      steps->smoothing_s = std::min(widest, step_degc / rate);
+      return *std::move(steps);
     }
   }
+  Readings readings;
   // A reading that is repeated until the next one is none but the first time.
   constexpr double kSlow = 4.0;
   double spacing = duration / static_cast<double>(time_s.size() - 1);
@@ -263,25 +303,8 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double noise_width = std::cbrt(2.3 * density / std::pow(kRateNoiseShare * rate, 2));
   track.smoothing_s = NotTooWide(
       readings, std::clamp(noise_width, 3.0 * spacing, std::max(widest, 3.0 * spacing)), spacing);
+  WeighRobustly(track.smoothing_s, 1e-6 * span, &readings);
   LocalFit local;
-  std::vector<double> values;
-  for (int round = 0; round < kRobustRounds; ++round) {
-    std::size_t first = 0;
-    values.clear();
-    for (const double time : readings.time_s) {
-      FitAbout(readings, time, track.smoothing_s, &first, &local);
-      values.push_back(local.value);
-    }
-    std::vector<double> residuals;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      residuals.push_back(std::abs(readings.degc[i] - values[i]));
-    }
-    const double sigma = std::max(kMadToSigma * Median(residuals), 1e-6 * span);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double u = residuals[i] / (kTukey * sigma);
-      readings.weight[i] = u < 1.0 ? std::pow(1.0 - u * u, 2) : 1e-6;
-    }
-  }
   NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
   std::size_t first = 0;
   for (const double time : time_s) {

@@ -35,7 +35,7 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
     if (has_changed_) {
       const double gap_s = static_cast<double>(time_ns[i] - last_change_ns_) * 1e-9;
       const double place = 4.0 * std::log2(std::max(gap_s * 1e6, 1.0));
-      const auto bin = static_cast<std::size_t>(std::min(place, kBins - 1.0));
+      const auto bin = static_cast<std::size_t>(std::min(place, kChangeBins - 1.0));
       ++gaps_[bin];
       gap_sum_s_[bin] += gap_s;
       gap_rows_[bin] += rows_;
@@ -49,20 +49,21 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  constexpr std::int64_t kFewest = 5;
+  // Four intervals between them, the least that can agree or not.
+  constexpr std::int64_t kFewestChanges = 5;
   // So few are regular by chance: all of them have to be.
   constexpr std::int64_t kFew = 20;
   // Changes that come sooner than the others, and those that come at that time.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
   // One that changes from row to row, or every other one, is not repeated.
   constexpr double kRows = 3.0;
-  if (changes_ < kFewest) return 0.0;
+  if (changes_ < kFewestChanges) return 0.0;
   const auto all = static_cast<double>(changes_);
   if (change_sum_degc_ / all < kSteps * step_degc_) return 0.0;
   const auto most =
       static_cast<std::size_t>(std::max_element(gaps_.begin(), gaps_.end()) - gaps_.begin());
   const std::size_t begin = most - std::min<std::size_t>(most, 1);
-  const std::size_t end = std::min<std::size_t>(most + 2, kBins);
+  const std::size_t end = std::min<std::size_t>(most + 2, kChangeBins);
   double sooner = 0.0, regular = 0.0, sum_s = 0.0, rows = 0.0;
   for (std::size_t bin = 0; bin < begin; ++bin) sooner += static_cast<double>(gaps_[bin]);
   for (std::size_t bin = begin; bin < end; ++bin) {
@@ -78,6 +79,7 @@ double ThermometerWatch::hold_s() const {
 TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
                               const std::vector<double>& degc,
                               double hold_s) {
+  // Of a reading that is repeated: rounding of its decimals.
   constexpr double kSame = 1e-9;
   const double cell_s = (time_s.back() - time_s.front()) /
                         static_cast<double>(std::max<std::size_t>(time_s.size(), 2) - 1);

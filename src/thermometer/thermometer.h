@@ -23,16 +23,16 @@ class ThermometerWatch {
 
  private:
   /// Times between changes, four bins an octave from a microsecond on.
-  static constexpr int kBins = 160;
+  static constexpr int kChangeBins = 160;
 
   double step_degc_ = 0.0;
   double last_degc_ = std::numeric_limits<double>::quiet_NaN();
   std::int64_t last_change_ns_ = 0;
   double last_change_degc_ = 0.0;
   bool has_changed_ = false;
-  std::array<std::int64_t, kBins> gaps_{};
-  std::array<double, kBins> gap_sum_s_{};
-  std::array<std::int64_t, kBins> gap_rows_{};
+  std::array<std::int64_t, kChangeBins> gaps_{};
+  std::array<double, kChangeBins> gap_sum_s_{};
+  std::array<std::int64_t, kChangeBins> gap_rows_{};
   std::int64_t rows_ = 0;  ///< Since the last change.
   std::int64_t changes_ = 0;
   double change_sum_degc_ = 0.0;

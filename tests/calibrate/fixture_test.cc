@@ -10,7 +10,7 @@
 
 #include "math/distributions.h"
 #include "math/random.h"
-#include "sim/synthetic_poses.h"
+#include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/math/rotation.h"
 

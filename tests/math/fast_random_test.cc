@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "math/distributions.h"
+#include "support/kolmogorov_smirnov.h"
 
 namespace truetriad {
 namespace {

@@ -14,6 +14,7 @@
 
 #include "statistical/nightly.h"
 #include "support/accel_mag_trials.h"
+#include "support/kolmogorov_smirnov.h"
 
 namespace truetriad {
 namespace {

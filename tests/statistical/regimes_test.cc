@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "statistical/nightly.h"
+#include "support/kolmogorov_smirnov.h"
 
 namespace truetriad {
 namespace {

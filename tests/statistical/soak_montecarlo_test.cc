@@ -12,6 +12,7 @@
 
 #include "model/attitude_sets.h"
 #include "statistical/nightly.h"
+#include "support/kolmogorov_smirnov.h"
 #include "support/soak_trials.h"
 #include "truetriad/planning/plan.h"
 

@@ -11,7 +11,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "math/distributions.h"
-#include "sim/synthetic_poses.h"
+#include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/model/gauge.h"
 

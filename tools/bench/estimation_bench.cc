@@ -7,7 +7,7 @@
 #include <benchmark/benchmark.h>
 
 #include "model/gyro_increment.h"
-#include "sim/synthetic_poses.h"
+#include "support/synthetic_poses.h"
 #include "support/accel_mag_trials.h"
 #include "support/six_turns.h"
 #include "truetriad/calibrate/calibrate.h"

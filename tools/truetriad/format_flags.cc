@@ -42,12 +42,11 @@ Result<double> ParseReal(const std::string& flag, const std::string& text) {
 
 Result<std::optional<int>> ParseInstance() {
   if (FLAGS_instance.empty()) return std::optional<int>();
-  const Result<std::int64_t> instance = ParseInteger("instance", FLAGS_instance);
-  TRUETRIAD_RETURN_IF_ERROR(instance);
-  if (*instance < 0 || *instance > std::numeric_limits<int>::max()) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t instance, ParseInteger("instance", FLAGS_instance));
+  if (instance < 0 || instance > std::numeric_limits<int>::max()) {
     return UsageError("--instance=" + FLAGS_instance + ": no such instance; expected 0 or more");
   }
-  return std::optional<int>(static_cast<int>(*instance));
+  return std::optional<int>(static_cast<int>(instance));
 }
 
 Result<PerTriad<std::optional<std::string>>> ParseUnits() {

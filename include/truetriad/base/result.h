@@ -87,3 +87,15 @@ class [[nodiscard]] Status {
       return status_or_.error();                         \
     }                                                    \
   } while (false)
+
+#define TRUETRIAD_JOIN_NAMES_OF(a, b) a##b
+#define TRUETRIAD_JOIN_NAMES(a, b) TRUETRIAD_JOIN_NAMES_OF(a, b)
+
+/// `declaration` = the value of the Result that follows, or leaves the enclosing function with its
+/// error: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, name));
+#define TRUETRIAD_ASSIGN_OR_RETURN(declaration, ...)            \
+  auto TRUETRIAD_JOIN_NAMES(result_, __LINE__) = (__VA_ARGS__); \
+  if (!TRUETRIAD_JOIN_NAMES(result_, __LINE__)) {               \
+    return TRUETRIAD_JOIN_NAMES(result_, __LINE__).error();     \
+  }                                                             \
+  declaration = *std::move(TRUETRIAD_JOIN_NAMES(result_, __LINE__))

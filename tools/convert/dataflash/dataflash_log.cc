@@ -165,10 +165,9 @@ DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move
 }
 
 Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path) {
-  Result<std::unique_ptr<ByteStream>> bytes = ByteStream::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(bytes);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
   constexpr std::size_t kBeginning = std::size_t{1} << 20U;
-  const std::string_view beginning = (*bytes)->Peek(kBeginning);
+  const std::string_view beginning = bytes->Peek(kBeginning);
   constexpr std::string_view kFormatHeader = "\xA3\x95\x80";
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
     return BadInputError(
@@ -176,7 +175,7 @@ Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path
         ": is not an ArduPilot DataFlash log: no FMT record (A3 95 80) near its start; use the "
         "binary .bin from the autopilot, not the text .log or a .tlog");
   }
-  return std::unique_ptr<DataflashLog>(new DataflashLog(std::move(*bytes)));
+  return std::unique_ptr<DataflashLog>(new DataflashLog(std::move(bytes)));
 }
 
 std::size_t DataflashLog::WholeRecord(std::string_view ahead) const {

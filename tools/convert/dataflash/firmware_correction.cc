@@ -54,9 +54,9 @@ Result<double> Value(const Parameters& parameters, const std::string& name) {
 Result<std::array<double, 3>> Vector(const Parameters& parameters, const std::string& prefix) {
   std::array<double, 3> values{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Result<double> value = Value(parameters, prefix + "_" + std::string(kAxes[axis]));
-    TRUETRIAD_RETURN_IF_ERROR(value);
-    values[axis] = *value;
+    TRUETRIAD_ASSIGN_OR_RETURN(const double value,
+                               Value(parameters, prefix + "_" + std::string(kAxes[axis])));
+    values[axis] = value;
   }
   return values;
 }
@@ -78,9 +78,8 @@ constexpr std::array<Euler, 44> kOrientations = {{
 
 /// The rotation from the sensor to the vehicle, which comes after the correction.
 Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
-  const Result<double> orientation = Value(parameters, "AHRS_ORIENTATION");
-  TRUETRIAD_RETURN_IF_ERROR(orientation);
-  const double code = *orientation;
+  TRUETRIAD_ASSIGN_OR_RETURN(const double orientation, Value(parameters, "AHRS_ORIENTATION"));
+  const double code = orientation;
   if (!(code >= 0.0 && code < static_cast<double>(kOrientations.size())) ||
       code != std::floor(code)) {
     return BadInputError("AHRS_ORIENTATION is not a supported rotation");
@@ -116,26 +115,22 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
   const auto enabled = parameters.find(prefix + "ENABLE");
   // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
   if (enabled == parameters.end() || enabled->second != 1.0) return std::string();
-  const Result<double> low = Value(parameters, prefix + "TMIN");
-  TRUETRIAD_RETURN_IF_ERROR(low);
-  const Result<double> high = Value(parameters, prefix + "TMAX");
-  TRUETRIAD_RETURN_IF_ERROR(high);
-  const Result<double> calibrated = Value(parameters, CalibrationTemperature(sensor, instance));
-  TRUETRIAD_RETURN_IF_ERROR(calibrated);
-  if (*high <= *low) return BadInputError(prefix + "TMAX is not above " + prefix + "TMIN");
+  TRUETRIAD_ASSIGN_OR_RETURN(const double low, Value(parameters, prefix + "TMIN"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const double high, Value(parameters, prefix + "TMAX"));
+  TRUETRIAD_ASSIGN_OR_RETURN(const double calibrated,
+                             Value(parameters, CalibrationTemperature(sensor, instance)));
+  if (high <= low) return BadInputError(prefix + "TMAX is not above " + prefix + "TMIN");
   constexpr double kScale = 1e-6;
   std::string coefficients;
   for (int power = 1; power <= 3; ++power) {
-    Result<std::array<double, 3>> row =
-        Vector(parameters, prefix + std::string(sensor) + std::to_string(power));
-    TRUETRIAD_RETURN_IF_ERROR(row);
-    for (double& value : *row) value *= kScale;
-    coefficients += (power > 1 ? ", " : "") + List(*row);
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        auto row, Vector(parameters, prefix + std::string(sensor) + std::to_string(power)));
+    for (double& value : row) value *= kScale;
+    coefficients += (power > 1 ? ", " : "") + List(row);
   }
   YamlText text;
-  text << "\n    thermal: {reference_degc: 35, calibrated_degc: " << *calibrated
-       << ", range_degc: [" << *low << ", " << *high << "], coefficients: [" << coefficients
-       << "]}";
+  text << "\n    thermal: {reference_degc: 35, calibrated_degc: " << calibrated << ", range_degc: ["
+       << low << ", " << high << "], coefficients: [" << coefficients << "]}";
   return text.str();
 }
 
@@ -145,8 +140,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
   const Result<std::array<double, 3>> offset =
       Vector(parameters, InertialName(sensor, "OFFS", instance));
   TRUETRIAD_RETURN_IF_ERROR(offset);
-  const Result<Eigen::Matrix3d> rotation = BoardRotation(parameters);
-  TRUETRIAD_RETURN_IF_ERROR(rotation);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d rotation, BoardRotation(parameters));
   std::string text = "\n    offset: " + List(*offset);
   if (sensor == "ACC") {
     const std::string name = InertialName(sensor, "SCAL", instance);
@@ -158,24 +152,22 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
     }
     text += "\n    scale: " + List(*scale);
   }
-  if (!rotation->isIdentity(0.0)) {
+  if (!rotation.isIdentity(0.0)) {
     YamlText matrix;
-    matrix << *rotation;
+    matrix << rotation;
     text += "\n    matrix: " + matrix.str();
   }
-  const Result<std::string> thermal = Thermal(parameters, sensor, instance);
-  TRUETRIAD_RETURN_IF_ERROR(thermal);
-  return text + *thermal + "\n";
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string thermal, Thermal(parameters, sensor, instance));
+  return text + thermal + "\n";
 }
 
 Result<std::string> CompassCorrection(const Parameters& parameters, int instance) {
-  const Result<std::array<double, 3>> added = CompassOffsets(parameters, instance);
-  TRUETRIAD_RETURN_IF_ERROR(added);
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto added, CompassOffsets(parameters, instance));
   const Result<std::array<double, 9>> matrix = CompassMatrix(parameters, instance);
   TRUETRIAD_RETURN_IF_ERROR(matrix);
   // A recording's offset is subtracted; ArduPilot's is added.
   std::array<double, 3> offset{};
-  for (std::size_t axis = 0; axis < 3; ++axis) offset[axis] = 0.0 - (*added)[axis];
+  for (std::size_t axis = 0; axis < 3; ++axis) offset[axis] = 0.0 - added[axis];
   const Eigen::Matrix3d rows =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix->data());
   YamlText text;
@@ -190,12 +182,10 @@ Result<std::array<double, 3>> CompassOffsets(const Parameters& parameters, int i
 }
 
 Result<std::array<double, 9>> CompassMatrix(const Parameters& parameters, int instance) {
-  const Result<std::array<double, 3>> diagonal = Vector(parameters, CompassName("DIA", instance));
-  TRUETRIAD_RETURN_IF_ERROR(diagonal);
-  const Result<std::array<double, 3>> off = Vector(parameters, CompassName("ODI", instance));
-  TRUETRIAD_RETURN_IF_ERROR(off);
-  const std::array<double, 3>& d = *diagonal;
-  const std::array<double, 3>& o = *off;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto diagonal, Vector(parameters, CompassName("DIA", instance)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto off, Vector(parameters, CompassName("ODI", instance)));
+  const std::array<double, 3>& d = diagonal;
+  const std::array<double, 3>& o = off;
   const bool unset = d[0] == 0.0 && d[1] == 0.0 && d[2] == 0.0;  // Firmware then takes ones.
   std::array<double, 9> matrix = {unset ? 1.0 : d[0],
                                   o[0],

@@ -117,10 +117,9 @@ void ReadMessage(const DataflashLog::Record& record, Contents* contents) {
 }
 
 Result<Contents> Survey(const std::string& path) {
-  Result<std::unique_ptr<DataflashLog>> log = DataflashLog::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(log);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log, DataflashLog::Open(path));
   Contents contents;
-  for (auto record = (*log)->Next(); record.format != nullptr; record = (*log)->Next()) {
+  for (auto record = log->Next(); record.format != nullptr; record = log->Next()) {
     const MessageFormat& format = *record.format;
     if (format.name == "PARM") {
       ReadParameter(record, !contents.sources.empty(), &contents);
@@ -137,10 +136,10 @@ Result<Contents> Survey(const std::string& path) {
       }
     }
   }
-  if ((*log)->read_failed()) return BadInputError(path + ": could not be read to its end");
-  contents.records = (*log)->records();
-  contents.skipped_bytes = (*log)->skipped_bytes();
-  contents.damages = (*log)->damages();
+  if (log->read_failed()) return BadInputError(path + ": could not be read to its end");
+  contents.records = log->records();
+  contents.skipped_bytes = log->skipped_bytes();
+  contents.damages = log->damages();
   return contents;
 }
 
@@ -387,37 +386,33 @@ void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
 }
 
 Status Run(const Arguments& arguments) {
-  const Result<Contents> contents = Survey(arguments.input);
-  TRUETRIAD_RETURN_IF_ERROR(contents);
-  SayWhatIsDamaged(*contents, arguments.input);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Contents contents, Survey(arguments.input));
+  SayWhatIsDamaged(contents, arguments.input);
   if (arguments.list) {
-    List(*contents);
+    List(contents);
     return {};
   }
-  const Result<Choice> choice = Choose(*contents, arguments);
-  TRUETRIAD_RETURN_IF_ERROR(choice);
-  Result<std::unique_ptr<RecordingFolder>> folder = RecordingFolder::Create(arguments.output);
-  TRUETRIAD_RETURN_IF_ERROR(folder);
-  (*folder)->SetSource("format", "ardupilot-dataflash");
-  (*folder)->SetSource("file", std::filesystem::path(arguments.input).filename().string());
-  (*folder)->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
-  (*folder)->SetSource("instance", std::to_string(choice->instance));
-  if (!contents->firmware.empty()) (*folder)->SetSource("firmware", contents->firmware);
-  if (contents->skipped_bytes > 0) {
-    (*folder)->SetSource("bytes skipped", std::to_string(contents->skipped_bytes));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Choice choice, Choose(contents, arguments));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
+  folder->SetSource("format", "ardupilot-dataflash");
+  folder->SetSource("file", std::filesystem::path(arguments.input).filename().string());
+  folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
+  folder->SetSource("instance", std::to_string(choice.instance));
+  if (!contents.firmware.empty()) folder->SetSource("firmware", contents.firmware);
+  if (contents.skipped_bytes > 0) {
+    folder->SetSource("bytes skipped", std::to_string(contents.skipped_bytes));
   }
-  (*folder)->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
+  folder->SetFrame("vehicle, after AHRS_ORIENTATION; sensor frame once `applied` is undone");
 
-  Conversion conversion(*contents, *choice, folder->get());
+  Conversion conversion(contents, choice, folder.get());
   {
-    Result<std::unique_ptr<DataflashLog>> log = DataflashLog::Open(arguments.input);
-    TRUETRIAD_RETURN_IF_ERROR(log);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log, DataflashLog::Open(arguments.input));
     ProgressLine line("Converting");
     const ProgressCallback progress = line.callback();
     std::uint64_t count = 0;
-    for (auto record = (*log)->Next(); record.format != nullptr; record = (*log)->Next()) {
+    for (auto record = log->Next(); record.format != nullptr; record = log->Next()) {
       conversion.Take(*record.format, record.bytes);
-      if (progress && ++count % 10000 == 0) progress((*log)->progress());
+      if (progress && ++count % 10000 == 0) progress(log->progress());
     }
   }
   if (conversion.restated() > 0) {
@@ -428,7 +423,7 @@ Status Run(const Arguments& arguments) {
     Note(Count(conversion.without_time(), "message", "messages") +
          " skipped (no time or no readings)");
   }
-  return (*folder)->Commit();
+  return folder->Commit();
 }
 
 }  // namespace

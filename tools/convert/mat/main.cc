@@ -229,11 +229,10 @@ Result<std::vector<std::int64_t>> ReadTimes(MatFile* file,
     }
     return times;
   }
-  const Result<std::vector<std::vector<double>>> vectors = ReadVectors(file, reference, 1);
-  TRUETRIAD_RETURN_IF_ERROR(vectors);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::vector<double>> vectors, ReadVectors(file, reference, 1));
   const double ns = *NanosecondsPer(unit);
   constexpr double kLast = 9.2e18;
-  for (const double value : (*vectors)[0]) {
+  for (const double value : vectors[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
       return BadInputError(reference +
@@ -270,13 +269,11 @@ Status Convert(MatFile* file,
     }
     TRUETRIAD_RETURN_IF_ERROR(axes);
     const std::size_t count = (*axes)[0].size();
-    const Result<std::vector<std::int64_t>> times =
-        ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count);
-    TRUETRIAD_RETURN_IF_ERROR(times);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times, ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count));
     for (const std::vector<double>& axis : *axes) {
-      if (axis.size() == times->size()) continue;
+      if (axis.size() == times.size()) continue;
       return BadInputError(stated->second + ": has " + std::to_string(axis.size()) +
-                           " samples, but the time has " + std::to_string(times->size()));
+                           " samples, but the time has " + std::to_string(times.size()));
     }
     const bool has_temperature = temperature.size() == count;
     Table* const table =
@@ -286,7 +283,7 @@ Status Convert(MatFile* file,
     for (std::size_t i = 0; i < count; ++i) {
       if (has_temperature) table->SetTemperature(temperature[i]);
       const std::array<double, 3> reading = {(*axes)[0][i], (*axes)[1][i], (*axes)[2][i]};
-      table->Add((*times)[i], reading.data());
+      table->Add(times[i], reading.data());
     }
   }
   if (damaged > 0) folder->SetSource("incomplete variables", std::to_string(damaged));
@@ -294,10 +291,9 @@ Status Convert(MatFile* file,
 }
 
 Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
-  Result<std::unique_ptr<MatFile>> file = MatFile::Open(arguments.input);
-  TRUETRIAD_RETURN_IF_ERROR(file);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<MatFile> file, MatFile::Open(arguments.input));
   if (arguments.list) {
-    for (const MatVariable& variable : (*file)->variables()) {
+    for (const MatVariable& variable : file->variables()) {
       std::printf("%-32s %12s  %s\n",
                   Printable(variable.name).c_str(),
                   Shape(variable).c_str(),
@@ -305,40 +301,37 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
     }
     return {};
   }
-  if ((*file)->is_damaged()) {
+  if (file->is_damaged()) {
     Note(arguments.input + ": is damaged: a variable is incomplete, and later ones may be missing");
   }
-  if ((*file)->variables().empty()) {
+  if (file->variables().empty()) {
     return BadInputError(arguments.input + ": contains no complete numeric matrix");
   }
-  const Result<std::map<std::string, std::string>> columns = ChooseColumns(**file, arguments);
-  TRUETRIAD_RETURN_IF_ERROR(columns);
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto columns, ChooseColumns(*file, arguments));
   const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
-    return columns->contains(std::string(TriadName(triad)));
+    return columns.contains(std::string(TriadName(triad)));
   });
-  if (!has_triad || !columns->contains("time")) {
+  if (!has_triad || !columns.contains("time")) {
     return UsageError(
         "cannot tell from the names which variables are the " +
         std::string(has_triad ? "time" : "readings") +
         "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz (or "
         "time=100Hz). The file contains " +
-        ListOf(AllVariables(**file), 30));
+        ListOf(AllVariables(*file), 30));
   }
-  const Result<std::map<std::string, std::string>> units = ReadUnits(*columns, arguments);
-  TRUETRIAD_RETURN_IF_ERROR(units);
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ReadUnits(columns, arguments));
   folder->SetSource("format", "matlab");
   folder->SetSource("file", std::filesystem::path(arguments.input).filename().string());
   folder->SetSource("converter", "truetriad-convert-mat " TRUETRIAD_VERSION);
-  for (const auto& [role, column] : *columns) folder->SetSource(role, column);
-  return Convert(file->get(), *columns, *units, folder);
+  for (const auto& [role, column] : columns) folder->SetSource(role, column);
+  return Convert(file.get(), columns, units, folder);
 }
 
 Status Run(const Arguments& arguments) {
   std::unique_ptr<RecordingFolder> folder;
   if (!arguments.list) {
-    Result<std::unique_ptr<RecordingFolder>> created = RecordingFolder::Create(arguments.output);
-    TRUETRIAD_RETURN_IF_ERROR(created);
-    folder = std::move(*created);
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created, RecordingFolder::Create(arguments.output));
+    folder = std::move(created);
   }
   // A damaged file can bring the library down, which must not leave half a recording behind.
   return Isolated(arguments.input, [&] { return ReadFile(arguments, folder.get()); });

@@ -138,9 +138,8 @@ std::optional<int> ElementsOf5(ByteStream* file) {
 }  // namespace
 
 Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
-  Result<std::unique_ptr<ByteStream>> bytes = ByteStream::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(bytes);
-  const Version version = VersionOf(bytes->get());
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
+  const Version version = VersionOf(bytes.get());
   mat_t* const handle =
       version == Version::kNone ? nullptr : Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (handle == nullptr) {
@@ -149,7 +148,7 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
                          "MATLAB, write one with save(…, '-v7')");
   }
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
-  file->file_size_ = (*bytes)->size();
+  file->file_size_ = bytes->size();
   file->is_hdf5_ = version == Version::k73;
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
@@ -159,8 +158,8 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
     if (!variable) break;
     if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
   }
-  if (version == Version::k5 && (*bytes)->Peek(kHeader5)[kHeader5 - 2] == 'I') {
-    file->is_damaged_ = ElementsOf5(bytes->get()) != count;
+  if (version == Version::k5 && bytes->Peek(kHeader5)[kHeader5 - 2] == 'I') {
+    file->is_damaged_ = ElementsOf5(bytes.get()) != count;
   }
   return file;
 }

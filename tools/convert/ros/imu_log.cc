@@ -70,17 +70,15 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     candidates.push_back(&*found);
   }
   TopicChoice choice;
-  const Result<const Topic*> imu = TheOnly(Role::kImu, candidates);
-  TRUETRIAD_RETURN_IF_ERROR(imu);
-  choice.imu = *imu;
-  const Result<const Topic*> field = TheOnly(Role::kMagneticField, candidates);
-  TRUETRIAD_RETURN_IF_ERROR(field);
-  choice.field = *field;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Topic* const imu, TheOnly(Role::kImu, candidates));
+  choice.imu = imu;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Topic* const field, TheOnly(Role::kMagneticField, candidates));
+  choice.field = field;
   // A temperature could be that of anything: only one that was named is the sensor's.
   if (!arguments.topics.empty()) {
-    const Result<const Topic*> temperature = TheOnly(Role::kTemperature, candidates);
-    TRUETRIAD_RETURN_IF_ERROR(temperature);
-    choice.temperature = *temperature;
+    TRUETRIAD_ASSIGN_OR_RETURN(const Topic* const temperature,
+                               TheOnly(Role::kTemperature, candidates));
+    choice.temperature = temperature;
   }
   if (choice.imu == nullptr && choice.field == nullptr) {
     return BadInputError(arguments.input +
@@ -113,9 +111,9 @@ Result<std::unique_ptr<ImuRecording>> ImuRecording::Create(const TopicChoice& ch
                                                            const std::string& format,
                                                            const std::string& converter) {
   std::unique_ptr<ImuRecording> recording(new ImuRecording());
-  Result<std::unique_ptr<RecordingFolder>> folder = RecordingFolder::Create(arguments.output);
-  TRUETRIAD_RETURN_IF_ERROR(folder);
-  recording->folder_ = std::move(*folder);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
+                             RecordingFolder::Create(arguments.output));
+  recording->folder_ = std::move(folder);
   RecordingFolder& files = *recording->folder_;
   files.SetSource("format", format);
   files.SetSource("file", std::filesystem::path(arguments.input).filename().string());

@@ -21,47 +21,43 @@ void SayWhatIsDamaged(const Rosbag& bag, const std::string& path) {
 
 /// A bag lists its topics as it goes, so it is read twice: once for what it holds.
 Status Run(const Arguments& arguments) {
-  Result<std::unique_ptr<Rosbag>> survey = Rosbag::Open(arguments.input);
-  TRUETRIAD_RETURN_IF_ERROR(survey);
-  (*survey)->Read([](const Rosbag::Message&) {}, {});
-  SayWhatIsDamaged(**survey, arguments.input);
-  const std::vector<Topic>& topics = (*survey)->topics();
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Rosbag> survey, Rosbag::Open(arguments.input));
+  survey->Read([](const Rosbag::Message&) {}, {});
+  SayWhatIsDamaged(*survey, arguments.input);
+  const std::vector<Topic>& topics = survey->topics();
   if (arguments.list) {
     ListTopics(topics);
     return {};
   }
-  const Result<TopicChoice> choice = ChooseTopics(topics, arguments);
-  TRUETRIAD_RETURN_IF_ERROR(choice);
-  Result<std::unique_ptr<ImuRecording>> recording = ImuRecording::Create(
-      *choice, arguments, "ros1-bag", "truetriad-convert-ros1 " TRUETRIAD_VERSION);
-  TRUETRIAD_RETURN_IF_ERROR(recording);
-  Result<std::unique_ptr<Rosbag>> bag = Rosbag::Open(arguments.input);
-  TRUETRIAD_RETURN_IF_ERROR(bag);
-  (*bag)->UseConnectionsOf(**survey);
+  TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(topics, arguments));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ImuRecording> recording, ImuRecording::Create(
+      choice, arguments, "ros1-bag", "truetriad-convert-ros1 " TRUETRIAD_VERSION));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Rosbag> bag, Rosbag::Open(arguments.input));
+  bag->UseConnectionsOf(*survey);
   {
     ProgressLine line("Converting");
-    (*bag)->Read(
+    bag->Read(
         [&](const Rosbag::Message& message) {
           const Role role = message.topic < topics.size()
-                                ? choice->RoleOfTopic(&topics[message.topic])
+                                ? choice.RoleOfTopic(&topics[message.topic])
                                 : Role::kNone;
           if (role == Role::kNone) return;
           const std::optional<ImuMessage> read = ReadRos1Message(role, message.data);
           if (read) {
-            (*recording)->Add(role, message.received_ns, *read);
+            recording->Add(role, message.received_ns, *read);
           } else {
-            (*recording)->CountDamaged();
+            recording->CountDamaged();
           }
         },
         line.callback());
   }
-  if ((*bag)->damaged_chunks() > 0) {
-    (*recording)->SetSource("incomplete chunks", std::to_string((*bag)->damaged_chunks()));
+  if (bag->damaged_chunks() > 0) {
+    recording->SetSource("incomplete chunks", std::to_string(bag->damaged_chunks()));
   }
-  if ((*bag)->damaged_records() > 0) {
-    (*recording)->SetSource("incomplete records", std::to_string((*bag)->damaged_records()));
+  if (bag->damaged_records() > 0) {
+    recording->SetSource("incomplete records", std::to_string(bag->damaged_records()));
   }
-  return (*recording)->Commit();
+  return recording->Commit();
 }
 
 }  // namespace

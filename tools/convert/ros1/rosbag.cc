@@ -94,9 +94,8 @@ struct Rosbag::Record {
 };
 
 Result<std::unique_ptr<Rosbag>> Rosbag::Open(const std::string& path) {
-  Result<std::unique_ptr<ByteStream>> bytes = ByteStream::Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(bytes);
-  const std::string_view beginning = (*bytes)->Peek(kMagic.size());
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
+  const std::string_view beginning = bytes->Peek(kMagic.size());
   if (beginning != kMagic) {
     const bool is_other = beginning.starts_with("#ROS");
     return BadInputError(path + (is_other ? ": is a bag of a version other than 2.0; update it "
@@ -104,8 +103,8 @@ Result<std::unique_ptr<Rosbag>> Rosbag::Open(const std::string& path) {
                                           : ": is not a ROS 1 bag (.bag): it does not begin with "
                                             "#ROSBAG V2.0"));
   }
-  (*bytes)->Skip(kMagic.size());
-  return std::unique_ptr<Rosbag>(new Rosbag(std::move(*bytes)));
+  bytes->Skip(kMagic.size());
+  return std::unique_ptr<Rosbag>(new Rosbag(std::move(bytes)));
 }
 
 void Rosbag::Read(const std::function<void(const Message&)>& consume,

@@ -252,23 +252,22 @@ class Bag {
 };
 
 Status Run(const Arguments& arguments) {
-  Result<std::unique_ptr<Bag>> bag = Bag::Open(arguments.input);
-  TRUETRIAD_RETURN_IF_ERROR(bag);
-  (*bag)->CountMessages();
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<Bag> bag, Bag::Open(arguments.input));
+  bag->CountMessages();
   if (arguments.list) {
-    ListTopics((*bag)->topics());
+    ListTopics(bag->topics());
     return {};
   }
-  const Result<TopicChoice> choice = ChooseTopics((*bag)->topics(), arguments);
-  TRUETRIAD_RETURN_IF_ERROR(choice);
-  Result<std::unique_ptr<ImuRecording>> recording = ImuRecording::Create(
-      *choice, arguments, "ros2-db3", "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION);
-  TRUETRIAD_RETURN_IF_ERROR(recording);
-  TRUETRIAD_RETURN_IF_ERROR((*bag)->ReadMessages(*choice, recording->get()));
-  if ((*bag)->damages() > 0) {
-    (*recording)->SetSource("damaged places", std::to_string((*bag)->damages()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const TopicChoice choice, ChooseTopics(bag->topics(), arguments));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      std::unique_ptr<ImuRecording> recording,
+      ImuRecording::Create(
+          choice, arguments, "ros2-db3", "truetriad-convert-ros2-db3 " TRUETRIAD_VERSION));
+  TRUETRIAD_RETURN_IF_ERROR(bag->ReadMessages(choice, recording.get()));
+  if (bag->damages() > 0) {
+    recording->SetSource("damaged places", std::to_string(bag->damages()));
   }
-  return (*recording)->Commit();
+  return recording->Commit();
 }
 
 }  // namespace

@@ -46,42 +46,40 @@ struct SensorFile {
 };
 
 Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
-  Result<std::unique_ptr<CsvReader>> csv = Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(csv);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, Open(path));
   SensorFile file;
   file.triad.triad = triad;
   constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
-  if ((*csv)->column_count() != 3) {
-    return BadInputError(path.string() + ": has " + std::to_string((*csv)->column_count()) +
+  if (csv->column_count() != 3) {
+    return BadInputError(path.string() + ": has " + std::to_string(csv->column_count()) +
                          " columns; expected x, y and z");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const Heading heading = ParseHeading((*csv)->header()[axis]);
+    const Heading heading = ParseHeading(csv->header()[axis]);
     const std::string expected = std::string(TriadPrefix(triad)) + "_" + kAxes[axis];
     if (heading.name != expected || (axis > 0 && heading.unit != file.triad.unit)) {
-      return BadInputError(path.string() + ":1: column `" + (*csv)->header()[axis] +
+      return BadInputError(path.string() + ":1: column `" + csv->header()[axis] +
                            "`; expected `" + expected +
                            " (unit)`, the same unit for all three axes");
     }
     file.triad.unit = heading.unit;
-    TRUETRIAD_RETURN_IF_ERROR((*csv)->Map(axis, CsvReader::Kind::kNumber));
+    TRUETRIAD_RETURN_IF_ERROR(csv->Map(axis, CsvReader::Kind::kNumber));
   }
   if (const Result<Unit> unit = ParseTriadUnit(triad, file.triad.unit); !unit) {
     return BadInputError(path.string() + ":1: " + unit.error().message);
   }
-  file.csv = std::move(*csv);
+  file.csv = std::move(csv);
   return file;
 }
 
 Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
-  Result<std::unique_ptr<CsvReader>> csv = Open(path);
-  TRUETRIAD_RETURN_IF_ERROR(csv);
-  const Heading heading = ParseHeading((*csv)->header()[0]);
-  if ((*csv)->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, Open(path));
+  const Heading heading = ParseHeading(csv->header()[0]);
+  if (csv->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
     return BadInputError(path.string() + ":1: expected one column `time (sec)`");
   }
   constexpr int kSeconds = 9;
-  TRUETRIAD_RETURN_IF_ERROR((*csv)->Map(0, CsvReader::Kind::kTime, kSeconds));
+  TRUETRIAD_RETURN_IF_ERROR(csv->Map(0, CsvReader::Kind::kTime, kSeconds));
   return csv;
 }
 
@@ -90,10 +88,9 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
     const Result<std::size_t> count = time->Read();
     TRUETRIAD_RETURN_IF_ERROR(count);
     for (SensorFile& sensor : *sensors) {
-      const Result<std::size_t> rows = sensor.csv->Read();
-      TRUETRIAD_RETURN_IF_ERROR(rows);
-      if (*rows == *count) continue;
-      return BadInputError(sensor.csv->path() + ": has " + (*rows < *count ? "fewer" : "more") +
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t rows, sensor.csv->Read());
+      if (rows == *count) continue;
+      return BadInputError(sensor.csv->path() + ": has " + (rows < *count ? "fewer" : "more") +
                            " rows than " + time->path() + "; both need one row for each sample");
     }
     if (*count == 0) return {};
@@ -135,24 +132,21 @@ Status Run(const Arguments& arguments) {
     }
     return {};
   }
-  Result<std::unique_ptr<CsvReader>> time = OpenTime(folder / "time.csv");
-  TRUETRIAD_RETURN_IF_ERROR(time);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> time, OpenTime(folder / "time.csv"));
   std::vector<SensorFile> sensors;
   std::vector<TriadColumns> triads;
   for (const auto& [triad, path] : found) {
-    Result<SensorFile> sensor = OpenSensor(path, triad);
-    TRUETRIAD_RETURN_IF_ERROR(sensor);
-    triads.push_back(sensor->triad);
-    sensors.push_back(std::move(*sensor));
+    TRUETRIAD_ASSIGN_OR_RETURN(SensorFile sensor, OpenSensor(path, triad));
+    triads.push_back(sensor.triad);
+    sensors.push_back(std::move(sensor));
   }
-  Result<std::unique_ptr<RecordingFolder>> recording = RecordingFolder::Create(arguments.output);
-  TRUETRIAD_RETURN_IF_ERROR(recording);
-  (*recording)->SetSource("format", "gnss-ins-sim");
-  (*recording)->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
-  (*recording)->SetSource("run", run);
-  Table* const table = (*recording)->AddTable("recording.csv", triads, false);
-  TRUETRIAD_RETURN_IF_ERROR(CopyRows(time->get(), &sensors, table));
-  return (*recording)->Commit();
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording, RecordingFolder::Create(arguments.output));
+  recording->SetSource("format", "gnss-ins-sim");
+  recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
+  recording->SetSource("run", run);
+  Table* const table = recording->AddTable("recording.csv", triads, false);
+  TRUETRIAD_RETURN_IF_ERROR(CopyRows(time.get(), &sensors, table));
+  return recording->Commit();
 }
 
 }  // namespace

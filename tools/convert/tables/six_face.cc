@@ -66,19 +66,17 @@ struct Rest {
 Result<Rest> ReadRest(const fs::path& path) {
   // Rests are short, but a wrong file may not be.
   constexpr std::size_t kMostRows = 20'000'000;
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(path.string());
-  TRUETRIAD_RETURN_IF_ERROR(source);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(path.string()));
   Rest rest;
-  rest.streams = (*source)->info().streams;
-  if (!(*source)->info().has_time) {
+  rest.streams = source->info().streams;
+  if (!source->info().has_time) {
     return BadInputError(path.string() +
                          ": has no time column; use a pose table directly, it needs no conversion");
   }
   std::vector<SampleBlock> blocks;
   for (;;) {
-    const Result<bool> more = (*source)->Next(&blocks);
-    TRUETRIAD_RETURN_IF_ERROR(more);
-    if (!*more) break;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source->Next(&blocks));
+    if (!more) break;
     for (const SampleBlock& block : blocks) {
       const auto stream = std::find_if(rest.streams.begin(),
                                        rest.streams.end(),
@@ -125,9 +123,8 @@ Status Run(const Arguments& arguments) {
   }
   std::vector<std::pair<std::string, fs::path>> files;
   for (const Face& face : kFaces) {
-    const Result<std::optional<fs::path>> file = FileOf(face, arguments.input);
-    TRUETRIAD_RETURN_IF_ERROR(file);
-    if (*file) files.emplace_back(face.name, **file);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fs::path> file, FileOf(face, arguments.input));
+    if (file) files.emplace_back(face.name, *file);
   }
   if (files.empty()) {
     return BadInputError(arguments.input +
@@ -140,45 +137,43 @@ Status Run(const Arguments& arguments) {
     }
     return {};
   }
-  Result<std::unique_ptr<RecordingFolder>> folder = RecordingFolder::Create(arguments.output);
-  TRUETRIAD_RETURN_IF_ERROR(folder);
-  (*folder)->SetSource("format", "six-face");
-  (*folder)->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
+  folder->SetSource("format", "six-face");
+  folder->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
   Rest first;
   Table* table = nullptr;
   std::vector<PoseRange> poses;
   std::int64_t row = 0;
   std::int64_t next_start_ns = 0;
   for (const auto& [face, path] : files) {
-    Result<Rest> rest = ReadRest(path);
-    TRUETRIAD_RETURN_IF_ERROR(rest);
+    TRUETRIAD_ASSIGN_OR_RETURN(Rest rest, ReadRest(path));
     if (table == nullptr) {
       std::vector<TriadColumns> triads;
-      for (const StreamInfo& stream : rest->streams) {
+      for (const StreamInfo& stream : rest.streams) {
         triads.push_back({.triad = stream.triad, .unit = stream.unit.name, .applied = {}});
       }
-      table = (*folder)->AddTable("recording.csv", triads, HasTemperature(rest->streams));
-      first.streams = rest->streams;
+      table = folder->AddTable("recording.csv", triads, HasTemperature(rest.streams));
+      first.streams = rest.streams;
     }
-    TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, *rest, path));
+    TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, rest, path));
     // One after another, with a pause in between in which the block is turned.
     constexpr std::int64_t kPauseNs = 1'000'000'000;
-    const std::int64_t shift_ns = next_start_ns - rest->rows.begin()->first;
-    for (const auto& [time_ns, reading] : rest->rows) {
+    const std::int64_t shift_ns = next_start_ns - rest.rows.begin()->first;
+    for (const auto& [time_ns, reading] : rest.rows) {
       table->SetTemperature(reading.temperature_degc);
       table->Add(time_ns + shift_ns, reading.readings.data(), reading.present);
     }
-    const auto count = static_cast<std::int64_t>(rest->rows.size());
+    const auto count = static_cast<std::int64_t>(rest.rows.size());
     poses.push_back(
         {.first = row, .last = row + count - 1, .id = path.stem().string(), .face_up = face});
     row += count;
-    next_start_ns = rest->rows.rbegin()->first + shift_ns + kPauseNs;
+    next_start_ns = rest.rows.rbegin()->first + shift_ns + kPauseNs;
   }
   if (files.size() < kFaces.size()) {
     Note("files for " + Count(files.size(), "face", "faces") + " of six");
   }
-  (*folder)->SetPoses(PoseRangesToYaml(poses));
-  return (*folder)->Commit();
+  folder->SetPoses(PoseRangesToYaml(poses));
+  return folder->Commit();
 }
 
 }  // namespace

@@ -42,10 +42,10 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
 }
 
 Result<AllanResult> Analyse(const AllanOptions& options) {
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);
-  TRUETRIAD_RETURN_IF_ERROR(source);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(FLAGS_input));
   ProgressLine progress("reading " + FLAGS_input);
-  return AnalyseAllan(**source, options, progress.callback());
+  return AnalyseAllan(*source, options, progress.callback());
 }
 
 Result<std::string> WriteFiles(const AllanResult& result) {
@@ -67,20 +67,17 @@ Result<std::string> WriteFiles(const AllanResult& result) {
 Result<int> Run(const std::vector<std::string>&) {
   AllanOptions options;
   options.rate_hz = FLAGS_rate_hz;
-  const auto range = ParseRange(FLAGS_white_range);
-  TRUETRIAD_RETURN_IF_ERROR(range);
-  options.white_range_s = *range;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto range, ParseRange(FLAGS_white_range));
+  options.white_range_s = range;
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  const Result<AllanResult> result = Analyse(options);
-  TRUETRIAD_RETURN_IF_ERROR(result);
-  std::string text = AllanText(*result);
+  TRUETRIAD_ASSIGN_OR_RETURN(const AllanResult result, Analyse(options));
+  std::string text = AllanText(result);
   if (!FLAGS_output.empty()) {
-    const Result<std::string> written = WriteFiles(*result);
-    TRUETRIAD_RETURN_IF_ERROR(written);
-    text += *written;
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result));
+    text += written;
   }
   std::fputs(text.c_str(), stdout);
-  return result->at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
+  return result.at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
 }
 
 }  // namespace

@@ -61,16 +61,15 @@ Status CheckOutput(const RecordingInfo& recording) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(FLAGS_input);
-  TRUETRIAD_RETURN_IF_ERROR(source);
-  TRUETRIAD_RETURN_IF_ERROR(CheckOutput((*source)->info()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(FLAGS_input));
+  TRUETRIAD_RETURN_IF_ERROR(CheckOutput(source->info()));
   NoteInterruptions();
   const Result<CorrectedLogSummary> summary = [&] {
     ProgressLine progress("correcting " + FLAGS_input);
     return WriteCorrectedLog(
-        **source, *calibration, FLAGS_output, progress.callback(), IsInterrupted);
+        *source, calibration, FLAGS_output, progress.callback(), IsInterrupted);
   }();
   EndAsInterrupted();
   TRUETRIAD_RETURN_IF_ERROR(summary);

@@ -56,20 +56,18 @@ Result<Solver> StatedSolver() {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<Solver> solver = StatedSolver();
-  TRUETRIAD_RETURN_IF_ERROR(solver);
-  Result<Experiment> experiment = ReadExperiment(FLAGS_config, Overrides());
-  TRUETRIAD_RETURN_IF_ERROR(experiment);
-  experiment->options.solver = *solver;
-  experiment->input = FLAGS_input.empty() ? ShortPath(experiment->input) : FLAGS_input;
-  if (experiment->input.empty()) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
+  experiment.options.solver = solver;
+  experiment.input = FLAGS_input.empty() ? ShortPath(experiment.input) : FLAGS_input;
+  if (experiment.input.empty()) {
     return UsageError("no recording: " + FLAGS_config +
                       " has no `input:`; add it or give --input=LOG");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<Calibration> calibration = [&] {
-    ProgressLine progress("reading " + experiment->input);
-    return CalibrateExperiment(*std::move(experiment), progress.callback());
+    ProgressLine progress("reading " + experiment.input);
+    return CalibrateExperiment(std::move(experiment), progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(WriteResult(*calibration));

@@ -36,14 +36,11 @@ void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<Calibration> a = ReadCalibration(FLAGS_a);
-  TRUETRIAD_RETURN_IF_ERROR(a);
-  const Result<Calibration> b = ReadCalibration(FLAGS_b);
-  TRUETRIAD_RETURN_IF_ERROR(b);
-  const Result<Comparison> comparison = Compare(*a, *b);
-  TRUETRIAD_RETURN_IF_ERROR(comparison);
-  std::fputs(ComparisonText(*comparison).c_str(), stdout);
-  WarnOfCommonGround(*a, *b);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
+  std::fputs(ComparisonTextcomparison.c_str(), stdout);
+  WarnOfCommonGround(a, b);
   return kExitGood;
 }
 

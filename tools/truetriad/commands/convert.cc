@@ -126,8 +126,7 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
 }
 
 Result<int> ConvertLog(const LogFormat& format) {
-  const Result<std::string> program = FindConverter(format);
-  TRUETRIAD_RETURN_IF_ERROR(program);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
   std::vector<std::string> arguments = {FLAGS_input};
   const auto pass = [&](const std::string& flag, const std::string& value) {
     if (!value.empty()) arguments.push_back("--" + flag + "=" + value);
@@ -138,15 +137,14 @@ Result<int> ConvertLog(const LogFormat& format) {
   pass("columns", FLAGS_columns);
   pass("units", FLAGS_units);
   if (FLAGS_list) arguments.push_back("--list");
-  return RunConverter(*program, arguments);
+  return RunConverter(program, arguments);
 }
 
 /// Whether the manifest can be opened, and what it holds.
 Result<std::string> DescribeStreams(const std::string& manifest) {
-  const Result<std::unique_ptr<SampleSource>> source = OpenRecording(manifest);
-  TRUETRIAD_RETURN_IF_ERROR(source);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(manifest));
   std::string text;
-  for (const StreamInfo& stream : (*source)->info().streams) {
+  for (const StreamInfo& stream : source->info().streams) {
     text += (text.empty() ? "" : ", ") + std::string(TriadName(stream.triad)) + " in " +
             stream.unit.name;
   }
@@ -167,9 +165,9 @@ Result<int> ConvertTable(const std::string& name, const std::string& mapping) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   const std::string draft = (fs::path(FLAGS_output) / ".recording.tmp.yaml").string();
   const auto write = [&]() -> Result<std::string> {
-    const Result<std::string> manifest = ManifestFromMapping(mapping, name, inputs, FLAGS_output);
-    TRUETRIAD_RETURN_IF_ERROR(manifest);
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(draft, *manifest));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string manifest,
+                               ManifestFromMapping(mapping, name, inputs, FLAGS_output));
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(draft, manifest));
     return DescribeStreams(draft);
   };
   const Result<std::string> streams = write();
@@ -209,9 +207,8 @@ Result<int> Run(const std::vector<std::string>&) {
                       "then convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
-    const Result<std::string> mapping = ReadMappingFile(FLAGS_from);
-    TRUETRIAD_RETURN_IF_ERROR(mapping);
-    return ConvertTable(FLAGS_from, *mapping);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
+    return ConvertTable(FLAGS_from, mapping);
   }
   return UsageError("--from=" + FLAGS_from + " is not a format" +
                     DidYouMean(FLAGS_from, FormatNames()) +

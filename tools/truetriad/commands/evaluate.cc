@@ -31,21 +31,18 @@ void TakeClocks(const Calibration& calibration, PosesConfig* config) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  Result<PosesConfig> config = ParsePoses(FLAGS_poses);
-  TRUETRIAD_RETURN_IF_ERROR(config);
-  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  TakeClocks(*calibration, &*config);
-  config->moves = calibration->sensors[Triad::kGyroscope].has_value();
+  TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  TakeClocks(calibration, &config);
+  config.moves = calibration.sensors[Triad::kGyroscope].has_value();
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
-    return LoadPoses(FLAGS_input, *config, progress.callback());
+    return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (loaded->not_enough) return *loaded->not_enough;
-  const Result<EvaluationSummary> evaluation = Evaluate(*calibration, loaded->poses);
-  TRUETRIAD_RETURN_IF_ERROR(evaluation);
-  std::fputs(EvaluationText(*evaluation, *calibration).c_str(), stdout);
+  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation, Evaluate(calibration, loaded->poses));
+  std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
   return kExitGood;
 }
 

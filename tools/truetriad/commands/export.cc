@@ -45,15 +45,14 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
   for (std::string item; std::getline(items, item, ',');) {
     const std::size_t colon = item.find(':');
     const bool for_all = colon == std::string::npos;
-    const Result<std::int64_t> id = ParseInteger("id", for_all ? item : item.substr(colon + 1));
-    TRUETRIAD_RETURN_IF_ERROR(id);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id, ParseInteger("id", for_all ? item : item.substr(colon + 1)));
     const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
     if (!for_all && !triad) {
       return UsageError("--id: `" + item.substr(0, colon) +
                         "` is not a sensor; expected accelerometer, gyroscope or magnetometer");
     }
     for (const Triad each : kTriads) {
-      if (for_all || each == *triad) ids[each] = *id;
+      if (for_all || each == *triad) ids[each] = id;
     }
   }
   return ids;
@@ -64,30 +63,24 @@ Result<ExportOptions> ParseOptions() {
   options.software_version = Version();
   options.file_name = FLAGS_output;
   if (!FLAGS_max_loss.empty()) {
-    const Result<double> share = ParseReal("max-loss", FLAGS_max_loss);
-    TRUETRIAD_RETURN_IF_ERROR(share);
-    if (!(*share >= 0.0))
+    TRUETRIAD_ASSIGN_OR_RETURN(const double share, ParseReal("max-loss", FLAGS_max_loss));
+    if (!(share >= 0.0))
       return UsageError("--max-loss: expected a share of the signal, 0 or more");
-    options.max_loss = *share;
+    options.max_loss = share;
   }
   if (!FLAGS_temperature.empty()) {
-    const Result<double> temperature = ParseReal("temperature", FLAGS_temperature);
-    TRUETRIAD_RETURN_IF_ERROR(temperature);
-    options.temperature_degc = *temperature;
+    TRUETRIAD_ASSIGN_OR_RETURN(const double temperature, ParseReal("temperature", FLAGS_temperature));
+    options.temperature_degc = temperature;
   }
-  const Result<std::optional<int>> instance = ParseInstance();
-  TRUETRIAD_RETURN_IF_ERROR(instance);
-  options.instance = *instance;
-  const auto ids = ParseIds();
-  TRUETRIAD_RETURN_IF_ERROR(ids);
-  options.device_ids = *ids;
-  const auto units = ParseUnits();
-  TRUETRIAD_RETURN_IF_ERROR(units);
-  options.units = *units;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<int> instance, ParseInstance());
+  options.instance = instance;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto ids, ParseIds());
+  options.device_ids = ids;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
+  options.units = units;
   if (!FLAGS_allan.empty()) {
-    Result<AllanResult> allan = ReadAllanFile(FLAGS_allan);
-    TRUETRIAD_RETURN_IF_ERROR(allan);
-    options.allan = *std::move(allan);
+    TRUETRIAD_ASSIGN_OR_RETURN(AllanResult allan, ReadAllanFile(FLAGS_allan));
+    options.allan = std::move(allan);
   }
   return options;
 }
@@ -120,11 +113,9 @@ void PrintLoss(const Export& result) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<ExportOptions> options = ParseOptions();
-  TRUETRIAD_RETURN_IF_ERROR(options);
-  const Result<Calibration> calibration = ReadCalibration(FLAGS_calibration);
-  TRUETRIAD_RETURN_IF_ERROR(calibration);
-  const Result<Export> result = ExportCalibration(*calibration, FLAGS_to, *options);
+  TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
+  const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
   const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
   if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));

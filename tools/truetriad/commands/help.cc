@@ -27,9 +27,8 @@ Result<int> Run(const std::vector<std::string>& words) {
     return kExitGood;
   }
   if (words.size() > 1) return UsageError("expected one verb");
-  const Result<const Command*> command = FindCommand(words[0]);
-  TRUETRIAD_RETURN_IF_ERROR(command);
-  std::fputs(HelpText(**command).c_str(), stdout);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command, FindCommand(words[0]));
+  std::fputs(HelpText(*command).c_str(), stdout);
   return kExitGood;
 }
 

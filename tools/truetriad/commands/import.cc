@@ -25,17 +25,14 @@ namespace {
 Result<int> Run(const std::vector<std::string>&) {
   ImportOptions options;
   options.software_version = Version();
-  const auto units = ParseUnits();
-  TRUETRIAD_RETURN_IF_ERROR(units);
-  options.units = *units;
-  const Result<std::optional<int>> instance = ParseInstance();
-  TRUETRIAD_RETURN_IF_ERROR(instance);
-  options.instance = *instance;
+  TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
+  options.units = units;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<int> instance, ParseInstance());
+  options.instance = instance;
   std::vector<std::string> paths;
   std::istringstream list(FLAGS_input);
   for (std::string path; std::getline(list, path, ',');) paths.push_back(path);
-  const Result<Import> result = ImportCalibration(FLAGS_from, paths, options);
-  TRUETRIAD_RETURN_IF_ERROR(result);
+  TRUETRIAD_ASSIGN_OR_RETURN(const Import result, ImportCalibration(FLAGS_from, paths, options));
 
   std::filesystem::path file = FLAGS_output;
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
@@ -43,9 +40,9 @@ Result<int> Run(const std::vector<std::string>&) {
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
   }
   TRUETRIAD_RETURN_IF_ERROR(
-      WriteFileAtomically(file.string(), CalibrationToYaml(result->calibration)));
+      WriteFileAtomically(file.string(), CalibrationToYaml(result.calibration)));
   std::printf("%s\n", file.c_str());
-  for (const std::string& note : result->notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+  for (const std::string& note : result.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
   return kExitGood;
 }
 

@@ -11,11 +11,10 @@ namespace truetriad {
 namespace {
 
 Result<int> Run(const std::vector<std::string>&) {
-  const Result<PosesConfig> config = ParsePoses(FLAGS_poses);
-  TRUETRIAD_RETURN_IF_ERROR(config);
+  TRUETRIAD_ASSIGN_OR_RETURN(const PosesConfig config, ParsePoses(FLAGS_poses));
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
-    return LoadPoses(FLAGS_input, *config, progress.callback());
+    return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   std::fputs(InspectionText(loaded->poses).c_str(), stdout);

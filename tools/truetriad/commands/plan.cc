@@ -36,15 +36,14 @@ Status WriteResult(const Plan& plan) {
 }
 
 Result<int> Run(const std::vector<std::string>&) {
-  Result<Experiment> experiment = ReadExperiment(FLAGS_config, Overrides());
-  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   if (!FLAGS_program.empty()) {
-    if (!experiment->plan) experiment->plan = PlanConfig();
-    experiment->plan->program = FLAGS_program;
+    if (!experiment.plan) experiment.plan = PlanConfig();
+    experiment.plan->program = FLAGS_program;
   }
   std::string measured = FLAGS_input;
-  if (measured.empty() && experiment->plan && experiment->plan->from_recording) {
-    measured = experiment->input;
+  if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
+    measured = experiment.input;
     if (measured.empty()) {
       return UsageError(FLAGS_config +
                         ": `start: recording` needs a recording; add `input:` or give --input=LOG");
@@ -53,7 +52,7 @@ Result<int> Run(const std::vector<std::string>&) {
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const Result<Plan> plan = [&] {
     ProgressLine progress("reading " + measured);
-    return PlanExperiment(*std::move(experiment), measured, progress.callback());
+    return PlanExperiment(std::move(experiment), measured, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(plan);
   std::fputs(PlanText(*plan).c_str(), stdout);

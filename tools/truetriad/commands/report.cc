@@ -41,9 +41,8 @@ Result<int> Run(const std::vector<std::string>& words) {
   const std::vector<std::string> files = InputFiles(words);
   std::vector<Calibration> calibrations;
   for (const std::string& file : files) {
-    Result<Calibration> calibration = ReadCalibration(file);
-    TRUETRIAD_RETURN_IF_ERROR(calibration);
-    calibrations.push_back(*std::move(calibration));
+    TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, ReadCalibration(file));
+    calibrations.push_back(std::move(calibration));
   }
   const bool is_page = std::filesystem::path(FLAGS_output).extension() == ".html";
   if (is_page && files.size() > 1) {

@@ -121,24 +121,24 @@ Status WriteUnit(const Scenario& scenario,
                  int index,
                  const fs::path& folder,
                  const ProgressCallback& progress) {
-  const Result<std::unique_ptr<Simulation>> simulation = Simulation::Create(scenario, index);
-  TRUETRIAD_RETURN_IF_ERROR(simulation);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> simulation,
+                             Simulation::Create(scenario, index));
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
-  const Result<std::string> manifest =
-      WriteRecording(**simulation, (*simulation)->format(), folder.string(), progress);
-  TRUETRIAD_RETURN_IF_ERROR(manifest);
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const std::string manifest,
+      WriteRecording(*simulation, simulation->format(), folder.string(), progress));
   const Calibration truth = TruthOf(scenario, index);
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "attitudes.csv").string(),
-                                                AttitudesCsv((*simulation)->rests())));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically((folder / "attitudes.csv").string(), AttitudesCsv(simulation->rests())));
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically((folder / "poses.yaml").string(),
-                                                PoseRangesToYaml((*simulation)->rest_rows())));
-  if (const std::vector<StatedTurn> turns = (*simulation)->turns(); !turns.empty()) {
+                                                PoseRangesToYaml(simulation->rest_rows())));
+  if (const std::vector<StatedTurn> turns = simulation->turns(); !turns.empty()) {
     TRUETRIAD_RETURN_IF_ERROR(
         WriteFileAtomically((folder / "turns.yaml").string(), StatedTurnsToYaml(turns)));
   }
-  const std::vector<StatedRate> rates = (*simulation)->rates();
+  const std::vector<StatedRate> rates = simulation->rates();
   if (rates.empty()) return {};
   return WriteFileAtomically((folder / "rates.yaml").string(), StatedRatesToYaml(rates));
 }
@@ -237,9 +237,9 @@ ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
 
 /// Refuses what the disk has no room for, and says beforehand that something takes long.
 Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
-  const Result<std::unique_ptr<Simulation>> unit = Simulation::Create(scenario, 0);
-  TRUETRIAD_RETURN_IF_ERROR(unit);
-  const ExpectedSize size = SizeOf(scenario, **unit);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> unit,
+                             Simulation::Create(scenario, 0));
+  const ExpectedSize size = SizeOf(scenario, *unit);
   constexpr double kBytesAGb = 1e9;
   char text[200];
   std::snprintf(text, sizeof text, "%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
@@ -307,23 +307,20 @@ Result<int> Run(const std::vector<std::string>&) {
     return UsageError("--threads=" + std::to_string(FLAGS_threads) +
                       " is invalid; expected 1 or more, or 0 for one per core");
   }
-  const Result<Scenario> scenario = ReadScenario(FLAGS_config, Overrides());
-  TRUETRIAD_RETURN_IF_ERROR(scenario);
-  TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(*scenario));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
+  TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  const Result<std::unique_ptr<Staging>> staging = Staging::Create(FLAGS_output);
-  TRUETRIAD_RETURN_IF_ERROR(staging);
-  TRUETRIAD_RETURN_IF_ERROR(CheckRoom(*scenario, (*staging)->path()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
+  TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
   const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
   {
     NoteInterruptions();
-    ProgressLine progress("simulating " + scenario->serial);
-    TRUETRIAD_RETURN_IF_ERROR(
-        Fleet(*scenario, (*staging)->path()).Write(threads, progress.callback()));
+    ProgressLine progress("simulating " + scenario.serial);
+    TRUETRIAD_RETURN_IF_ERROR(Fleet(scenario, staging->path()).Write(threads, progress.callback()));
   }
-  TRUETRIAD_RETURN_IF_ERROR(MoveInto((*staging)->path(), FLAGS_output));
-  Tell(*scenario);
+  TRUETRIAD_RETURN_IF_ERROR(MoveInto(staging->path(), FLAGS_output));
+  Tell(scenario);
   return kExitGood;
 }
 

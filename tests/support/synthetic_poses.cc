@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/synthetic_poses.h"
+#include "support/synthetic_poses.h"
 
 #include <cmath>
 

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "config/documents.h"
+#include "config/experiment_draft.h"
+#include "config/plan.h"
+#include "config/yaml_values.h"
+#include "io/yaml_reader.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+using Draft = ExperimentDraft;
+
+/// The experiment at `path`, or the one that made the calibration at `path`.
+Result<YamlReader> OpenExperiment(const std::string& path) {
+  Result<YamlReader> root = YamlReader::FromFile(path);
+  if (!root || !root->Child("format")) return root;
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(path));
+  return YamlReader::FromText(calibration.config_yaml, path + " (config)");
+}
+
+/// Reads the presets that the documents name, the last word of each sensor.
+void ReadPresets(std::vector<YamlReader>& documents,
+                 Draft* draft,
+                 std::vector<std::string>* errors) {
+  for (const Triad triad : kTriads) {
+    const std::string_view name = TriadName(triad);
+    std::string file;
+    for (YamlReader& document : documents) {
+      document.Child("sensors").Child(name).Optional("preset", &file);
+    }
+    if (file.empty()) continue;
+    Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft->experiment.path));
+    if (!preset) {
+      errors->push_back(preset.error().message);
+      continue;
+    }
+    ReadVersion(preset->RequireChild("sensor_preset"));
+    preset->Child("description");
+    for (const Triad other : kTriads) preset->Child(TriadName(other));
+    preset->RejectUnknown();
+    if (YamlReader sensor = preset->RequireChild(name)) {
+      ReadSensor(sensor, triad, draft);
+      CollectNames(sensor, "sensors.", &draft->given);
+    }
+    if (const Status status = preset->status(); !status) errors->push_back(status.error().message);
+  }
+}
+
+}  // namespace
+
+Result<Experiment> ReadExperiment(const std::string& path,
+                                  const std::vector<std::string>& overrides) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, OpenExperiment(path));
+  main.RequireChild("experiment");
+  TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
+  std::vector<std::string> errors;
+  documents.CollectErrors(&errors);
+  if (!errors.empty()) return BadInputError(Joined(errors));
+
+  Draft draft;
+  draft.experiment.path = path;
+  draft.given = documents.Names();
+  draft.places = documents.Places();
+  ReadPresets(documents.all(), &draft, &errors);
+  for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
+  documents.CollectErrors(&errors);
+  if (errors.empty()) Settle(&draft, &errors);
+  if (!errors.empty()) return BadInputError(Joined(errors));
+  draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
+  Experiment experiment = draft.experiment;
+  experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return experiment;
+}
+
+PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {
+  PerTriad<double> offsets_s{{0.0, 0.0, 0.0}};
+  Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
+  if (!config || !config->IsMap()) return offsets_s;
+  YamlReader sensors = config->Child("sensors");
+  for (const Triad triad : kTriads) {
+    if (!sensors.IsMap()) break;
+    YamlReader sensor = sensors.Child(TriadName(triad));
+    if (sensor.IsMap()) sensor.Optional("time_offset_s", &offsets_s[triad]);
+  }
+  return offsets_s;
+}
+
+Error AtItsKey(const Experiment& experiment, const Error& error) {
+  if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
+  const std::string place = PlaceOf(error.key, experiment.draft->places);
+  return {error.code, (place.empty() ? experiment.path : place) + ": " + error.message};
+}
+
+std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {
+  return ResolvedYaml(*experiment.draft, chosen);
+}
+
+}  // namespace truetriad

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "data/pose_statistics.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/finding.h"
+
+namespace truetriad {
+
+/// Reduces a recording while it streams by; one for each kind of selection. The monitors of the
+/// streams have seen every block before it comes here.
+class Collector {
+ public:
+  virtual ~Collector() = default;
+
+  /// Error: the recording or the selection lacks what this kind needs.
+  virtual Status Validate() const = 0;
+  /// What one call of SampleSource::Next gave.
+  virtual Status Add(const std::vector<SampleBlock>& blocks) = 0;
+  /// Fills in the set, which has its streams. Error: there is too little.
+  virtual Status Finish(PoseSet* set) = 0;
+};
+
+/// A pose and what its covariance is made from.
+struct CollectedPose {
+  StaticPose pose;
+  PerTriad<TriadPoseMoments> moments;
+};
+
+/// Finds the poses of a recording with rests.
+class RestFinder {
+ public:
+  virtual ~RestFinder() = default;
+
+  virtual Status Validate() const = 0;
+  virtual Status Add(const std::vector<SampleBlock>& blocks) = 0;
+  /// The poses that are complete so far, in order.
+  virtual const std::vector<CollectedPose>& poses() const = 0;
+  /// Every pose that ends before this time is complete; unset while nothing is.
+  virtual std::optional<std::int64_t> judged_before_ns() const = 0;
+  /// All poses in order; adds findings.
+  virtual Result<std::vector<CollectedPose>> Finish(Findings* findings) = 0;
+  /// Why there is none, when Finish gave none.
+  virtual Error NoPose(const PoseSet& set) const = 0;
+};
+
+}  // namespace truetriad

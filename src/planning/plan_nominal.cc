@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "planning/plan_problem.h"
+#include "problem/graph_builder.h"
+#include "problem/moves.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/base/units.h"
+#include "truetriad/calibrate/calibrate.h"
+#include "truetriad/math/rotation.h"
+
+// What is taken for the unit and its noise before the poses to come are taken.
+
+namespace truetriad {
+namespace {
+
+// Readings of a gyroscope to come, Hz: what counts is the density of their noise.
+constexpr double kPlannedRateHz = 100.0;
+// Of the field, at middle latitudes.
+constexpr double kUsualFieldUt = 50.0;
+constexpr double kUsualDipRad = std::numbers::pi / 3.0;
+
+}  // namespace
+
+// Where the graph is linearised, and what its rows are weighted with: from a calibration of what is
+// measured, if that is enough for one, else from what is stated.
+Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& options) {
+  const ReferenceOptions& reference = calibrate_.reference;
+  const bool free_attitudes = calibrate_.attitudes.kind == AttitudeKind::kNone;
+  std::optional<Calibration> calibrated;
+  if (!measured.poses.empty()) {
+    CalibrateOptions solved = calibrate_;
+    solved.gauge = free_attitudes ? Gauge::kAccelX : Gauge::kFixture;
+    solved.limits = {};
+    solved.cross_validation_folds = 0;
+    solved.initialise.only = false;
+    TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured, solved));
+    if (summary.calibration.IsUsable()) calibrated = std::move(summary.calibration);
+    messages_.push_back(
+        calibrated
+            ? "linearised at the calibration of the recording"
+            : "the recording is not enough for a calibration; linearised at the nominal values");
+  }
+  const double usual_dip_rad = reference.northern_hemisphere ? kUsualDipRad : -kUsualDipRad;
+  nominal_.reference << *reference.gravity_mps2.value,
+      reference.field_ut.value.value_or(options.nominal_field_ut.value_or(kUsualFieldUt)),
+      reference.dip_rad.value.value_or(options.nominal_dip_rad.value_or(usual_dip_rad)), 0.0;
+  for (const Triad triad : kPlannedTriads) {
+    TriadOptions& sensor = calibrate_.triads[triad];
+    if (!sensor.enabled) continue;
+    const Unit& unit = measured_.Find(triad)->unit;
+    if (calibrated) {
+      nominal_.models[triad] = calibrated->sensors[triad]->model;
+    } else if (options.nominal[triad]) {
+      nominal_.models[triad] = options.nominal[triad];
+    } else if (unit.is_counts && !sensor.fixed_sensitivity) {
+      return BadInputError(std::string(TriadName(triad)) +
+                           ": readings are in counts of unknown size; state roughly how many "
+                           "counts one true unit is, as in `plan: { nominal: { " +
+                           std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
+    } else {
+      const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
+      nominal_.models[triad] = {sign / unit.truth_per_raw * Eigen::Matrix3d::Identity(),
+                                Eigen::Vector3d::Zero()};
+    }
+    if (sensor.fixed_sensitivity) nominal_.models[triad]->sensitivity = *sensor.fixed_sensitivity;
+    if (sensor.model == MatrixModel::kBias && !sensor.fixed_sensitivity) {
+      sensor.fixed_sensitivity = nominal_.models[triad]->sensitivity;
+    }
+  }
+  const Triad leading = LeadingTriad(calibrate_);
+  if (!calibrated && free_attitudes && !calibrate_.triads[leading].fixed_sensitivity) {
+    const Eigen::Matrix3d Q = GaugeRotation(
+        Gauge::kAccelX, nominal_.models[leading]->sensitivity, LeadingAxisSign(calibrate_));
+    for (auto& model : nominal_.models) {
+      if (model) model->sensitivity = model->sensitivity * Q;
+    }
+  }
+  if (calibrated) {
+    if (calibrated->reference.field_ut)
+      nominal_.reference[kField] = *calibrated->reference.field_ut;
+    if (calibrated->reference.dip_rad) nominal_.reference[kDip] = *calibrated->reference.dip_rad;
+  } else if (calibrate_.triads[Triad::kMagnetometer].enabled) {
+    if (!reference.field_ut.known() && !options.nominal_field_ut) {
+      messages_.push_back("field strength unknown: planned for " +
+                          Format("%.4g uT (plan.nominal.strength_ut)", nominal_.reference[kField]));
+    }
+    if (!reference.dip_rad.known() && !options.nominal_dip_rad) {
+      messages_.push_back(
+          "dip unknown: planned for " +
+          Format("%.3g deg (plan.nominal.dip_deg)", nominal_.reference[kDip] * kDegPerRad));
+    }
+  }
+  if (calibrate_.attitudes.kind == AttitudeKind::kGiven) {
+    Eigen::Vector3d field = Eigen::Vector3d::Zero();
+    for (const StaticPose& pose : measured_.poses) {
+      if (!pose.triads[Triad::kMagnetometer] || !nominal_.models[Triad::kMagnetometer]) continue;
+      field += pose.attitude->world_from_body * nominal_.models[Triad::kMagnetometer]->TruthFromRaw(
+                                                    pose.triads[Triad::kMagnetometer]->mean_raw);
+    }
+    if (!field.isZero(0.0)) nominal_.reference[kHeading] = std::atan2(field.y(), field.x());
+  }
+  return ChooseNoise(measured, options, calibrated);
+}
+
+Status PlanProblem::ChooseNoise(const PoseSet& measured,
+                                const PlanOptions& options,
+                                const std::optional<Calibration>& calibrated) {
+  for (const Triad triad : kPlannedTriads) {
+    const TriadOptions& sensor = calibrate_.triads[triad];
+    if (!sensor.enabled) continue;
+    rest_covariance_[triad].setZero();
+    source_[triad] = NoiseSource::kStatic;
+    if (sensor.noise_sigma_raw) {
+      source_[triad] = sensor.noise_source;
+    } else if (sensor.allan) {
+      source_[triad] = NoiseSource::kAllan;
+      if (!(options.rest_s > 0.0)) {
+        return BadInputError(std::string(TriadName(triad)) +
+                             ": its noise is a density, so the length of a rest is needed; state "
+                             "it, as in `plan: { rest_s: 5 }`");
+      }
+    } else if (calibrated) {
+      source_[triad] = calibrated->sensors[triad]->noise.source;
+      rest_covariance_[triad] = calibrated->sensors[triad]->noise.sigma.cwiseAbs2().asDiagonal();
+    } else {
+      int count = 0;
+      for (const StaticPose& pose : measured.poses) {
+        if (!pose.triads[triad] || !pose.triads[triad]->has_covariance) continue;
+        rest_covariance_[triad] += pose.triads[triad]->mean_covariance_raw;
+        ++count;
+      }
+      if (count == 0) {
+        return BadInputError(std::string(TriadName(triad)) +
+                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
+                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
+                             "rest_s: … }`, or give a recording with rests");
+      }
+      rest_covariance_[triad] /= count;
+    }
+    if (sensor.excess == ExcessNoise::kGiven) {
+      excess_[triad] = sensor.excess_sigma * sensor.excess_sigma;
+    } else if (sensor.excess == ExcessNoise::kEstimate) {
+      const double sigma = calibrated ? calibrated->sensors[triad]->noise.excess_sigma : 0.0;
+      excess_[triad] = sigma * sigma;
+      if (!calibrated) {
+        messages_.push_back(std::string(TriadName(triad)) +
+                            ": pose-to-pose noise is unknown and not included in the prediction; "
+                            "state `noise: { excess: { sigma: … } }` if you know it");
+      }
+    }
+  }
+  if (calibrate_.triads[Triad::kGyroscope].enabled) {
+    TRUETRIAD_RETURN_IF_ERROR(ChooseTurns(options, calibrated));
+  }
+  if (calibrated) {
+    for (const PoseResidual& residual : calibrated->quality.rests.pose_residuals) {
+      weights_[{residual.pose, residual.triad}] = std::max(residual.weight, kRejectedWeight);
+    }
+  }
+  return {};
+}
+
+// How well a turn is known: by the noise inside the rests, which adds up over it.
+Status PlanProblem::ChooseTurns(const PlanOptions& options,
+                                const std::optional<Calibration>& calibrated) {
+  const Triad triad = Triad::kGyroscope;
+  const TriadOptions& sensor = calibrate_.triads[triad];
+  const auto stream =
+      std::find_if(measured_.streams.begin(), measured_.streams.end(), [](const auto& candidate) {
+        return candidate.triad == Triad::kGyroscope;
+      });
+  turns_.duration_s = options.turn_s;
+  turns_.sigma_rad = options.turn_sigma_rad;
+  if (calibrated && turns_.sigma_rad == 0.0) {
+    turns_.sigma_rad = calibrated->sensors[triad]->noise.turn_excess_sigma_rad;
+  }
+  turns_.rate_hz = stream->rate_hz > 0.0 ? stream->rate_hz : kPlannedRateHz;
+  if (!stream->noise_sigma_raw.isZero(0.0)) {
+    turns_.reading_sigma_raw = ReadingSigma(*stream);
+    return {};
+  }
+  Eigen::Vector3d density_raw = Eigen::Vector3d::Zero();
+  if (sensor.allan) {
+    density_raw = sensor.allan->white_density_raw;
+  } else if (sensor.noise_sigma_raw && options.rest_s > 0.0) {
+    density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
+  } else {
+    return BadInputError(
+        "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
+        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
+  }
+  stream->rate_hz = kPlannedRateHz;
+  stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);
+  turns_.reading_sigma_raw = stream->noise_sigma_raw;
+  return {};
+}
+
+}  // namespace truetriad

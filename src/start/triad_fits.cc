@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "start/triad_fits.h"
+
+#include <cmath>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "init/ellipsoid_fit.h"
+#include "math/dense/eigenvalues.h"
+#include "math/dense/qr.h"
+#include "math/distributions.h"
+#include "problem/start_values.h"
+
+namespace truetriad {
+namespace {
+
+Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
+                                    MatrixModel model,
+                                    double radius) {
+  TriadModel<double> result;
+  const auto ellipsoid =
+      model == MatrixModel::kDiagonal ? FitAxisAlignedEllipsoid(readings) : FitEllipsoid(readings);
+  if (!ellipsoid) return ellipsoid.error();
+  result.bias = ellipsoid->centre;
+  if (model == MatrixModel::kDiagonal) {
+    result.sensitivity = (ellipsoid->AxisRadii() / radius).asDiagonal();
+  } else {
+    result.sensitivity = SymmetricSensitivity(*ellipsoid, radius);
+  }
+  return result;
+}
+
+}  // namespace
+
+TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
+                           const Eigen::Matrix3d& sensitivity) {
+  const Eigen::Matrix3d correction = sensitivity.inverse();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) centre += correction * reading;
+  centre /= static_cast<double>(readings.size());
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::VectorXd squares(design.rows());
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    const Eigen::Vector3d point = correction * readings[static_cast<std::size_t>(k)] - centre;
+    design.row(k) << 2.0 * point.transpose(), 1.0;
+    squares[k] = point.squaredNorm();
+  }
+  const Eigen::Vector4d solution = LeastSquares(design).SolveVector(squares);
+  return {sensitivity, sensitivity * (centre + solution.head<3>())};
+}
+
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
+                                           MatrixModel model,
+                                           double radius) {
+  auto fitted = FitModel(readings, model, radius);
+  const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
+  for (int round = 0; round < 3 && fitted && readings.size() >= parameters + 5; ++round) {
+    std::vector<double> errors;
+    errors.reserve(readings.size());
+    for (const auto& reading : readings)
+      errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
+    // The fit absorbs part of the noise, hence the wide 6 σ.
+    const double limit = 6.0 * kMadToSigma * Median(errors);
+    std::vector<Eigen::Vector3d> kept;
+    for (std::size_t k = 0; k < readings.size(); ++k) {
+      if (errors[k] <= limit) kept.push_back(readings[k]);
+    }
+    if (kept.size() == readings.size() || kept.size() < parameters + 3) break;
+    auto refitted = FitModel(kept, model, radius);
+    if (!refitted) break;
+    fitted = std::move(refitted);
+    readings = std::move(kept);
+  }
+  return fitted;
+}
+
+Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                         const std::vector<Eigen::Vector3d>& fields) {
+  Eigen::MatrixXd design(static_cast<Eigen::Index>(readings.size()), 4);
+  Eigen::MatrixXd values(design.rows(), 3);
+  for (Eigen::Index k = 0; k < design.rows(); ++k) {
+    design.row(k) << fields[static_cast<std::size_t>(k)].transpose(), 1.0;
+    values.row(k) = readings[static_cast<std::size_t>(k)].transpose();
+  }
+  const LeastSquares qr(design);
+  if (qr.rank() < 4) {
+    return NotEnoughError(
+        Finding(FindingCode::kTooFewDirections,
+                "the known attitudes lie in one plane, so gains and biases are unobservable",
+                "add poses with every axis up and down"));
+  }
+  const Eigen::MatrixXd solution = qr.Solve(values);
+  return TriadModel<double>{solution.topRows<3>().transpose(), solution.row(3).transpose()};
+}
+
+}  // namespace truetriad

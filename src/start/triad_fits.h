@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "truetriad/base/result.h"
+#include "truetriad/model/triad_model.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// Sphere through readings of a triad whose matrix is held: linear in the centre and in
+// r^2 - |c|^2, after undoing the matrix.
+TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
+                           const Eigen::Matrix3d& sensitivity);
+
+// Ellipsoid start that a few disturbed poses cannot spoil: refitted without readings whose norm
+// error stands out from the others'.
+Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
+                                           MatrixModel model,
+                                           double radius);
+
+// Linear least squares for y = S x + b with known x.
+Result<TriadModel<double>> FitKnownField(const std::vector<Eigen::Vector3d>& readings,
+                                         const std::vector<Eigen::Vector3d>& fields);
+
+}  // namespace truetriad
