@@ -8,9 +8,8 @@
 #include <set>
 #include <string>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include "base/messages.h"
 #include "math/dense/eigenvalues.h"
