@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-constexpr double kShareOfItsOwn = 0.25;
+constexpr double kFewestOfItsOwn = 0.25;
 constexpr double kEnterLevel = 0.01;
 constexpr double kLeaveLevel = 0.05;
 constexpr double kFewerLags = 0.95;
@@ -79,13 +79,13 @@ class Chooser {
   // Leaves out the rate terms that the recording does not tell from the others.
   void GateRates() {
     const Eigen::MatrixX2d states = problem_.States({});
-    has_branches_ = problem_.ShareOfItsOwn(states, 0, {}) >= kShareOfItsOwn;
+    has_branches_ = problem_.ShareOfItsOwn(states, 0, {}) >= kFewestOfItsOwn;
     std::vector<int> beside;
     for (const int rate : {0, 2, 1}) {
       bool& is_allowed = allowed_.*kRates[static_cast<std::size_t>(rate)];
       if (!is_allowed) continue;
       const double share = problem_.ShareOfItsOwn(states, rate, beside);
-      if (share >= kShareOfItsOwn) {
+      if (share >= kFewestOfItsOwn) {
         beside.push_back(rate);
         continue;
       }
