@@ -7,7 +7,9 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/LU>
 
 #include "math/distributions.h"
 

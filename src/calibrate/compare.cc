@@ -8,8 +8,6 @@
 #include <set>
 #include <string>
 
-#include <Eigen/Eigenvalues>
-
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"

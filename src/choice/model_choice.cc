@@ -11,9 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "base/messages.h"
 #include "choice/open_models.h"
 #include "math/dense/cholesky.h"

@@ -2,7 +2,7 @@
 #include <charconv>
 #include <vector>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "formats/format.h"
 #include "formats/number_text.h"

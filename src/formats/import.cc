@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/import.h"
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "formats/format.h"
 #include "formats/restate.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "formats/format.h"
 #include "formats/list_text.h"

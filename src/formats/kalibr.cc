@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "formats/format.h"
 #include "formats/list_text.h"

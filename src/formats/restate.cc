@@ -7,7 +7,6 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "formats/number_text.h"
 #include "math/dense/eigenvalues.h"

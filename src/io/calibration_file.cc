@@ -16,7 +16,7 @@
 #include <string_view>
 #include <system_error>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "io/calibration_findings.h"
 #include "io/calibration_quality.h"

@@ -9,7 +9,7 @@
 #include <span>
 #include <string_view>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "io/calibration_values.h"
 

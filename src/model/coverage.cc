@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
-
 #include "math/dense/eigenvalues.h"
 
 namespace truetriad {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <memory>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "problem/graph_rows.h"

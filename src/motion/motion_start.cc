@@ -131,7 +131,7 @@ std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
     if (k == 0 || !nodes[k - 1].is_linked) {
       if (k > 0) attitude = attitudes[k - 1];
       if (up && field) attitude = TriadAttitude(up_in_world, field_in_world, *up, *field);
-      if (up && !field) attitude = Eigen::Quaterniond::FromTwoVectors(*up, up_in_world);
+      if (up && !field) attitude = RotationBetween(*up, up_in_world);
       continue;
     }
     attitude = attitudes[k - 1] * IntegrateRotation(track.Between(nodes[k - 1], nodes[k]),

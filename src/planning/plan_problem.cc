@@ -10,9 +10,6 @@
 #include <tuple>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <glog/logging.h>
 
 #include "math/dense/cholesky.h"

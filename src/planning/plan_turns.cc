@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "math/dense/cholesky.h"
 #include "model/gyro_increment.h"

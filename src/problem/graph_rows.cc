@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/graph_rows.h"
 
-#include <Eigen/Cholesky>
 #include <glog/logging.h>
 
+#include "math/dense/cholesky.h"
 #include "problem/rows/accelerometer_row.h"
 #include "problem/rows/attitude_row.h"
 #include "problem/rows/face_row.h"
@@ -85,8 +85,7 @@ std::unique_ptr<Row> RowOf(const ScalarPrior& prior, const SharedLayout& layout)
 
 RowRoot RootOf(const Eigen::Matrix3d& variance, double weight) {
   // V = L L^T / w, so sqrt(w) L^-1 whitens.
-  const Eigen::LLT<Eigen::Matrix3d> factor(variance / weight);
-  return factor.matrixL().solve(Eigen::Matrix3d::Identity());
+  return InverseCholeskyRoot(variance / weight);
 }
 
 std::vector<RowRoot> RootsOf(const PoseNode& node) {

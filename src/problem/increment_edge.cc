@@ -3,8 +3,7 @@
 
 #include <memory>
 
-#include <Eigen/Cholesky>
-
+#include "math/dense/cholesky.h"
 #include "problem/graph_rows.h"
 #include "problem/rows/row_evaluation.h"
 
@@ -93,9 +92,7 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
   if (second_jacobian != nullptr) *second_jacobian = by_tangent(1, second_state);
 }
 
-Eigen::Matrix3d IncrementEdge::Information() const {
-  return weight * Eigen::LLT<Eigen::Matrix3d>(variance).solve(Eigen::Matrix3d::Identity());
-}
+Eigen::Matrix3d IncrementEdge::Information() const { return weight * InverseOfPositive(variance); }
 
 Eigen::Matrix3d IncrementEdge::SquareRootInformation() const { return RootOf(variance, weight); }
 

@@ -7,9 +7,8 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/QR>
-
 #include "base/messages.h"
+#include "math/dense/qr.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
 #include "truetriad/base/units.h"
@@ -242,18 +241,16 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
   constexpr double kThin = 1e-3;
-  qr.setThreshold(kThin);
-  if (count >= 4) qr.compute(design);
-  if (count < 4 || qr.rank() < 4) {
+  const LeastSquares fit(design, kThin);
+  if (count < 4 || fit.rank() < 4) {
     return NotEnoughError(
         Finding(FindingCode::kTurnAxesMissing,
                 "gyroscope: the known turns and rates do not cover all of its axes and its bias",
                 "turn the unit about three different axes, each in both directions, or add rests")
             .About(Triad::kGyroscope));
   }
-  const Eigen::MatrixXd solution = qr.solve(values);
+  const Eigen::MatrixXd solution = fit.Solve(values);
   return TriadModel<double>{solution.topRows<3>().transpose() / largest,
                             solution.row(3).transpose()};
 }

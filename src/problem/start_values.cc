@@ -8,6 +8,7 @@
 #include "init/frame_alignment.h"
 #include "init/six_position.h"
 #include "math/distributions.h"
+#include "truetriad/math/rotation.h"
 
 namespace truetriad {
 
@@ -76,10 +77,10 @@ void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
       const Eigen::Vector3d direction = up ? *up : *field;
       node.state = {direction.x(), direction.y(), direction.z(), 0.0};
     } else {
-      const Eigen::Quaterniond q =
-          up && field ? TriadAttitude(up_in_world, field_in_world, *up, *field)
-          : up        ? Eigen::Quaterniond::FromTwoVectors(*up, up_in_world)
-                      : Eigen::Quaterniond::FromTwoVectors(*field, field_in_world);
+      const Eigen::Quaterniond q = up && field
+                                       ? TriadAttitude(up_in_world, field_in_world, *up, *field)
+                                   : up ? RotationBetween(*up, up_in_world)
+                                        : RotationBetween(*field, field_in_world);
       node.state = {q.x(), q.y(), q.z(), q.w()};
     }
   }

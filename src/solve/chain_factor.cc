@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/chain_factor.h"
+#include "math/dense/cholesky.h"
 
-#include <Eigen/Cholesky>
 
 namespace truetriad {
 
@@ -17,8 +17,7 @@ void ChainFactor::Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d&
   if (states() > 0 && is_coupled_.back()) {
     left.noalias() -= coupling_.back().transpose() * gain_.back();
   }
-  const Eigen::LLT<Eigen::Matrix3d> factor(left);
-  half_.push_back(factor.matrixL().solve(Eigen::Matrix3d::Identity()));
+  half_.push_back(InverseCholeskyRoot(left));
   coupling_.push_back(coupling);
   is_coupled_.push_back(!coupling.isZero(0.0));
   const Eigen::Matrix3d half_gain = half_.back() * coupling;

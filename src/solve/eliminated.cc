@@ -5,11 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <ceres/cost_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 #include "problem/graph_rows.h"
 #include "solve/linear_manifold.h"
 #include "solve/shared_information.h"
@@ -17,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-constexpr double kRankTolerance = 1e-15;
+constexpr double kRootTolerance = 1e-15;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -62,8 +63,8 @@ class EliminatedCost final : public ceres::CostFunction {
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       if (jacobians[i] == nullptr) continue;
       Eigen::Map<RowMajorMatrix> jacobian(jacobians[i], n + 1, blocks_[i].size);
-      jacobian.topRows(n).noalias() =
-          root_ * layout_.basis.middleRows(blocks_[i].offset, blocks_[i].size).transpose();
+      jacobian.topRows(n) =
+          TimesTranspose(root_, layout_.basis.middleRows(blocks_[i].offset, blocks_[i].size));
       jacobian.row(n).setZero();
     }
     return residual.allFinite();
@@ -74,10 +75,9 @@ class EliminatedCost final : public ceres::CostFunction {
     const int n = layout_.free_size();
     residual_.setZero(n + 1);
     if (const auto scaled = SafeFactorOf(problem_.information())) {
-      root_ =
-          Eigen::MatrixXd(scaled->factor.matrixU()) * scaled->per_own.cwiseInverse().asDiagonal();
+      root_ = scaled->factor.Root().transpose() * scaled->per_own.cwiseInverse().asDiagonal();
       residual_.head(n) =
-          scaled->factor.matrixL().solve(scaled->per_own.cwiseProduct(problem_.gradient()));
+          scaled->factor.SolveLowerVector(scaled->per_own.cwiseProduct(problem_.gradient()));
     } else if (n > 0) {
       FindRootBySpectrum();
     }
@@ -85,13 +85,13 @@ class EliminatedCost final : public ceres::CostFunction {
   }
 
   void FindRootBySpectrum() const {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
-        scale_.asDiagonal() * problem_.information() * scale_.asDiagonal());
-    const Eigen::VectorXd values = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-    const double least = std::sqrt(kRankTolerance) * values.maxCoeff();
-    const Eigen::MatrixXd vectors = solver.eigenvectors();
+    const SymmetricEigen solver = EigenOfSymmetric(ScaledBothSides(scale_, problem_.information()));
+    const Eigen::VectorXd values = solver.values.cwiseMax(0.0).cwiseSqrt();
+    const double least = std::sqrt(kRootTolerance) * values.maxCoeff();
+    const Eigen::MatrixXd& vectors = solver.vectors;
     root_ = values.asDiagonal() * vectors.transpose() * scale_.cwiseInverse().asDiagonal();
-    const Eigen::VectorXd gradient = vectors.transpose() * scale_.cwiseProduct(problem_.gradient());
+    const Eigen::VectorXd gradient =
+        TransposeTimesVector(vectors, scale_.cwiseProduct(problem_.gradient()));
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       if (values[i] > least) residual_[i] = gradient[i] / values[i];
     }

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "base/wide_registers.h"
+#include "math/dense/products.h"
 
 namespace truetriad {
 namespace {
@@ -125,7 +126,7 @@ Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b) {
   StackedRows out(a.cols(), b.cols());
   RowProduct product = TransposedInto(a, b, &out);
   product.upper_only = true;
-  if (!FillsABlock(product)) return a.transpose() * b;
+  if (!FillsABlock(product)) return TransposeTimesRows(a, b);
   MultiplyInBlocks(product);
   return out.selfadjointView<Eigen::Upper>();
 }
@@ -133,7 +134,7 @@ Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b) {
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b) {
   StackedRows out(a.cols(), b.cols());
   const RowProduct product = TransposedInto(a, b, &out);
-  if (!FillsABlock(product)) return a.transpose() * b;
+  if (!FillsABlock(product)) return TransposeTimesRows(a, b);
   MultiplyInBlocks(product);
   return out;
 }

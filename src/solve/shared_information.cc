@@ -3,8 +3,8 @@
 
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "math/dense/eigenvalues.h"
+#include "math/dense/products.h"
 
 namespace truetriad {
 namespace {
@@ -23,9 +23,9 @@ std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix) {
   ScaledFactor scaled;
   scaled.per_own = matrix.diagonal().cwiseSqrt().cwiseInverse();
   if (matrix.rows() == 0 || !scaled.per_own.allFinite()) return std::nullopt;
-  scaled.factor.compute(scaled.per_own.asDiagonal() * matrix * scaled.per_own.asDiagonal());
-  const bool is_safe = scaled.factor.info() == Eigen::Success &&
-                       scaled.factor.matrixLLT().diagonal().minCoeff() > kSafePivot;
+  scaled.factor = Cholesky(ScaledBothSides(scaled.per_own, matrix));
+  const bool is_safe =
+      scaled.factor.is_positive() && scaled.factor.Diagonal().minCoeff() > kSafePivot;
   if (!is_safe) return std::nullopt;
   return scaled;
 }
@@ -40,9 +40,7 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
   if (n == 0) return;
   if (const auto scaled = SafeFactorOf(matrix_)) {
     rank_ = static_cast<int>(n);
-    covariance_ = scaled->per_own.asDiagonal() *
-                  scaled->factor.solve(Eigen::MatrixXd::Identity(n, n)) *
-                  scaled->per_own.asDiagonal();
+    covariance_ = ScaledBothSides(scaled->per_own, scaled->factor.Inverse());
     covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   } else {
     const auto [values, vectors] = FindSpectrum();
@@ -54,17 +52,15 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
         ++rank_;
       }
     }
-    const Eigen::MatrixXd scaled_vectors = scale_.asDiagonal() * vectors;
-    covariance_ = scaled_vectors * inverse.asDiagonal() * scaled_vectors.transpose();
+    const Eigen::MatrixXd scaled_vectors = ScaledRows(scale_, vectors);
+    covariance_ = TimesTranspose(scaled_vectors * inverse.asDiagonal(), scaled_vectors);
   }
-  step_ = -covariance_ * gradient;
+  step_ = -TimesVector(covariance_, gradient);
 }
 
-SharedInformation::Spectrum SharedInformation::FindSpectrum() const {
+SymmetricEigen SharedInformation::FindSpectrum() const {
   if (size() == 0) return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale_.asDiagonal() * matrix_ *
-                                                              scale_.asDiagonal());
-  return {solver.eigenvalues(), solver.eigenvectors()};
+  return EigenOfSymmetric(ScaledBothSides(scale_, matrix_));
 }
 
 }  // namespace truetriad

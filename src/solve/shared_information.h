@@ -3,9 +3,10 @@
 
 #include <optional>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
 #include "problem/graph.h"
 
 namespace truetriad {
@@ -13,7 +14,7 @@ namespace truetriad {
 // Cholesky factor of a matrix scaled to unit diagonal: per_own * matrix * per_own.
 struct ScaledFactor {
   Eigen::VectorXd per_own;  // one over the square roots of the diagonal
-  Eigen::LLT<Eigen::MatrixXd> factor;
+  Cholesky factor;
 };
 // Unset where the matrix is so near to singular that its eigenvalues must be looked at.
 std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
@@ -34,11 +35,7 @@ class SharedInformation {
   const Eigen::MatrixXd& covariance() const { return covariance_; }
   // Eigenvalues of M in typical units (TypicalSizes), ascending, and their vectors: worked out by
   // this call.
-  struct Spectrum {
-    Eigen::VectorXd values;
-    Eigen::MatrixXd vectors;
-  };
-  Spectrum FindSpectrum() const;
+  SymmetricEigen FindSpectrum() const;
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }

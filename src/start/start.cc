@@ -7,9 +7,7 @@
 #include <limits>
 #include <string>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "init/ellipsoid_fit.h"
 #include "init/fixture_fit.h"

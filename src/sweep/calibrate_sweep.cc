@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "base/messages.h"
 #include "problem/parameter_name.h"
 #include "sweep/triad_sweep.h"

@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-constexpr double kShareOfItsOwn = 0.25;
+constexpr double kFewestOfItsOwn = 0.25;
 constexpr double kEnterLevel = 0.01;
 constexpr double kLeaveLevel = 0.05;
 constexpr double kFewerLags = 0.95;
@@ -75,13 +75,13 @@ class Chooser {
   // Leaves out the rate terms that the recording does not tell from the others.
   void GateRates() {
     const Eigen::MatrixX2d states = problem_.States({});
-    has_branches_ = problem_.ShareOfItsOwn(states, RateTerm::kLinear, {}) >= kShareOfItsOwn;
+    has_branches_ = problem_.ShareOfItsOwn(states, RateTerm::kLinear, {}) >= kFewestOfItsOwn;
     std::vector<RateTerm> beside;
     for (const RateTerm rate : {RateTerm::kLinear, RateTerm::kCross, RateTerm::kQuadratic}) {
       bool& is_allowed = allowed_.rate[rate];
       if (!is_allowed) continue;
       const double share = problem_.ShareOfItsOwn(states, rate, beside);
-      if (share >= kShareOfItsOwn) {
+      if (share >= kFewestOfItsOwn) {
         beside.push_back(rate);
         continue;
       }

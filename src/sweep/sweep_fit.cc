@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "math/dense/cholesky.h"
 #include "math/dense/eigenvalues.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "math/dense/products.h"
 #include "math/dense/qr.h"

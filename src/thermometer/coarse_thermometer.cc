@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "math/distributions.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"

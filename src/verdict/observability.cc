@@ -8,9 +8,8 @@
 #include <set>
 #include <string>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include "base/messages.h"
 #include "math/dense/eigenvalues.h"
@@ -28,7 +27,7 @@ constexpr std::size_t kMostDirections = 6;
 // Eigenvalues of the scaled information below this share of the largest are rounding.
 constexpr double kUndetermined = 1e-14;
 // Temperatures this near, as a share of half their range, are one setting of a chamber.
-constexpr double kSameSetting = 0.05;
+constexpr double kSameTemperature = 0.05;
 
 // "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1", as people say it.
 std::string SpokenName(const std::string& text) {
@@ -123,7 +122,7 @@ std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
   std::vector<double> all;
   for (const PoseNode& node : graph.nodes) all.push_back(node.temperature_degc);
   std::sort(all.begin(), all.end());
-  const double apart = kSameSetting * graph.layout.thermal_scale.half_range_degc;
+  const double apart = kSameTemperature * graph.layout.thermal_scale.half_range_degc;
   std::vector<double> distinct;
   for (const double temperature : all) {
     if (distinct.empty() || temperature > distinct.back() + apart) distinct.push_back(temperature);

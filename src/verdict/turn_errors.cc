@@ -3,9 +3,6 @@
 
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
 #include "math/dense/cholesky.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"

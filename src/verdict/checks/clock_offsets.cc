@@ -5,8 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Cholesky>
-
 #include "base/messages.h"
 #include "math/dense/cholesky.h"
 #include "math/distributions.h"

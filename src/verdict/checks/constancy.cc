@@ -5,8 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-
 #include "math/dense/eigenvalues.h"
 #include "math/distributions.h"
 #include "solve/reduced_system.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 
 #include "math/dense/lu.h"
 #include "math/dense/products.h"
