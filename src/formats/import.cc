@@ -111,7 +111,7 @@ Result<Import> ImportCalibration(std::string_view format_name,
     if (!carried.sensors[triad]) continue;
     TRUETRIAD_ASSIGN_OR_RETURN(
         TriadCalibration sensor,
-        InWantedUnits(triad, carried->sensors[triad], format, options.units[triad]));
+        InWantedUnits(triad, *carried.sensors[triad], format, options.units[triad]));
     if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
       return BadInputError(paths[0] + ": the matrix of the " + std::string(TriadName(triad)) +
                            " is singular");

@@ -182,8 +182,8 @@ class Row {
     for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
     if (wxyz.array().isNaN().all()) return {};
     // Quaternions are written with four digits or more.
-    constexpr double kUnitLengthTolerance = 1e-3;
-    if (!(std::abs(wxyz.norm() - 1.0) < kUnitLengthTolerance)) {
+    constexpr double kAttitudeLengthTolerance = 1e-3;
+    if (!(std::abs(wxyz.norm() - 1.0) < kAttitudeLengthTolerance)) {
       return Fail((*columns_.attitude)[0],
                   "the attitude qw,qx,qy,qz is not a unit quaternion; expected four numbers whose "
                   "squares sum to 1");

@@ -31,6 +31,10 @@ struct SolvedRun {
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };
 
+// Where temperatures differ by more, a bias without temperature terms may have moved by as much as
+// what is looked for: data sheets state some tenths of mg, mdeg/s and uT a degree.
+inline constexpr double kMuchTemperatureDegc = 10.0;
+
 // A check looks at a run and says what it found. One that refuses ends the run: no later one is
 // asked.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);

@@ -39,7 +39,7 @@ Result<int> Run(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
-  std::fputs(ComparisonTextcomparison.c_str(), stdout);
+  std::fputs(ComparisonText(comparison).c_str(), stdout);
   WarnOfCommonGround(a, b);
   return kExitGood;
 }
