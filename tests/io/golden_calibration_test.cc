@@ -35,7 +35,9 @@ std::string Text(const std::string& path) {
 // Everything that yesterday's file says is said as it was; keys may have come.
 void ExpectHolds(const YAML::Node& yesterday, const YAML::Node& today, const std::string& at) {
   ASSERT_EQ(yesterday.Type(), today.Type()) << at;
-  if (yesterday.IsScalar()) EXPECT_EQ(yesterday.Scalar(), today.Scalar()) << at;
+  if (yesterday.IsScalar()) {
+    EXPECT_EQ(yesterday.Scalar(), today.Scalar()) << at;
+  }
   if (yesterday.IsSequence()) {
     ASSERT_EQ(yesterday.size(), today.size()) << at;
     for (std::size_t i = 0; i < yesterday.size(); ++i) {
