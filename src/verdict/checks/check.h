@@ -31,6 +31,10 @@ struct SolvedRun {
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };
 
+// A change of temperature that moves biases by more than a good calibration leaves: consumer
+// sensors drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC.
+inline constexpr double kMuchTemperatureDegc = 10.0;
+
 // A check looks at a run and says what it found. One that refuses ends the run: no later one is
 // asked.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);

@@ -11,8 +11,6 @@ namespace {
 
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.1;
-// Over a recording without temperature terms that does not fit.
-constexpr double kMuchTemperatureDegc = 10.0;
 // χ² of a step that is left to go, and share of the typical sizes: the first alone is nothing where
 // data without noise have made σ next to nothing.
 constexpr double kShortChi2 = 0.01;

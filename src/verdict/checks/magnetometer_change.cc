@@ -17,8 +17,6 @@ namespace {
 // refused, and when it moves a number by as much as the σ that is said.
 constexpr double kRefusedChange = 1e-6;
 constexpr double kMovedSigmas = 1.0;
-// Temperature terms that are missing look like a change.
-constexpr double kMuchTemperatureDegc = 10.0;
 
 // "between pose 12 and pose 13 (61.2 s after the first)"; where others are as likely, "somewhere
 // between pose 10 and pose 14, most likely …".

@@ -15,8 +15,6 @@ namespace {
 // Within one pose; and the share of the recorded range without a rest that is worth a word.
 constexpr double kMostChangeDegc = 3.0;
 constexpr double kMostMissedShare = 0.1;
-// Between the poses and the reference, without temperature terms.
-constexpr double kMuchTemperatureDegc = 10.0;
 
 struct PoseTemperatures {
   Eigen::Vector2d range{std::numeric_limits<double>::infinity(),
