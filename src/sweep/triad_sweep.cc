@@ -112,25 +112,26 @@ void SetTerm(const ParameterName& name, double value, TriadCalibration* sensor) 
 // Heating minus cooling of `residuals` in the middle half of the temperatures that both passed; NaN
 // where either is missing.
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
-  constexpr int kBranchBins = 40;
+  constexpr int kTemperatureBins = 40;
   constexpr double kMoving = 0.1;  // of the fastest
   std::array<Eigen::ArrayXd, 2> sum, count;
   for (int branch = 0; branch < 2; ++branch) {
-    sum[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kBranchBins);
-    count[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kBranchBins);
+    sum[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kTemperatureBins);
+    count[static_cast<std::size_t>(branch)] = Eigen::ArrayXd::Zero(kTemperatureBins);
   }
   const ThermalScale& scale = problem.scale();
   for (int i = 0; i < problem.size(); ++i) {
     const StaticPose& window = problem.window(i);
     if (std::abs(window.temperature_rate_degcps) < kMoving * scale.rate_degcps) continue;
     const double v = (*window.temperature_degc - scale.centre_degc) / scale.half_range_degc;
-    const int bin = std::clamp(static_cast<int>(0.5 * (v + 1.0) * kBranchBins), 0, kBranchBins - 1);
+    const int bin =
+        std::clamp(static_cast<int>(0.5 * (v + 1.0) * kTemperatureBins), 0, kTemperatureBins - 1);
     const std::size_t branch = window.temperature_rate_degcps > 0.0 ? 0 : 1;
     sum[branch][bin] += residuals[i];
     count[branch][bin] += 1.0;
   }
   std::vector<double> gaps;
-  for (int bin = 0; bin < kBranchBins; ++bin) {
+  for (int bin = 0; bin < kTemperatureBins; ++bin) {
     if (count[0][bin] == 0.0 || count[1][bin] == 0.0) continue;
     gaps.push_back(sum[0][bin] / count[0][bin] - sum[1][bin] / count[1][bin]);
   }

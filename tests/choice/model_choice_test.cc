@@ -8,6 +8,7 @@
 
 #include "model/attitude_sets.h"
 #include "support/accel_mag_trials.h"
+#include "tests/support/finding_matchers.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
@@ -169,7 +170,7 @@ TEST(ModelChoice, WeighsNothingWhereFewPosesLeaveNothingToWeighWith) {
     EXPECT_EQ(summary.options.triads[kAccel].model, MatrixModel::kFull);
     EXPECT_EQ(summary.options.triads[kAccel].axis_terms[AxisTerm::kQuadratic], Wanted::kNo);
     EXPECT_TRUE(summary.calibration.quality.rests.model_choice.empty());
-    EXPECT_THAT(summary.calibration.messages, Contains(HasSubstr("too few to weigh models")));
+    EXPECT_THAT(summary.calibration.findings, Contains(HasCode(FindingCode::kChoiceNotMade)));
   }
   // Two more than the least without the quadratic term's three.
   const CalibrationSummary summary = Choose(unit, options, 20);

@@ -41,7 +41,7 @@ TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("followed through its motion: a chain of 1251 attitudes"),
-                    HasSubstr("residuals hang together"),
+                    HasSubstr("correlated-residuals"),
                     HasSubstr("Noise is the σ of the mean at one attitude"),
                     Not(HasSubstr("rest noise")),
                     Not(HasSubstr("add poses"))));
