@@ -14,7 +14,7 @@ namespace {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-double RmsOf(const std::vector<double>& values) {
+double RootMeanSquareOf(const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += value * value;
   return std::sqrt(sum / static_cast<double>(values.size()));
@@ -102,10 +102,10 @@ std::optional<EvaluatedTurns> EvaluateTurns(
   if (errors.empty()) return std::nullopt;
   EvaluatedTurns turns;
   turns.count = static_cast<int>(errors.size());
-  turns.rms_rad = RmsOf(errors);
+  turns.rms_rad = RootMeanSquareOf(errors);
   turns.median_rad = Median(errors);
   if (!nominal_errors.empty()) {
-    turns.nominal_rms_rad = RmsOf(nominal_errors);
+    turns.nominal_rms_rad = RootMeanSquareOf(nominal_errors);
     turns.nominal_median_rad = Median(nominal_errors);
   }
   turns.predicted_rms_rad = std::sqrt(expected / static_cast<double>(errors.size()));

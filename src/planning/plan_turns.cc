@@ -19,8 +19,8 @@ constexpr double kAnyHeadingRad = 10.0;
 // What a turn of one radian shows of a matrix by itself, before there are turns about all axes.
 constexpr double kHardlyKnown = 1.0;
 // A turn about of a stretch that gains less in log det is not worth it.
-constexpr double kLeastWorth = 1e-6;
-// A guard: sweeps end by kLeastWorth.
+constexpr double kLeastTurnGain = 1e-6;
+// A guard: sweeps end by kLeastTurnGain.
 constexpr int kMostOrderSweeps = 50;
 // Chosen: pieces of six degrees of a quarter turn, over which gravity in the body is straight.
 constexpr int kIntegrationSteps = 16;
@@ -150,7 +150,7 @@ std::vector<ProgramPose> OrderForGyroscope(std::vector<ProgramPose> poses,
             std::swap(other[i], other[j]);
           }
           const double other_worth = orderer.Worth(other);
-          if (other_worth < worth + kLeastWorth) continue;
+          if (other_worth < worth + kLeastTurnGain) continue;
           worth = other_worth;
           order = std::move(other);
           improved = true;

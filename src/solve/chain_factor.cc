@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/chain_factor.h"
-#include "math/dense/cholesky.h"
 
+#include "math/dense/cholesky.h"
 
 namespace truetriad {
 
