@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/shared_recordings.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 #include "math/random.h"
 #include "sim/scenario_samples.h"
 #include "solve/shared_blocks.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/data/pose_collection.h"

@@ -10,8 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/finding_matchers.h"
 #include "support/soak_trials.h"
-#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/verdict/summary.h"
 

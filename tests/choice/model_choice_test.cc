@@ -8,7 +8,7 @@
 
 #include "model/attitude_sets.h"
 #include "support/accel_mag_trials.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "cli/command_line_run.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {

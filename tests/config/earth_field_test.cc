@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "config/field_check.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/base/units.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "data/memory_source.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {

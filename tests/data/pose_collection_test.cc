@@ -15,7 +15,7 @@
 
 #include "data/memory_source.h"
 #include "data/synthetic_recording.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 
 namespace truetriad {
 namespace {

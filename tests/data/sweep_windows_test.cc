@@ -11,7 +11,7 @@
 
 #include "data/memory_source.h"
 #include "math/random.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/data/pose_collection.h"

@@ -9,7 +9,7 @@
 
 #include "formats/sample_units.h"
 #include "io/temporary_folder.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/formats/export.h"

@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 
 namespace truetriad {
 namespace {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
 
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
-#include "tests/support/finding_matchers.h"
+#include "support/finding_matchers.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {

@@ -15,8 +15,8 @@
 #include "motion/motion_start.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
+#include "support/finding_matchers.h"
 #include "support/six_turns.h"
-#include "tests/support/finding_matchers.h"
 
 namespace truetriad {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
+#include "support/finding_matchers.h"
 #include "support/sweep_trials.h"
-#include "tests/support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/verdict/summary.h"
 
