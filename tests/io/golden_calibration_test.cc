@@ -84,8 +84,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Golden{"mag-poor-coverage", Mode::kPoses, Outcome::kNotObservable, 1266},
                       Golden{"tumble", Mode::kMotion, Outcome::kConverged, 1251},
                       Golden{"sweep", Mode::kSweep, Outcome::kConverged, 47}),
-    [](const auto& info) {
-      std::string name = info.param.name;
+    [](const auto& test) {
+      std::string name = test.param.name;
       for (char& letter : name) letter = letter == '-' ? '_' : letter;
       return name;
     });

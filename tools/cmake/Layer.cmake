@@ -57,7 +57,12 @@ function(truetriad_test name)
     TRUETRIAD_SHARED_DATASETS="${TRUETRIAD_SHARED_DATASETS}"
     TRUETRIAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     TRUETRIAD_BINARY="$<TARGET_FILE:truetriad>")
-  target_precompile_headers(${target} PRIVATE <Eigen/Dense> <gtest/gtest.h> <gmock/gmock.h>)
+  # Likewise for all tests, by the first of them.
+  if(TARGET truetriad_base_test AND NOT target STREQUAL truetriad_base_test)
+    target_precompile_headers(${target} REUSE_FROM truetriad_base_test)
+  else()
+    target_precompile_headers(${target} PRIVATE <Eigen/Dense> <gtest/gtest.h> <gmock/gmock.h>)
+  endif()
   include(GoogleTest)
   gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}"
