@@ -9,6 +9,7 @@
 
 #include "support/accel_mag_trials.h"
 #include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace {

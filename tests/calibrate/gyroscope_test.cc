@@ -12,7 +12,6 @@
 #include "math/distributions.h"
 #include "math/random.h"
 #include "sim/scenario_samples.h"
-#include "solve/shared_blocks.h"
 #include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"

@@ -15,7 +15,6 @@
 
 #include "problem/parameter_name.h"
 #include "problem/thermal_block.h"
-#include "solve/shared_blocks.h"
 #include "support/soak_trials.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"

@@ -101,7 +101,7 @@ void Disturb(std::mt19937* random, PoseSet* poses) {
   const auto disturb = [&](RecordedMove* move) {
     // As it is set down, when it hardly turns any more.
     constexpr std::size_t kReadings = 10;
-    ASSERT_THAT(move->fault, IsEmpty());
+    ASSERT_FALSE(move->fault);
     const std::size_t count = move->time_ns.size();
     ASSERT_GT(count, kReadings + 1);
     const std::size_t first = count - 1 - kReadings;

@@ -115,19 +115,19 @@ inline Calibration SampleCalibration(int poses = 24) {
   q.weak_directions = {{"magnetometer bias z and scale z cannot be told apart",
                         "add poses with z up and down",
                         0.012}};
-  q.model_choice = {
+  q.rests.model_choice = {
       {"accelerometer full; magnetometer full", true, 22, 51.2, std::nullopt, 160.4, 1.021},
       {"accelerometer with quadratic term", false, 25, 48.9, 0.51, 172.7, 1.043},
       {"magnetometer symmetric", false, 19, 4711.0, 1e-14, 4805.2, 9.3}};
-  q.held_out = HeldOut{5, {}, {}, {}};
-  q.held_out->rms[Triad::kAccelerometer] = 0.00171;
-  q.held_out->in_sample_rms[Triad::kAccelerometer] = 0.00130;
-  q.rejected_poses = {{7, Triad::kMagnetometer, "steel tool near the fixture: 9.3 σ away"}};
+  q.rests.held_out = HeldOut{5, {}, {}, {}};
+  q.rests.held_out->rms[Triad::kAccelerometer] = 0.00171;
+  q.rests.held_out->in_sample_rms[Triad::kAccelerometer] = 0.00130;
+  q.rests.rejected_poses = {{7, Triad::kMagnetometer, "steel tool near the fixture: 9.3 σ away"}};
   q.coverage = {{Triad::kAccelerometer, {0.29, 0.33, 0.38}, 31.0},
                 {Triad::kMagnetometer, {0.11, 0.40, 0.49}, 42.0}};
   AddPoses(poses, Triad::kAccelerometer, 0.0018, &q);
   AddPoses(poses, Triad::kMagnetometer, 0.12, &q);
-  for (PoseResidual& pose : q.pose_residuals) {
+  for (PoseResidual& pose : q.rests.pose_residuals) {
     if (pose.triad != Triad::kMagnetometer) continue;
     pose.norm_error_before = std::numeric_limits<double>::quiet_NaN();
     if (pose.pose == 7) {
