@@ -85,8 +85,7 @@ Trial MakeTrial(const Case& tested, Random* random) {
   SyntheticUnit unit = RandomUnit(tested.spread, random);
   for (int axis = 0; axis < 3; ++axis) {
     unit.models[kAccel]->axis_terms[AxisTerm::kQuadratic][axis] =
-        random->Uniform() < 0.5 ? -tested.axis_terms[AxisTerm::kQuadratic]
-                                : tested.axis_terms[AxisTerm::kQuadratic];
+        random->Uniform() < 0.5 ? -tested.quadratic : tested.quadratic;
   }
   SyntheticNoise noise = ModelNoise();
   noise.excess_sigma[kAccel] = tested.excess_mps2;

@@ -2,6 +2,7 @@
 //
 // The two solvers over every working regime: the same optimum and the same covariance.
 #include <cmath>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,9 @@ void ExpectSame(const CalibrationSummary& eliminated, const CalibrationSummary& 
     const Eigen::Array33d sensitivity =
         (of_a->model.sensitivity - of_b->model.sensitivity).array().abs();
     for (int axis = 0; axis < 3; ++axis) {
-      if (of_a->bias_sigma[axis] > 0.0) EXPECT_LT(bias[axis], 1e-6);
+      if (of_a->bias_sigma[axis] > 0.0) {
+        EXPECT_LT(bias[axis], 1e-6);
+      }
     }
     EXPECT_TRUE((sensitivity <= 1e-6 * of_a->sensitivity_sigma.array() + 1e-15).all());
   }
@@ -58,7 +61,7 @@ TEST_P(Solvers, EndAtTheSameOptimum) {
 INSTANTIATE_TEST_SUITE_P(EveryRegime,
                          Solvers,
                          ::testing::ValuesIn(trials::Regimes()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& test) { return std::string(test.param.name); });
 
 TEST(Solvers, EndAtTheSameOptimumWithoutRests) {
   Random random(78);
