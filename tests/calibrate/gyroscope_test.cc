@@ -15,6 +15,7 @@
 #include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/math/rotation.h"
 #include "truetriad/verdict/summary.h"

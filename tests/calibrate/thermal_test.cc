@@ -18,6 +18,7 @@
 #include "support/soak_trials.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "verdict/reference_temperature.h"
 
 namespace truetriad {
