@@ -204,8 +204,9 @@ class NoiseBlocks {
   std::vector<std::size_t> block_;  // of each reading
 };
 
-// A coarse thermometer by the times at which it changes; nothing where these are too few, or where
-// noise spreads its readings over steps.
+// A coarse thermometer by the times at which it changes; nothing where these are too few. Its
+// `step_degc` is set only where rounding is all that its readings are off by: where noise spreads
+// them over steps, it is the noise of local fits that they have.
 std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
                                               const std::vector<double>& degc,
                                               double step_degc) {
@@ -213,7 +214,6 @@ std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
   if (places.time_s.size() < kFewestPlaces) return std::nullopt;
   TemperatureTrack track;
   track.time_s = time_s;
-  track.step_degc = step_degc;
   const double spacing = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
   const StepTrack steps(std::move(places), time_s.front(), time_s.back(), spacing);
   steps.At(time_s, &track.degc, &track.rate_degcps);
@@ -223,7 +223,8 @@ std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
     square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
   }
   const double noise_steps = std::sqrt(square) / step_degc;
-  if (!(noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered)) return std::nullopt;
+  if (!(noise_steps * noise_steps < 1.0 / 12.0 + kDithered * kDithered)) return track;
+  track.step_degc = step_degc;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     track.degc[i] = std::clamp(track.degc[i], degc[i] - step_degc, degc[i] + step_degc);
   }
@@ -274,8 +275,9 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   const double widest = kWidestShare * duration;
   if (step_degc > kCoarseShare * span) {
     if (std::optional<TemperatureTrack> steps = StepsFollowed(time_s, degc, step_degc)) {
-      steps->smoothing_s = std::min(widest, step_degc / rate);
-      return *std::move(steps);
+      track = *std::move(steps);
+      track.smoothing_s = std::min(widest, step_degc / rate);
+      if (track.step_degc > 0.0) return track;
     }
   }
   Readings readings;
@@ -307,11 +309,13 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
   LocalFit local;
   NoiseBlocks blocks(readings, track.smoothing_s, std::sqrt(density / spacing), &track.noise);
   std::size_t first = 0;
+  const bool has_values = !track.degc.empty();
   for (const double time : time_s) {
     FitAbout(readings, time, track.smoothing_s, &first, &local);
+    blocks.Note(local);
+    if (has_values) continue;
     track.degc.push_back(local.value);
     track.rate_degcps.push_back(local.slope);
-    blocks.Note(local);
   }
   return track;
 }
