@@ -154,7 +154,7 @@ TEST(CalibrateWithAllan, RefusesPosesOfUnknownDuration) {
   const auto summary = Calibrate(poses, options);
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
-  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: how long"), std::string::npos)
+  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: its averaging time"), std::string::npos)
       << summary.error().message;
 }
 

@@ -367,7 +367,7 @@ TEST(KnownTurns, OfAWrongSignAreRefused) {
   const auto refused = Calibrate(Collect(scenario, selection), options);
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().message, HasSubstr("-360 deg"));
-  EXPECT_THAT(refused.error().message, HasSubstr("counts 360 deg"));
+  EXPECT_THAT(refused.error().message, HasSubstr("measures 360 deg"));
   selection.turns[0].angle_rad *= -1.0;
   ExpectTruth(scenario, Calibrated(Collect(scenario, selection), options), 1e-6, 1e-6);
 }

@@ -326,13 +326,13 @@ TEST_F(ExperimentConfig, ListsAllErrorsAtOnce) {
 TEST_F(ExperimentConfig, RejectsHalfAPrior) {
   EXPECT_THAT(
       ErrorOf("experiment: 1\nsensors: { accelerometer: { prior: { bias: [0, 0, 0] } } }\n"),
-      HasSubstr("bias_sigma belong together"));
+      HasSubstr("prior.bias: belongs together with bias_sigma"));
 }
 
 TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
   EXPECT_THAT(ErrorOf("experiment: 1\n"), HasSubstr("sensors: is missing; list what"));
   EXPECT_THAT(ErrorOf("sensors: { accelerometer: {} }\n"), HasSubstr("experiment: is missing"));
-  EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"), HasSubstr("reads 1"));
+  EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"), HasSubstr("reads version 1"));
 }
 
 TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
@@ -471,8 +471,8 @@ TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {
   EXPECT_THAT(
       ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    thermal:\n      bias_order: 8\n"
               "      matrix_order: -1\n      matrix: upper\n      rate: [cubic]\n      order: 3\n"),
-      AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: an order of 0 (none) to 7"),
-            HasSubstr(":6: sensors.accelerometer.thermal.matrix_order: an order of 0 (none) to 3"),
+      AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: expected an order of 0 (none) to 7"),
+            HasSubstr(":6: sensors.accelerometer.thermal.matrix_order: expected an order of 0 (none) to 3"),
             HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
             HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
             HasSubstr("thermal.order")));

@@ -246,7 +246,7 @@ TEST_F(ScenarioConfig, NamesFileAndLineOfEachErrorAllAtOnce) {
                       "  - tumble: { duration_s: -1 }\n"
                       "  - wobble: {}\n"),
               AllOf(HasSubstr("scenario.yaml:2: seed: `-1` is not a seed"),
-                    HasSubstr("scenario.yaml:3: count: 1 to 9999 units"),
+                    HasSubstr("scenario.yaml:3: count: expected 1 to 9999 units"),
                     HasSubstr(":6: sensors.accelerometer.noise.noise_density_ug_rthz: `-3` is out"),
                     HasSubstr(":7: sensors.accelerometer.sampling.rate_hz: `0` is out of range"),
                     HasSubstr(":8: sensors.accelerometer.bias_mp2: is not a known key"),
@@ -329,7 +329,7 @@ TEST_F(ScenarioConfig, NamesTheLineOfWhatOnlyTheWholeScenarioShows) {
       "  - stuck: { sensor: accelerometer, rest: 1 }\n");
   EXPECT_THAT(error,
               AllOf(HasSubstr("scenario.yaml:3: gyroscope rate is 2e+06 Hz"),
-                    HasSubstr("scenario.yaml:9: disturbance 2 stops a accelerometer")));
+                    HasSubstr("scenario.yaml:9: disturbance 2 affects the accelerometer")));
 }
 
 TEST_F(ScenarioConfig, NamesTheLineOfATurnThatAMeanRateCannotTell) {

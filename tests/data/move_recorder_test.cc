@@ -255,9 +255,10 @@ TEST_F(RecordedMoves, ThatAreLeftOutForOneReasonAreNamedTogether) {
   ASSERT_TRUE(stuck) << stuck.error().message;
   int lines = 0;
   for (const Finding& finding : stuck->findings) {
-    if (finding.code != FindingCode::kTurnStuck) continue;
+    if (!finding.Value("turns")) continue;
     ++lines;
     EXPECT_EQ(finding.Value("turns"), 2.0);
+    EXPECT_EQ(finding.sensor, Triad::kGyroscope);
     EXPECT_THAT(finding, Says(HasSubstr("starting at poses 1, 2")));
   }
   EXPECT_EQ(lines, 1);

@@ -276,7 +276,7 @@ TEST(StaticDetection, FindsNoRestInATumble) {
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
   EXPECT_EQ(set.error().code, ErrorCode::kNotEnough);
-  EXPECT_THAT(set.error().message, testing::HasSubstr("no rest was found"));
+  EXPECT_THAT(set.error().message, testing::HasSubstr("no rest found"));
 }
 
 TEST(StaticDetection, TakesARecordingWithoutMotionForOneRest) {
@@ -379,7 +379,8 @@ TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
   ASSERT_EQ(set->findings.size(), 1u);
   EXPECT_THAT(set->findings[0], HasCode(FindingCode::kClippedPoses));
   EXPECT_THAT(set->findings[0],
-              Says(testing::HasSubstr("accelerometer z axis at 9790 counts in 1 pose")));
+              Says(testing::AllOf(testing::HasSubstr("accelerometer z axis"),
+                                  testing::HasSubstr("9790 counts in 1 pose"))));
 }
 
 TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {
@@ -392,7 +393,7 @@ TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
   EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
-  EXPECT_THAT(set.error().message, testing::HasSubstr("6 of 7 poses read the limit"));
+  EXPECT_THAT(set.error().message, testing::HasSubstr("6 of 7 poses are clipped"));
 }
 
 TEST(DataChecks, CountGapsAndEqualTimes) {
@@ -510,7 +511,8 @@ TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
   selection.ranges = {{40, 59, "", ""}, {10, 29, "", ""}};
   const Result<PoseSet> unordered = Collect({Counting(100)}, selection);
   ASSERT_FALSE(unordered);
-  EXPECT_THAT(unordered.error().message, testing::HasSubstr("range 2 (rows 10 to 29) is no range"));
+  EXPECT_THAT(unordered.error().message,
+              testing::HasSubstr("range 2 (rows 10 to 29) is not a range"));
   selection.ranges = {{40, 59, "", ""}, {200, 300, "", ""}};
   const Result<PoseSet> outside = Collect({Counting(100)}, selection);
   ASSERT_FALSE(outside);

@@ -142,10 +142,10 @@ TEST(SweepWindows, NeedTimeTemperatureAndAChangeOfIt) {
   EXPECT_THAT(ErrorOf(Cut(without, Windows())), HasSubstr("has no temperature"));
   MemoryStream constant = Sweep(1000, 0.5, &random);
   for (double& degc : constant.temperature_degc) degc = 25.0;
-  EXPECT_THAT(ErrorOf(Cut(constant, Windows())), HasSubstr("all the time"));
+  EXPECT_THAT(ErrorOf(Cut(constant, Windows())), HasSubstr("throughout"));
   MemorySource source({Sweep(1000, 0.5, &random)});
   source.mutable_info().has_time = false;
-  EXPECT_THAT(ErrorOf(CollectPoses(source, Windows())), HasSubstr("there is no time"));
+  EXPECT_THAT(ErrorOf(CollectPoses(source, Windows())), HasSubstr("has no time"));
 }
 
 // 28 hours at 4 Hz are 400 000 cells of a sample, were there no end to them.

@@ -321,7 +321,7 @@ TEST(CalibrationFile, RejectsADuplicateKey) {
 
 TEST(CalibrationFile, RejectsAWrongShapeOrWord) {
   EXPECT_THAT(ErrorOf(Edited("bias: [32768", "bias: [1, 32768")),
-              HasSubstr("sensors.accelerometer.bias: has 4 numbers; 3 are expected"));
+              HasSubstr("sensors.accelerometer.bias: has 4 numbers; expected 3"));
   EXPECT_THAT(ErrorOf(Edited("source: datasheet", "source: rumour")), HasSubstr("`rumour`"));
   EXPECT_THAT(ErrorOf(Edited("poses: 38", "poses: many")), HasSubstr("quality.poses"));
 }

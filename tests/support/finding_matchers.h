@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <ostream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -9,9 +10,12 @@
 
 namespace truetriad {
 
+inline void PrintTo(const Finding& finding, std::ostream* out) {
+  *out << FindingCodeName(finding.code) << ": " << finding.Message();
+}
+
 // Findings by what programs look for: Contains(HasCode(FindingCode::kClockOffset)).
 MATCHER_P(HasCode, code, "has the code " + std::string(FindingCodeName(code))) {
-  *result_listener << FindingCodeName(arg.code) << ": " << arg.Message();
   return arg.code == code;
 }
 
@@ -20,7 +24,7 @@ MATCHER_P(IsAbout, triad, "is about the " + std::string(TriadName(triad))) {
 }
 
 // By words, where they hold what nothing else does: a line to paste, a place.
-MATCHER_P(Says, words, "says " + ::testing::PrintToString(words)) {
+MATCHER_P(Says, words, "says what is looked for") {
   return ::testing::ExplainMatchResult(words, arg.Message(), result_listener);
 }
 
