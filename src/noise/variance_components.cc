@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/LU>
@@ -312,31 +313,38 @@ Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information) {
 }
 
 // The step to the maximum of a likelihood with this score and information that takes no component
-// below its limit (≤ 0): those that it would take there stand on it, the others follow.
+// below its limit (≤ 0): those that it would take there stand on it, the others follow. Only those
+// are solved for, balanced: beside information of 1e17 a row of ones looks like a lost rank.
 Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
                           const Eigen::MatrixXd& information,
                           const Eigen::VectorXd& score) {
-  const Eigen::Index count = score.size();
-  std::vector<bool> stands(static_cast<std::size_t>(count), false);
-  for (;;) {
-    Eigen::MatrixXd matrix = information;
-    Eigen::VectorXd right = score;
-    for (Eigen::Index s = 0; s < count; ++s) {
-      if (!stands[static_cast<std::size_t>(s)]) continue;
-      matrix.row(s).setZero();
-      matrix(s, s) = 1.0;
-      right[s] = limit[s];
+  Eigen::VectorXd step = limit;
+  std::vector<Eigen::Index> free(static_cast<std::size_t>(score.size()));
+  std::iota(free.begin(), free.end(), Eigen::Index{0});
+  while (!free.empty()) {
+    const auto count = static_cast<Eigen::Index>(free.size());
+    Eigen::MatrixXd of_free(count, count);
+    Eigen::VectorXd right(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::Index row = free[static_cast<std::size_t>(i)];
+      right[i] = score[row];
+      for (Eigen::Index s = 0; s < score.size(); ++s) {
+        if (std::find(free.begin(), free.end(), s) != free.end()) continue;
+        right[i] -= information(row, s) * limit[s];
+      }
+      for (Eigen::Index j = 0; j < count; ++j) {
+        of_free(i, j) = information(row, free[static_cast<std::size_t>(j)]);
+      }
     }
-    Eigen::VectorXd step = SolveByLu(matrix, right);
-    bool is_done = true;
-    for (Eigen::Index s = 0; s < count; ++s) {
-      const auto at = static_cast<std::size_t>(s);
-      if (stands[at] || !(step[s] < limit[s])) continue;
-      stands[at] = true;
-      is_done = false;
-    }
-    if (is_done) return step;
+    const Eigen::VectorXd solved = TimesVector(BalancedInverse(of_free), right);
+    for (Eigen::Index i = 0; i < count; ++i) step[free[static_cast<std::size_t>(i)]] = solved[i];
+    const auto stands = [&](Eigen::Index s) { return step[s] < limit[s]; };
+    const auto kept = std::remove_if(free.begin(), free.end(), stands);
+    if (kept == free.end()) break;
+    free.erase(kept, free.end());
+    step = step.cwiseMax(limit);
   }
+  return step;
 }
 
 }  // namespace
