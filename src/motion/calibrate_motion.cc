@@ -40,7 +40,7 @@ constexpr double kMostClockError = 0.01;
 // A clock is said to be ahead from this many σ on.
 constexpr double kSaidClockError = 4.0;
 constexpr double kRoughTolerance = 1e-6;
-constexpr double kMotionTolerance = 1e-13;
+constexpr double kMotionTolerance = 1e-11;
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.5;
 // Nodes that stand for the whole chain where single ones are looked at.

@@ -150,9 +150,9 @@ TEST(AllanReport, ConvertsCountsOfKnownScaleAndNamesEveryUnit) {
   EXPECT_TRUE(std::regex_search(text, std::regex("angle random walk +2.4 +2.4 +2.4 +deg/√h")));
   EXPECT_TRUE(std::regex_search(text, std::regex("bias instability B +0.01 +0.01 +≤ 0.01 +deg/s")));
   EXPECT_TRUE(std::regex_search(
-      text, std::regex("rate random walk K +0.001 +not seen +0.001 +deg/s/s/√Hz")));
+      text, std::regex("rate random walk K +0.001 +not visible +0.001 +deg/s/s/√Hz")));
   EXPECT_THAT(text, HasSubstr("the temperature went up"));
-  EXPECT_THAT(text, HasSubstr("K not seen"));
+  EXPECT_THAT(text, HasSubstr("K not visible"));
   EXPECT_THAT(text, HasSubstr("B ≤"));
 }
 
@@ -184,7 +184,7 @@ TEST(AllanReport, SaysFirstWhatWasNotAtRestAndMarksItsCurves) {
   EXPECT_THAT(text, StartsWith("NOT AT REST: gyroscope: the unit moved\n"));
   EXPECT_THAT(text, HasSubstr("1000000 samples; 1 count = 0.05 deg/s: not at rest"));
   EXPECT_THAT(text, Not(HasSubstr("noise density")));
-  EXPECT_THAT(text, Not(HasSubstr("not seen")));
+  EXPECT_THAT(text, Not(HasSubstr("not visible")));
   const std::string svg = AllanSvg(result);
   EXPECT_THAT(svg, HasSubstr("gyroscope x: NOT AT REST"));
   EXPECT_EQ(Matches(svg, "class=\"(point)\"").size(), 3 * triad.axes[0].points.size());
@@ -195,7 +195,7 @@ TEST(AllanReport, ShowsADeadAxisAsSuch) {
   AllanResult result = Sample();
   result.triads[0].axes[0] = {};
   EXPECT_THAT(AllanSvg(result), HasSubstr("gyroscope x: constant"));
-  EXPECT_TRUE(std::regex_search(AllanText(result), std::regex("noise density N +not seen +0.04")));
+  EXPECT_TRUE(std::regex_search(AllanText(result), std::regex("noise density N +not visible +0.04")));
 }
 
 }  // namespace

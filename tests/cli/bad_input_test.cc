@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
                Spoiled([](auto* rows) {
                  for (LogRow& row : *rows) row[kAccelX] = std::clamp(row[kAccelX], -0.5, 0.5);
                }),
-               {"log.csv", "x axis at 0.5 m/s^2", "full-scale range"}},
+               {"log.csv", "x axis at its limit of 0.5 m/s^2", "full-scale range"}},
         BadLog{"GravityOffByAThousand",
                LogText("time[s],accel_x[g],accel_y[g],accel_z[g]\n",
                        LogRows({.rests = 12,
@@ -149,7 +149,7 @@ TEST_F(BadCall, RefusesAnOutputThatCannotBeAFolder) {
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.out, IsEmpty());
-  EXPECT_THAT(run.err, AllOf(HasSubstr(log_ + ":"), HasSubstr(": is not a folder")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr(log_ + ":"), HasSubstr("cannot be created")));
 }
 
 TEST_F(BadCall, ListsEveryWrongTypeOfAnExperimentWithItsLine) {

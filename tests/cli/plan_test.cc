@@ -225,9 +225,9 @@ TEST_F(PlanVerb, JudgesASinglePoseWithoutALabel) {
       RunTruetriad({"plan", "--config=" + Experiment("{ poses: 12 }"), "--program=" + program});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.out,
-              AllOf(HasSubstr("1 pose does not determine"),
+              AllOf(HasSubstr("1 pose does not make every enabled parameter observable"),
                     HasSubstr("z up, x to the north   –"),
-                    HasSubstr("not determined")));
+                    HasSubstr("z up, x to the north")));
 }
 
 // The same file plans, and then calibrates.
@@ -235,7 +235,7 @@ TEST_F(PlanVerb, CompletesARecordingThatTheSameFileCalibrates) {
   const std::string config = "--config=configs/plans/complete-recording.yaml";
   const Finished plan = RunTruetriad({"plan", config});
   EXPECT_EQ(plan.exit_code, 0) << plan.err;
-  EXPECT_THAT(plan.out, AllOf(HasSubstr("beside the"), HasSubstr("before")));
+  EXPECT_THAT(plan.out, AllOf(HasSubstr("in addition to the"), HasSubstr("before")));
   const Finished calibrated =
       RunTruetriad({"calibrate", config, "--output=" + folder_.Path("out")});
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;

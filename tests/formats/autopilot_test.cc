@@ -269,7 +269,7 @@ TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
       ExportCalibration(unit, GetParam().name, {.temperature_degc = 80.0});
   ASSERT_FALSE(outside);
   EXPECT_EQ(outside.error().code, ErrorCode::kUsage);
-  EXPECT_THAT(outside.error().message, HasSubstr("outside of -20 to 70 degC"));
+  EXPECT_THAT(outside.error().message, HasSubstr("outside -20 to 70 degC"));
 }
 
 TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
@@ -284,7 +284,7 @@ TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
   EXPECT_THAT(result.error().message,
-              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("as (y, -x, -z)")));
+              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("to (Y, -X, -Z)")));
 }
 
 TEST_P(Autopilots, RefuseCountsOfUnknownSize) {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The two solvers over every working regime: the same optimum and the same covariance.
+// The two solvers over every working regime: the same optimum and the same covariance. Of a chain of
+// motion: tests/motion.
 #include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "statistical/regimes.h"
-#include "support/six_turns.h"
 
 namespace truetriad {
 namespace {
@@ -62,21 +62,6 @@ INSTANTIATE_TEST_SUITE_P(EveryRegime,
                          Solvers,
                          ::testing::ValuesIn(trials::Regimes()),
                          [](const auto& test) { return std::string(test.param.name); });
-
-TEST(Solvers, EndAtTheSameOptimumWithoutRests) {
-  Random random(78);
-  trials::SixTurns unit = trials::DrawSixTurns(&random);
-  unit.samples = 1200;
-  const auto no_push = [](double) -> Eigen::Vector3d { return Eigen::Vector3d::Zero(); };
-  const PoseSet recording = trials::RecordSixTurns(unit, 1.0, no_push, &random);
-  CalibrateOptions options = trials::SixTurnsOptions(unit, false, 0.1);
-  const auto eliminated = Calibrate(recording, options);
-  ASSERT_TRUE(eliminated) << eliminated.error().message;
-  options.solver = Solver::kCeres;
-  const auto by_ceres = Calibrate(recording, options);
-  ASSERT_TRUE(by_ceres) << by_ceres.error().message;
-  ExpectSame(*eliminated, *by_ceres);
-}
 
 }  // namespace
 }  // namespace truetriad
