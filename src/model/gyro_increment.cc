@@ -15,8 +15,8 @@ namespace {
 // A 3x3, column by column, with one more number so that it fills whole registers.
 using Padded = Eigen::Matrix<double, 10, 1>;
 
-// Sums over the readings of weight * turned * (what each parameter's change is multiplied with),
-// with `turned` the attitude against the begin.
+// Sums over the readings of their turning (Turning) * what each parameter's change is multiplied
+// with.
 struct Sums {
   // Times 1, the rates x y z, the forces x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
@@ -45,28 +45,26 @@ struct Sensor {
   Eigen::Matrix3d noise;  // of a rate, without axis terms
 };
 
-// What one reading adds: it turned the body by weight_s * rate while that stood at `turned`.
+// What one reading adds: a change of its rate by d turns the whole by by_rate * d.
 void AddReading(const Sensor& sensor,
-                const Eigen::Matrix3d& turned,
-                double weight_s,
+                const Eigen::Matrix3d& by_rate,
                 const Eigen::Vector3d& rate_radps,
                 const Eigen::Vector3d* force_mps2,
                 Sums* sums) {
-  const Eigen::Matrix3d weighted = weight_s * turned;
   Padded padded;
-  padded << weighted.reshaped(), 0.0;
+  padded << by_rate.reshaped(), 0.0;
   sums->by_factor.leftCols<4>().noalias() +=
       padded * Eigen::RowVector4d(1.0, rate_radps.x(), rate_radps.y(), rate_radps.z());
   if (!sensor.model.is_bent) {
     if (force_mps2 != nullptr) {
       sums->by_factor.rightCols<3>().noalias() += padded * force_mps2->transpose();
     }
-    sums->noise.noalias() += (weighted * sensor.noise).lazyProduct(weighted.transpose());
+    sums->noise.noalias() += (by_rate * sensor.noise).lazyProduct(by_rate.transpose());
     return;
   }
   const Eigen::Vector3d felt = sensor.model.triad.sensitivity * rate_radps;
   const Eigen::Matrix3d by_reading =
-      weighted * sensor.correction * sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
+      by_rate * sensor.correction * sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
   for (const AxisTermInfo& info : kAxisTerms) {
     if (info.triad != Triad::kGyroscope) continue;
     const Eigen::Vector3d values = felt.unaryExpr([&](double u) { return ValueOf(info.term, u); });
@@ -135,6 +133,45 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
+// How the rate of each instantaneous reading turns the whole, seen from the begin: the derivatives of
+// RateWindow::InstantaneousStep. A reading takes part in the two steps beside it and, by the slopes,
+// in one more on each side.
+class Turning {
+ public:
+  struct Reading {
+    Eigen::Matrix3d by_rate = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
+  };
+
+  explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
+
+  // The step that ends at reading `i`, a change of which by d turns the whole by by_step * d;
+  // completes the reading i - 2.
+  void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
+    const double step_s = time_s_[i] - time_s_[i - 1];
+    const Eigen::Matrix3d by_square = step_s * step_s / 12.0 * by_step;
+    if (i == 1) At(0) = {Eigen::Matrix3d::Zero(), rates.begin()};
+    At(i) = {0.5 * step_s * by_step + by_square * Skew(rates.begin()), rates.end()};
+    At(i - 1).by_rate += 0.5 * step_s * by_step - by_square * Skew(rates.end());
+    if (i > 1 && time_s_[i] > time_s_[i - 2]) {
+      const Eigen::Matrix3d by_slope = (by_square - by_square_before_) / (time_s_[i] - time_s_[i - 2]);
+      At(i).by_rate += by_slope;
+      At(i - 2).by_rate -= by_slope;
+    }
+    by_square_before_ = by_square;
+  }
+
+  // Of the last three readings.
+  const Reading& Of(std::size_t i) const { return last_[i % 3]; }
+
+ private:
+  Reading& At(std::size_t i) { return last_[i % 3]; }
+
+  std::span<const double> time_s_;
+  std::array<Reading, 3> last_;
+  Eigen::Matrix3d by_square_before_ = Eigen::Matrix3d::Zero();
+};
+
 }  // namespace
 
 GyroIncrement IntegrateMove(const GyroMove& move,
@@ -168,29 +205,30 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
   Sums sums;
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
   Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
-  double half_step_before_s = 0.0;
   RateWindow rates(readings, model);
+  Turning turning(readings.time_s);
+  const auto add = [&](const Turning::Reading& reading, std::size_t i) {
+    AddReading(sensor, reading.by_rate, reading.rate_radps, force_at(i), &sums);
+  };
   for (std::size_t i = 1; i < count; ++i) {
     rates.MoveTo(i - 1);
     const double step_s = readings.time_s[i] - readings.time_s[i - 1];
-    const Eigen::Matrix3d turned_before = turned;
-    rotation = rotation * RotationExp(is_mean ? Eigen::Vector3d(step_s * rates.end())
-                                              : rates.InstantaneousStep(step_s));
-    turned = rotation.toRotationMatrix();
+    const Eigen::Vector3d step =
+        is_mean ? Eigen::Vector3d(step_s * rates.end()) : rates.InstantaneousStep(step_s);
+    // A change of the step by d turns the whole by J_l(step) d, seen from the begin.
+    const Eigen::Matrix3d by_step = turned * RightJacobian(-step);
     if (is_mean) {
-      AddReading(sensor, 0.5 * (turned_before + turned), step_s, rates.end(), force_at(i), &sums);
+      AddReading(sensor, step_s * by_step, rates.end(), force_at(i), &sums);
     } else {
-      AddReading(sensor,
-                 turned_before,
-                 half_step_before_s + 0.5 * step_s,
-                 rates.begin(),
-                 force_at(i - 1),
-                 &sums);
-      half_step_before_s = 0.5 * step_s;
+      turning.AddStep(i, by_step, rates);
+      if (i > 1) add(turning.Of(i - 2), i - 2);
     }
+    rotation = rotation * RotationExp(step);
+    turned = rotation.toRotationMatrix();
   }
-  if (!is_mean) {
-    AddReading(sensor, turned, half_step_before_s, rates.end(), force_at(count - 1), &sums);
+  if (!is_mean && count > 1) {
+    add(turning.Of(count - 2), count - 2);
+    add(turning.Of(count - 1), count - 1);
   }
 
   GyroIncrement increment;
