@@ -23,7 +23,7 @@ constexpr double kSettledScoring = 1e-4;
 // Of a variance: a step as short as this is taken by Newton's method, and the expected information
 // is worked out anew when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
-constexpr double kMostShrinking = 0.95;
+constexpr double kLongestStep = 20.0;
 
 // Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
 struct VariancePart {
@@ -379,6 +379,9 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   }
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
   Eigen::MatrixXd average;
+  // Most that a step may change a variance, as a factor.
+  Eigen::VectorXd reach = Eigen::VectorXd::Constant(count, kLongestStep);
+  Eigen::VectorXd last_step = Eigen::VectorXd::Zero(count);
   double last_change = 0.0;
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     if (iteration > 0) {
@@ -387,12 +390,11 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     }
     ScoreOf(rows, *system, &score, &average);
     const Eigen::VectorXd total = totals(estimate.variance);
-    // Steps overshoot far from the optimum: at most to a twentieth of the whole.
     Eigen::VectorXd limit(count);
     for (Eigen::Index s = 0; s < count; ++s) {
       const NoiseComponent component = components[static_cast<std::size_t>(s)];
-      limit[s] =
-          std::max(floor[component] - estimate.variance[component], -kMostShrinking * total[s]);
+      limit[s] = std::max(floor[component] - estimate.variance[component],
+                          (1.0 / reach[s] - 1.0) * total[s]);
     }
     // Newton's step near the optimum, where the expected information is known already: the observed
     // one is twice the average less the expected. Fisher's step from further away.
@@ -408,6 +410,13 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
       fisher_at = total;
       step = StepAbove(limit, fisher, score);
     }
+    // Far from the optimum steps overshoot, and back.
+    for (Eigen::Index s = 0; s < count; ++s) {
+      const bool is_long = std::abs(step[s]) > kNearOptimum * total[s];
+      if (is_long && step[s] * last_step[s] < 0.0) reach[s] = std::sqrt(reach[s]);
+      step[s] = std::clamp(step[s], (1.0 / reach[s] - 1.0) * total[s], (reach[s] - 1.0) * total[s]);
+    }
+    last_step = step;
     const Eigen::MatrixXd expected = Rescaled(fisher, fisher_at, total);
     double largest_change = 0.0;
     for (Eigen::Index s = 0; s < count; ++s) {

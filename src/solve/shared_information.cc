@@ -40,6 +40,7 @@ SharedInformation::SharedInformation(const SharedLayout& layout,
   if (n == 0) return;
   if (const auto scaled = SafeFactorOf(matrix_)) {
     rank_ = static_cast<int>(n);
+    is_regular_ = true;
     covariance_ = ScaledBothSides(scaled->per_own, scaled->factor.Inverse());
     covariance_ = 0.5 * (covariance_ + covariance_.transpose()).eval();
   } else {

@@ -39,6 +39,8 @@ class SharedInformation {
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
+  // No direction is near to rounding, however much better known one parameter is than another.
+  bool is_regular() const { return is_regular_; }
   // The Gauss-Newton step; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
 
@@ -46,6 +48,7 @@ class SharedInformation {
   Eigen::MatrixXd matrix_, covariance_;
   Eigen::VectorXd scale_, step_;
   int rank_ = 0;
+  bool is_regular_ = false;
 };
 
 }  // namespace truetriad

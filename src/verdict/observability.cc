@@ -192,19 +192,27 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   const auto count = static_cast<Eigen::Index>(wanted.size());
   Marginal marginal;
   if (count == 0) return marginal;
-  // What is undetermined gets the largest variance that rounding lets us tell.
-  const auto [values, vectors] = system.FindSpectrum();
-  const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
-  const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
-  Eigen::MatrixXd selected(count, system.size());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    selected.row(i) = vectors.row(wanted[static_cast<std::size_t>(i)]);
+  Eigen::MatrixXd covariance(count, count);
+  double most = std::numeric_limits<double>::infinity();  // Variances above it are rounding.
+  if (system.is_regular()) {
+    covariance = ScaledBothSides(system.scale()(wanted).cwiseInverse(),
+                                 system.covariance()(wanted, wanted));
+  } else {
+    // What is undetermined gets the largest variance that rounding lets us tell.
+    const auto [values, vectors] = system.FindSpectrum();
+    const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
+    const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
+    Eigen::MatrixXd selected(count, system.size());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      selected.row(i) = vectors.row(wanted[static_cast<std::size_t>(i)]);
+    }
+    covariance = TimesTranspose(selected * variances.asDiagonal(), selected);
+    most = 0.01 / least;
   }
-  const SymmetricEigen solver =
-      EigenOfSymmetric(TimesTranspose(selected * variances.asDiagonal(), selected));
+  const SymmetricEigen solver = EigenOfSymmetric(covariance);
   marginal.sigmas = solver.values.cwiseMax(0.0).cwiseSqrt();
   for (double& sigma : marginal.sigmas) {
-    if (sigma * sigma > 0.01 / least) sigma = std::numeric_limits<double>::infinity();
+    if (sigma * sigma > most) sigma = std::numeric_limits<double>::infinity();
   }
   marginal.directions = Eigen::MatrixXd::Zero(system.size(), count);
   for (Eigen::Index i = 0; i < count; ++i) {
