@@ -14,6 +14,7 @@
 #include "choice/model_choice.h"
 #include "data/recorded_temperature.h"
 #include "motion/calibrate_motion.h"
+#include "noise/deletion.h"
 #include "noise/noise_settling.h"
 #include "noise/variance_components.h"
 #include "problem/graph.h"

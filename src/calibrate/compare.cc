@@ -221,6 +221,42 @@ double AgreementOf(const Comparison& comparison, const Calibration& a, const Cal
   return 1.0 - FisherCdf(comparison.chi2 / comparison.dof, comparison.dof, dof);
 }
 
+// A parameter with an uncertainty in both calibrations: its places in the covariances.
+struct CommonParameter {
+  Eigen::Index in_a = 0, in_b = 0;
+  double difference = 0.0;
+};
+
+void AddChiSquare(const NamedCovariance& in_a,
+                  const NamedCovariance& in_b,
+                  const std::vector<CommonParameter>& common,
+                  Comparison* comparison) {
+  // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
+  const auto n = static_cast<Eigen::Index>(common.size());
+  Eigen::MatrixXd sum(n, n);
+  Eigen::VectorXd difference(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& [ia, ib, off] = common[static_cast<std::size_t>(i)];
+    difference[i] = off;
+    const double sigma = std::sqrt(in_a.matrix(ia, ia) + in_b.matrix(ib, ib));
+    comparison->largest_in_sigmas =
+        std::max(comparison->largest_in_sigmas, std::abs(difference[i]) / sigma);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const CommonParameter& other = common[static_cast<std::size_t>(j)];
+      sum(i, j) = in_a.matrix(ia, other.in_a) + in_b.matrix(ib, other.in_b);
+    }
+  }
+  const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
+  const SymmetricEigen solver = EigenOfSymmetric(ScaledBothSides(scale, sum));
+  const Eigen::VectorXd turned =
+      TransposeTimesVector(solver.vectors, scale.cwiseProduct(difference));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (solver.values[i] <= kTiedShare * solver.values.maxCoeff()) continue;
+    comparison->chi2 += turned[i] * turned[i] / solver.values[i];
+    ++comparison->dof;
+  }
+}
+
 }  // namespace
 
 Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
@@ -247,7 +283,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     comparison.field_scale_taken_out = *a.reference.field_ut != *b.reference.field_ut;
     RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
   }
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> common;
+  std::vector<CommonParameter> common;
   std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
   for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {
     const std::string& name = in_a.covariance.parameters[i];
@@ -270,47 +306,23 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     comparison.entries.push_back(entry);
     const std::string group = name.substr(0, name.rfind('.'));
     largest[group] = std::max(largest[group], variance);
-    common.emplace_back(at_a, at_b);
+    common.push_back({at_a, at_b, entry.difference});
   }
   if (comparison.entries.empty()) {
     return BadInputError("the two calibrations have no parameter with an uncertainty in common");
   }
 
   // Entries that the gauge fixes.
-  std::erase_if(common, [&](const auto& places) {
-    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(places.first)];
-    const double variance = in_a.covariance.matrix(places.first, places.first) +
-                            in_b.covariance.matrix(places.second, places.second);
+  std::erase_if(common, [&](const CommonParameter& at) {
+    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(at.in_a)];
+    const double variance =
+        in_a.covariance.matrix(at.in_a, at.in_a) + in_b.covariance.matrix(at.in_b, at.in_b);
     return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
   });
 
   if (common.empty()) return comparison;  // Neither states an uncertainty.
 
-  // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
-  const auto n = static_cast<Eigen::Index>(common.size());
-  Eigen::MatrixXd sum(n, n);
-  Eigen::VectorXd difference(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto& [ia, ib] = common[static_cast<std::size_t>(i)];
-    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(ia)];
-    difference[i] = ValueOf(in_a, a, name) - ValueOf(in_b, b, name);
-    const double sigma = std::sqrt(in_a.covariance.matrix(ia, ia) + in_b.covariance.matrix(ib, ib));
-    comparison.largest_in_sigmas =
-        std::max(comparison.largest_in_sigmas, std::abs(difference[i]) / sigma);
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const auto& [ja, jb] = common[static_cast<std::size_t>(j)];
-      sum(i, j) = in_a.covariance.matrix(ia, ja) + in_b.covariance.matrix(ib, jb);
-    }
-  }
-  const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
-  const SymmetricEigen solver = EigenOfSymmetric(ScaledBothSides(scale, sum));
-  const Eigen::VectorXd turned =
-      TransposeTimesVector(solver.vectors, scale.cwiseProduct(difference));
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (solver.values[i] <= kTiedShare * solver.values.maxCoeff()) continue;
-    comparison.chi2 += turned[i] * turned[i] / solver.values[i];
-    ++comparison.dof;
-  }
+  AddChiSquare(in_a.covariance, in_b.covariance, common, &comparison);
   if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);
   return comparison;
 }

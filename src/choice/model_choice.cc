@@ -17,6 +17,7 @@
 #include "math/dense/products.h"
 #include "math/dense/qr.h"
 #include "math/distributions.h"
+#include "noise/joint_test.h"
 #include "problem/graph_builder.h"
 #include "solve/solve_graph.h"
 #include "verdict/checks/soak.h"

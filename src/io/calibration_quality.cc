@@ -274,6 +274,90 @@ void ReadModels(YamlReader reader, std::vector<ModelAlternative>* models) {
   }
 }
 
+void ReadItem(YamlReader& item, WeakDirection* weak) {
+  item.Require("description", &weak->description);
+  item.Require("advice", &weak->advice);
+  ReadNumber(item.RequireChild("sigma"), &weak->sigma);
+}
+
+void ReadItem(YamlReader& item, TemperatureSetting* setting) {
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &setting->triad);
+  ReadNumber(item.RequireChild("degc"), &setting->degc);
+  item.Require("poses", &setting->poses);
+  ReadVector(item.RequireChild("bias"), &setting->bias_raw);
+  ReadVector(item.RequireChild("bias_sigma"), &setting->bias_sigma_raw);
+  ReadVector(item.RequireChild("beyond_terms"), &setting->beyond_terms_raw);
+  ReadNumber(item.RequireChild("rms_before"), &setting->rms_before);
+  ReadNumber(item.RequireChild("rms_after"), &setting->rms_after);
+}
+
+void ReadItem(YamlReader& item, RejectedPose* rejected) {
+  item.Require("pose", &rejected->pose);
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected->triad);
+  item.Require("reason", &rejected->reason);
+}
+
+void ReadItem(YamlReader& item, TurnCheck* turn) {
+  item.Require("name", &turn->name);
+  ReadVector(item.RequireChild("axis"), &turn->axis);
+  ReadNumber(item.RequireChild("stated_rad"), &turn->stated_rad);
+  ReadNumber(item.RequireChild("stated_sigma_rad"), &turn->stated_sigma_rad);
+  ReadNumber(item.RequireChild("found_rad"), &turn->found_rad);
+  ReadNumber(item.RequireChild("found_sigma_rad"), &turn->found_sigma_rad);
+  item.Require("used", &turn->used);
+  item.Require("fault", &turn->fault);
+}
+
+void ReadItem(YamlReader& item, ClockOffset* offset) {
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &offset->triad);
+  ReadNumber(item.RequireChild("later_s"), &offset->later_s);
+  ReadNumber(item.RequireChild("sigma_s"), &offset->sigma_s);
+  item.Require("moves", &offset->moves);
+  ReadNumber(item.RequireChild("p_value"), &offset->p_value);
+}
+
+void ReadItem(YamlReader& item, Coverage* coverage) {
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &coverage->triad);
+  ReadVector(item.RequireChild("eigenvalues"), &coverage->eigenvalues);
+  ReadNumber(item.RequireChild("largest_gap_deg"), &coverage->largest_gap_deg);
+}
+
+void ReadItem(YamlReader& item, LimitCheck* check) {
+  item.Require("name", &check->name);
+  ReadNumber(item.RequireChild("limit"), &check->limit);
+  ReadNumber(item.RequireChild("worst"), &check->worst);
+  ReadNumber(item.RequireChild("sigma"), &check->sigma);
+  item.Require("pass", &check->pass);
+}
+
+void ReadHeldOut(YamlReader& held_out, HeldOut* result) {
+  held_out.Require("folds", &result->folds);
+  ReadPerTriad(held_out.RequireChild("rms"), &result->rms);
+  ReadPerTriad(held_out.Child("in_sample_rms"), &result->in_sample_rms);
+  if (YamlReader turns = held_out.Child("turns")) {
+    HeldOutTurns& read = result->turns.emplace();
+    ReadNumber(turns.RequireChild("median_rad"), &read.median_rad);
+    ReadNumber(turns.RequireChild("in_sample_median_rad"), &read.in_sample_median_rad);
+    if (YamlReader nominal = turns.Child("nominal_median_rad")) {
+      ReadNumber(nominal, &read.nominal_median_rad.emplace());
+    }
+    for (YamlReader& item : turns.RequireChild("errors_rad").Items()) {
+      ReadNumber(item, &read.errors_rad.emplace_back());
+    }
+    turns.RejectUnknown();
+  }
+  held_out.RejectUnknown();
+}
+
+// A list of what ReadItem reads.
+template <typename T>
+void ReadList(YamlReader list, std::vector<T>* into) {
+  for (YamlReader& item : list.Items()) {
+    ReadItem(item, &into->emplace_back());
+    item.RejectUnknown();
+  }
+}
+
 }  // namespace
 
 void WriteQuality(YamlText& out, const Quality& quality) {
@@ -362,90 +446,18 @@ void ReadQuality(YamlReader reader, Quality* quality) {
   ReadNumber(reader.Child("reduced_chi2_before"), &quality->reduced_chi2_before);
   ReadNumber(reader.RequireChild("effective_dof"), &quality->effective_dof);
   ReadNumber(reader.RequireChild("dof"), &quality->dof);
-  for (YamlReader& item : reader.RequireChild("weak_directions").Items()) {
-    WeakDirection& weak = quality->weak_directions.emplace_back();
-    item.Require("description", &weak.description);
-    item.Require("advice", &weak.advice);
-    ReadNumber(item.RequireChild("sigma"), &weak.sigma);
-    item.RejectUnknown();
-  }
+  ReadList(reader.RequireChild("weak_directions"), &quality->weak_directions);
   if (YamlReader held_out = reader.Child("held_out"); held_out && !IsNull(held_out)) {
-    HeldOut& result = quality->rests.held_out.emplace();
-    held_out.Require("folds", &result.folds);
-    ReadPerTriad(held_out.RequireChild("rms"), &result.rms);
-    ReadPerTriad(held_out.Child("in_sample_rms"), &result.in_sample_rms);
-    if (YamlReader turns = held_out.Child("turns")) {
-      HeldOutTurns& read = result.turns.emplace();
-      ReadNumber(turns.RequireChild("median_rad"), &read.median_rad);
-      ReadNumber(turns.RequireChild("in_sample_median_rad"), &read.in_sample_median_rad);
-      if (YamlReader nominal = turns.Child("nominal_median_rad")) {
-        ReadNumber(nominal, &read.nominal_median_rad.emplace());
-      }
-      for (YamlReader& item : turns.RequireChild("errors_rad").Items()) {
-        ReadNumber(item, &read.errors_rad.emplace_back());
-      }
-      turns.RejectUnknown();
-    }
-    held_out.RejectUnknown();
+    ReadHeldOut(held_out, &quality->rests.held_out.emplace());
   }
   ReadModels(reader.Child("model_choice"), &quality->rests.model_choice);
   ReadModels(reader.Child("model_steps"), &quality->rests.model_steps);
-  for (YamlReader& item : reader.Child("temperature_settings").Items()) {
-    TemperatureSetting& setting = quality->rests.temperature_settings.emplace_back();
-    ReadWord(item.RequireChild("sensor"), TriadFromName, &setting.triad);
-    ReadNumber(item.RequireChild("degc"), &setting.degc);
-    item.Require("poses", &setting.poses);
-    ReadVector(item.RequireChild("bias"), &setting.bias_raw);
-    ReadVector(item.RequireChild("bias_sigma"), &setting.bias_sigma_raw);
-    ReadVector(item.RequireChild("beyond_terms"), &setting.beyond_terms_raw);
-    ReadNumber(item.RequireChild("rms_before"), &setting.rms_before);
-    ReadNumber(item.RequireChild("rms_after"), &setting.rms_after);
-    item.RejectUnknown();
-  }
-  for (YamlReader& item : reader.RequireChild("rejected_poses").Items()) {
-    RejectedPose& rejected = quality->rests.rejected_poses.emplace_back();
-    item.Require("pose", &rejected.pose);
-    ReadWord(item.RequireChild("sensor"), TriadFromName, &rejected.triad);
-    item.Require("reason", &rejected.reason);
-    item.RejectUnknown();
-  }
-  for (YamlReader& item : reader.Child("turns").Items()) {
-    TurnCheck& turn = quality->rests.turns.emplace_back();
-    item.Require("name", &turn.name);
-    ReadVector(item.RequireChild("axis"), &turn.axis);
-    ReadNumber(item.RequireChild("stated_rad"), &turn.stated_rad);
-    ReadNumber(item.RequireChild("stated_sigma_rad"), &turn.stated_sigma_rad);
-    ReadNumber(item.RequireChild("found_rad"), &turn.found_rad);
-    ReadNumber(item.RequireChild("found_sigma_rad"), &turn.found_sigma_rad);
-    item.Require("used", &turn.used);
-    item.Require("fault", &turn.fault);
-    item.RejectUnknown();
-  }
-  for (YamlReader& item : reader.Child("clock_offsets").Items()) {
-    ClockOffset& offset = quality->rests.clock_offsets.emplace_back();
-    ReadWord(item.RequireChild("sensor"), TriadFromName, &offset.triad);
-    ReadNumber(item.RequireChild("later_s"), &offset.later_s);
-    ReadNumber(item.RequireChild("sigma_s"), &offset.sigma_s);
-    item.Require("moves", &offset.moves);
-    ReadNumber(item.RequireChild("p_value"), &offset.p_value);
-    item.RejectUnknown();
-  }
-  for (YamlReader& item : reader.Child("coverage").Items()) {
-    Coverage& coverage = quality->coverage.emplace_back();
-    ReadWord(item.RequireChild("sensor"), TriadFromName, &coverage.triad);
-    ReadVector(item.RequireChild("eigenvalues"), &coverage.eigenvalues);
-    ReadNumber(item.RequireChild("largest_gap_deg"), &coverage.largest_gap_deg);
-    item.RejectUnknown();
-  }
-  for (YamlReader& item : reader.Child("limits").Items()) {
-    LimitCheck& check = quality->limits.emplace_back();
-    item.Require("name", &check.name);
-    ReadNumber(item.RequireChild("limit"), &check.limit);
-    ReadNumber(item.RequireChild("worst"), &check.worst);
-    ReadNumber(item.RequireChild("sigma"), &check.sigma);
-    item.Require("pass", &check.pass);
-    item.RejectUnknown();
-  }
+  ReadList(reader.Child("temperature_settings"), &quality->rests.temperature_settings);
+  ReadList(reader.RequireChild("rejected_poses"), &quality->rests.rejected_poses);
+  ReadList(reader.Child("turns"), &quality->rests.turns);
+  ReadList(reader.Child("clock_offsets"), &quality->rests.clock_offsets);
+  ReadList(reader.Child("coverage"), &quality->coverage);
+  ReadList(reader.Child("limits"), &quality->limits);
   for (const YamlReader& item : reader.Child("sweep").Items()) {
     ReadSweepAxis(item, &quality->sweep.axes.emplace_back());
   }

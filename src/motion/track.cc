@@ -122,7 +122,7 @@ GyroReadings MotionTrack::Between(const MotionNode& node, const MotionNode& next
   return readings;
 }
 
-std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
+std::vector<MotionNode> MotionTrack::NodesEvery(double spacing_s) const {
   const auto every =
       static_cast<std::size_t>(std::clamp(std::round(spacing_s / spacing_s_[Triad::kGyroscope]),
                                           1.0,
@@ -138,6 +138,11 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
     nodes.emplace_back().reading = i;
     since = 0;
   }
+  return nodes;
+}
+
+std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
+  std::vector<MotionNode> nodes = NodesEvery(spacing_s);
 
   // Attitude at every reading against the last node before it.
   std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());

@@ -74,6 +74,8 @@ class MotionTrack {
     std::vector<double> time_s;
     std::vector<Eigen::Vector3d> reading_raw;
   };
+  // Every `spacing_s`, and at both ends of what is untold.
+  std::vector<MotionNode> NodesEvery(double spacing_s) const;
   void FindUntoldSteps(const StreamSummary& gyroscope);
 
   std::vector<double> time_s_;

@@ -13,6 +13,7 @@
 
 #include "base/messages.h"
 #include "math/distributions.h"
+#include "noise/weights.h"
 #include "problem/graph_builder.h"
 #include "solve/solve_graph.h"
 
@@ -31,12 +32,8 @@ constexpr double kSmallStepChi2 = 0.01;
 constexpr double kKeptPromise = 0.5;
 constexpr double kCostRounding = 1e-10;
 constexpr int kMostSteps = 4;
-// Mean change of the weights below which they have settled.
-constexpr double kSettledWeight = 1e-3;
 // Change of an excess variance below which it has settled, as a share of the whole variance.
 constexpr double kSettledExcess = 1e-3;
-// Share of false alarms, over all poses and sensors of a run, at which a pose is left out.
-constexpr double kRejectionLevel = 0.01;
 // Fewer residual degrees of freedom than this cannot tell a bad pose from a good one.
 constexpr int kMinRobustDof = 6;
 // An estimated excess with fewer degrees of freedom than this is not an estimate.
@@ -113,12 +110,6 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
   }
 }
 
-// A turn of a known angle: what was stated of it, not the excess, is most of its noise.
-bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
-  return test.component == NoiseComponent::kTurn &&
-         graph.increments[test.observation].stated_turn >= 0;
-}
-
 // First guess of each excess: what makes the median deletion test match its χ². Half of the poses
 // may be disturbed without moving it much.
 void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
@@ -137,61 +128,6 @@ void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* 
   }
   ApplyExcess(noise->excess, graph);
   system->Eliminate(*graph);
-}
-
-bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
-  return a.component != NoiseComponent::kTurn && a.node == b.node;
-}
-
-// The weight of what was tested.
-struct RobustWeight {
-  double& weight;
-  bool& rejected;
-};
-
-RobustWeight WeightOf(const DeletionTest& test, PoseGraph* graph) {
-  if (test.component == NoiseComponent::kTurn) {
-    IncrementEdge& edge = graph->increments[test.observation];
-    return {edge.weight, edge.rejected};
-  }
-  Observation& observation = graph->nodes[test.node].observations[test.observation];
-  return {observation.weight, observation.rejected};
-}
-
-// What the robust step makes of one test.
-struct Judgement {
-  double weight = 1.0;
-  bool rejected = false;
-};
-
-// Which components of the noise were to be estimated, and those of them where that leaves nothing
-// to tell a disturbed observation by.
-struct UnknownNoise {
-  std::vector<NoiseComponent> components;
-  std::vector<NoiseComponent> unjudged;
-};
-
-bool Contains(const std::vector<NoiseComponent>& components, NoiseComponent component) {
-  return std::find(components.begin(), components.end(), component) != components.end();
-}
-
-// Poses and turns that disagree for the most part are not disturbed: what is off is the excess that
-// they were judged with, which was guessed too small. All of them count until they have shown it.
-void AdmitMajorities(const UnknownNoise& unknown,
-                     const std::vector<DeletionTest>& tests,
-                     const PoseGraph& graph,
-                     std::vector<Judgement>* judgements) {
-  for (const NoiseComponent component : unknown.components) {
-    std::vector<Judgement*> judged;
-    std::ptrdiff_t rejected = 0;
-    for (std::size_t i = 0; i < tests.size(); ++i) {
-      if (tests[i].component != component || IsStated(tests[i], graph)) continue;
-      judged.push_back(&(*judgements)[i]);
-      if (judged.back()->rejected) ++rejected;
-    }
-    if (2 * rejected <= std::ssize(judged) && !Contains(unknown.unjudged, component)) continue;
-    for (Judgement* judgement : judged) *judgement = {};
-  }
 }
 
 bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
@@ -221,90 +157,6 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
     readmits = true;
   }
   return readmits;
-}
-
-struct WeightChange {
-  bool any = false;
-  bool notable = false;  // of the rejected set or of the weights
-};
-
-// Huber weights from the deletion tests; observations whose test cannot be chance are rejected.
-// `may_readmit`: a rejected observation whose test has become good again returns.
-WeightChange UpdateWeights(const RobustOptions& robust,
-                           const NoiseState& noise,
-                           const UnknownNoise& unknown,
-                           const ReducedSystem& system,
-                           bool may_readmit,
-                           PoseGraph* graph) {
-  const std::vector<DeletionTest> tests = DeletionTests(*graph, system);
-  const double level =
-      kRejectionLevel / static_cast<double>(std::max<std::size_t>(tests.size(), 1));
-  // A weight that starts at `scale` normal σ must start at the same probability for any rank.
-  std::array<double, 4> huber_limit{};
-  // A scale whose tail a double cannot hold is as good as no loss at all.
-  const double inside = std::min(ChiSquareCdf(robust.scale * robust.scale, 1.0), 1.0 - 1e-12);
-  for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
-    huber_limit[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
-  }
-  std::array<double, kNoiseComponents> dof{};
-  dof.fill(std::numeric_limits<double>::infinity());
-  for (const NoiseComponent component : noise.estimated) {
-    if (noise.estimate.components.empty()) continue;
-    const double found = ExcessDegreesOfFreedom(noise.estimate, *graph, component);
-    dof[static_cast<std::size_t>(component)] = found > 1.0 ? found : 1.0;
-  }
-
-  std::vector<Judgement> judgements(tests.size());
-  for (std::size_t first = 0; first < tests.size();) {
-    // At one pose the triads share the blame for their disagreement: only the worst goes, and the
-    // others are judged again without it. A turn stands by itself.
-    const bool is_turn = tests[first].component == NoiseComponent::kTurn;
-    std::size_t end = first;
-    std::size_t worst = first;
-    double worst_ratio = -1.0;
-    bool has_rejected = false;
-    for (; end < tests.size() && (is_turn ? end == first : IsSamePose(tests[end], tests[first]));
-         ++end) {
-      has_rejected = has_rejected || WeightOf(tests[end], graph).rejected;
-      const double ratio = tests[end].rank > 0 ? tests[end].chi2 / tests[end].rank : 0.0;
-      if (ratio > worst_ratio) {
-        worst_ratio = ratio;
-        worst = end;
-      }
-    }
-    for (std::size_t i = first; i < end; ++i) {
-      const RobustWeight now = WeightOf(tests[i], graph);
-      Judgement& judgement = judgements[i];
-      if (tests[i].rank > 0) {
-        const double z = std::sqrt(tests[i].chi2);
-        const double limit = huber_limit[static_cast<std::size_t>(tests[i].rank)];
-        if (z > limit) judgement.weight = limit / z;
-        const double nu = dof[static_cast<std::size_t>(tests[i].component)];
-        const double p = std::isfinite(nu)
-                             ? 1.0 - FisherCdf(tests[i].chi2 / tests[i].rank, tests[i].rank, nu)
-                             : 1.0 - ChiSquareCdf(tests[i].chi2, tests[i].rank);
-        judgement.rejected = p < level && (now.rejected || (!has_rejected && i == worst));
-      } else {
-        judgement.rejected = now.rejected;
-      }
-      judgement.rejected = judgement.rejected || (now.rejected && !may_readmit);
-      if (judgement.rejected) judgement.weight = kRejectedWeight;
-    }
-    first = end;
-  }
-  AdmitMajorities(unknown, tests, *graph, &judgements);
-
-  bool changed = false;
-  double moved = 0.0;
-  for (std::size_t i = 0; i < tests.size(); ++i) {
-    const RobustWeight now = WeightOf(tests[i], graph);
-    changed = changed || judgements[i].rejected != now.rejected;
-    moved += std::abs(judgements[i].weight - now.weight);
-    now.rejected = judgements[i].rejected;
-    now.weight = judgements[i].weight;
-  }
-  return {changed || moved > 0.0,
-          changed || moved > kSettledWeight * static_cast<double>(tests.size())};
 }
 
 // Takes Gauss-Newton steps from a system that was made at the graph's state until nothing is left

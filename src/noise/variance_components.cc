@@ -25,116 +25,7 @@ constexpr double kSettledScoring = 1e-4;
 constexpr double kNearOptimum = 0.3;
 constexpr double kLongestStep = 20.0;
 
-// Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
-struct VariancePart {
-  std::size_t factor = 0;
-  Eigen::Index row = 0;
-  NoiseComponent component = NoiseComponent::kAccelerometer;
-  std::size_t index = 0;  // of the observation in its node, or of the increment
-  Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
-  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
-  double weight = 1.0;
-  bool rejected = false;
-};
-
-// All of them, in the order of the factors. `unit` is at the graph's sensitivities.
-std::vector<VariancePart> PartsOf(const PoseGraph& graph) {
-  PerTriad<Eigen::Matrix3d> unit;
-  for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
-    unit[triad] = graph.sensitivity(triad) * graph.sensitivity(triad).transpose();
-  }
-  std::vector<VariancePart> parts;
-  for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
-    const std::vector<Observation>& observations = graph.nodes[k].observations;
-    for (std::size_t i = 0; i < observations.size(); ++i) {
-      const Observation& seen = observations[i];
-      const std::optional<NoiseComponent> component = ComponentOf(graph.nodes[k], seen);
-      if (!component) continue;
-      parts.push_back({k,
-                       static_cast<Eigen::Index>(3 * i),
-                       *component,
-                       i,
-                       unit[seen.triad],
-                       seen.variance,
-                       seen.weight,
-                       seen.rejected});
-    }
-  }
-  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
-    const IncrementEdge& edge = graph.increments[i];
-    parts.push_back({graph.nodes.size() + i,
-                     0,
-                     NoiseComponent::kTurn,
-                     i,
-                     Eigen::Matrix3d::Identity(),
-                     edge.variance,
-                     edge.weight,
-                     edge.rejected});
-  }
-  return parts;
-}
-
 }  // namespace
-
-std::string NoiseComponentName(NoiseComponent component) {
-  const std::optional<Triad> triad = TriadOf(component);
-  if (triad) return std::string(TriadName(*triad));
-  return component == NoiseComponent::kRate ? "rates" : "turns";
-}
-
-std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation) {
-  if (node.role == PoseRole::kRate) return NoiseComponent::kRate;
-  if (node.role == PoseRole::kRest) return PoseNoise(observation.triad);
-  return std::nullopt;
-}
-
-double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component) {
-  double sum = 0.0;
-  int count = 0;
-  if (component == NoiseComponent::kTurn) {
-    for (const IncrementEdge& edge : graph.increments) {
-      if (edge.rejected || edge.stated_turn >= 0) continue;
-      sum += edge.increment.covariance.trace() / 3.0;
-      ++count;
-    }
-  }
-  PerTriad<Eigen::Matrix3d> correction;
-  for (const Triad triad : kTriads) {
-    if (graph.layout.Has(triad)) correction[triad] = graph.sensitivity(triad).inverse();
-  }
-  for (const PoseNode& node : graph.nodes) {
-    for (const Observation& seen : node.observations) {
-      if (ComponentOf(node, seen) != component || seen.rejected) continue;
-      const Eigen::Matrix3d& C = correction[seen.triad];
-      sum += (C * seen.rest_covariance * C.transpose() + seen.rate_covariance).trace() / 3.0;
-      ++count;
-    }
-  }
-  return count > 0 ? sum / count : 0.0;
-}
-
-void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph) {
-  PerTriad<Eigen::Matrix3d> unit;
-  for (const Triad triad : kTriads) {
-    if (!graph->layout.Has(triad)) continue;
-    unit[triad] = graph->sensitivity(triad) * graph->sensitivity(triad).transpose();
-  }
-  for (PoseNode& node : graph->nodes) {
-    for (Observation& observation : node.observations) {
-      const std::optional<NoiseComponent> component = ComponentOf(node, observation);
-      observation.variance = observation.rest_covariance +
-                             (component ? excess[*component] : 0.0) * unit[observation.triad];
-      if (node.role == PoseRole::kRest) continue;
-      const Eigen::Matrix3d sensitivity = graph->sensitivity(observation.triad);
-      observation.variance += sensitivity * observation.rate_covariance * sensitivity.transpose();
-    }
-  }
-  for (IncrementEdge& edge : graph->increments) {
-    edge.variance = edge.increment.covariance + edge.stated_covariance +
-                    excess[NoiseComponent::kTurn] * Eigen::Matrix3d::Identity();
-  }
-}
 
 namespace {
 
@@ -347,6 +238,62 @@ Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
   return step;
 }
 
+// How far the steps of the scoring go: far from the optimum they overshoot, and back, for ever.
+class ScoringReach {
+ public:
+  explicit ScoringReach(Eigen::Index count)
+      : factor_(Eigen::VectorXd::Constant(count, kLongestStep)),
+        last_step_(Eigen::VectorXd::Zero(count)) {}
+
+  // The lowest step, at variances that have these totals.
+  Eigen::VectorXd Limit(const std::vector<NoiseComponent>& components,
+                        const ExcessVariance& floor,
+                        const ExcessVariance& variance,
+                        const Eigen::VectorXd& total) const {
+    Eigen::VectorXd limit = (factor_.cwiseInverse().array() - 1.0) * total.array();
+    for (Eigen::Index s = 0; s < limit.size(); ++s) {
+      const NoiseComponent component = components[static_cast<std::size_t>(s)];
+      limit[s] = std::max(floor[component] - variance[component], limit[s]);
+    }
+    return limit;
+  }
+
+  // Half as far, as a factor, where a long step goes back.
+  void Shorten(const Eigen::VectorXd& total, Eigen::VectorXd* step) {
+    for (Eigen::Index s = 0; s < total.size(); ++s) {
+      double& along = (*step)[s];
+      const bool is_long = std::abs(along) > kNearOptimum * total[s];
+      if (is_long && along * last_step_[s] < 0.0) factor_[s] = std::sqrt(factor_[s]);
+      along = std::clamp(along, (1.0 / factor_[s] - 1.0) * total[s], (factor_[s] - 1.0) * total[s]);
+    }
+    last_step_ = *step;
+  }
+
+ private:
+  Eigen::VectorXd factor_;  // Most that a step may change a total by.
+  Eigen::VectorXd last_step_;
+};
+
+// The largest change, in σ of the variance.
+double TakeStep(const std::vector<NoiseComponent>& components,
+                const Eigen::VectorXd& step,
+                const Eigen::MatrixXd& expected,
+                const ExcessVariance& floor,
+                ExcessVariance* variances) {
+  double largest_change = 0.0;
+  for (Eigen::Index s = 0; s < step.size(); ++s) {
+    const NoiseComponent component = components[static_cast<std::size_t>(s)];
+    double& variance = (*variances)[component];
+    const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
+    double next = variance + step[s];
+    if (next < 1e-9 * sigma) next = 0.0;
+    next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
+    largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
+    variance = next;
+  }
+  return largest_change;
+}
+
 }  // namespace
 
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
@@ -379,9 +326,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   }
   Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
   Eigen::MatrixXd average;
-  // Most that a step may change a variance, as a factor.
-  Eigen::VectorXd reach = Eigen::VectorXd::Constant(count, kLongestStep);
-  Eigen::VectorXd last_step = Eigen::VectorXd::Zero(count);
+  ScoringReach reach(count);
   double last_change = 0.0;
   for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
     if (iteration > 0) {
@@ -390,12 +335,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
     }
     ScoreOf(rows, *system, &score, &average);
     const Eigen::VectorXd total = totals(estimate.variance);
-    Eigen::VectorXd limit(count);
-    for (Eigen::Index s = 0; s < count; ++s) {
-      const NoiseComponent component = components[static_cast<std::size_t>(s)];
-      limit[s] = std::max(floor[component] - estimate.variance[component],
-                          (1.0 / reach[s] - 1.0) * total[s]);
-    }
+    const Eigen::VectorXd limit = reach.Limit(components, floor, estimate.variance, total);
     // Newton's step near the optimum, where the expected information is known already: the observed
     // one is twice the average less the expected. Fisher's step from further away.
     Eigen::VectorXd step;
@@ -410,25 +350,9 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
       fisher_at = total;
       step = StepAbove(limit, fisher, score);
     }
-    // Far from the optimum steps overshoot, and back.
-    for (Eigen::Index s = 0; s < count; ++s) {
-      const bool is_long = std::abs(step[s]) > kNearOptimum * total[s];
-      if (is_long && step[s] * last_step[s] < 0.0) reach[s] = std::sqrt(reach[s]);
-      step[s] = std::clamp(step[s], (1.0 / reach[s] - 1.0) * total[s], (reach[s] - 1.0) * total[s]);
-    }
-    last_step = step;
-    const Eigen::MatrixXd expected = Rescaled(fisher, fisher_at, total);
-    double largest_change = 0.0;
-    for (Eigen::Index s = 0; s < count; ++s) {
-      const NoiseComponent component = components[static_cast<std::size_t>(s)];
-      double& variance = estimate.variance[component];
-      const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
-      double next = variance + step[s];
-      if (next < 1e-9 * sigma) next = 0.0;
-      next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
-      largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
-      variance = next;
-    }
+    reach.Shorten(total, &step);
+    const double largest_change =
+        TakeStep(components, step, Rescaled(fisher, fisher_at, total), floor, &estimate.variance);
     // What is still to come, if the steps go on shrinking as they did.
     const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
     if (!(largest_change * contraction > kSettledScoring)) break;
@@ -473,19 +397,6 @@ void StateCurvatures(const PoseGraph& graph,
   }
 }
 
-Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system) {
-  Eigen::MatrixXd inner = Eigen::MatrixXd::Zero(system.size(), system.size());
-  const auto count = static_cast<Eigen::Index>(estimate.components.size());
-  for (Eigen::Index s = 0; s < count; ++s) {
-    for (Eigen::Index t = 0; t < count; ++t) {
-      inner +=
-          estimate.covariance(s, t) * estimate.curvatures[static_cast<std::size_t>(s * count + t)];
-    }
-  }
-  inner += inner.transpose().eval();
-  return system.covariance() + Times(Times(system.covariance(), inner), system.covariance());
-}
-
 double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
                               const PoseGraph& graph,
                               NoiseComponent component) {
@@ -494,117 +405,6 @@ double ExcessDegreesOfFreedom(const ExcessEstimate& estimate,
   const auto s = at - estimate.components.begin();
   const double total = estimate.variance[component] + MeanKnownVariance(graph, component);
   return 2.0 * total * total / estimate.covariance(s, s);
-}
-
-namespace {
-
-// `changes`: relative change of the tested parameters' covariance with each variance.
-JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
-                          const std::vector<Eigen::MatrixXd>& changes,
-                          double q) {
-  JointTest test;
-  double a1 = 0.0;
-  double a2 = 0.0;
-  for (std::size_t s = 0; s < changes.size(); ++s) {
-    for (std::size_t t = 0; t < changes.size(); ++t) {
-      const double weight =
-          variance_covariance(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(t));
-      a1 += weight * changes[s].trace() * changes[t].trace();
-      a2 += weight * Times(changes[s], changes[t]).trace();
-    }
-  }
-  // Nothing was estimated, or nothing that matters: χ².
-  if (!(a2 > 1e-12 * q)) return test;
-  const double b = (a1 + 6.0 * a2) / (2.0 * q);
-  const double g = ((q + 1.0) * a1 - (q + 4.0) * a2) / ((q + 2.0) * a2);
-  const double d = 3.0 * q + 2.0 * (1.0 - g);
-  const double c1 = g / d;
-  const double c2 = (q - g) / d;
-  const double c3 = (q + 2.0 - g) / d;
-  // The moments are expansions for many degrees of freedom; where they break down there are few.
-  const double mean_inverse = 1.0 - a2 / q;
-  const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
-  if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {
-    const double mean = 1.0 / mean_inverse;
-    const double variance = 2.0 / q * (1.0 + c1 * b) / spread;
-    const double rho = variance / (2.0 * mean * mean);
-    // An F distribution with a variance has more than four; anything else is the expansion's fault.
-    if (q * rho > 1.0) {
-      test.dof = 4.0 + (q + 2.0) / (q * rho - 1.0);
-      test.scale = std::min(1.0, test.dof / (mean * (test.dof - 2.0)));
-      return test;
-    }
-  }
-  test.dof = std::max(1.0, 2.0 * q * q / std::max(a1, 2.0 * q * a2));
-  return test;
-}
-
-}  // namespace
-
-JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system) {
-  std::vector<Eigen::MatrixXd> changes;
-  for (const Eigen::MatrixXd& sensitivity : estimate.sensitivities) {
-    changes.push_back(Times(system.covariance(), sensitivity));
-  }
-  return ApproximateTest(estimate.covariance, changes, system.size());
-}
-
-JointTest KenwardRogerTest(const ExcessEstimate& estimate,
-                           const ReducedSystem& system,
-                           const PoseGraph& graph,
-                           const Eigen::MatrixXd& tested) {
-  const Eigen::MatrixXd covariance = Times(system.covariance(), tested);
-  const PivotedLu own(TransposeTimes(tested, covariance));
-  std::vector<Eigen::MatrixXd> changes(estimate.components.size(),
-                                       Eigen::MatrixXd::Zero(tested.cols(), tested.cols()));
-  for (const VariancePart& part : PartsOf(graph)) {
-    const auto at =
-        std::find(estimate.components.begin(), estimate.components.end(), part.component);
-    if (part.rejected || at == estimate.components.end()) continue;
-    const Eigen::Index row = system.factors()[part.factor].row + part.row;
-    const Eigen::MatrixXd rows =
-        TransposeTimes(system.B().middleRows(row, 3).transpose(), covariance);
-    changes[static_cast<std::size_t>(at - estimate.components.begin())] +=
-        TransposedCongruence(rows, part.unit) / part.weight;
-  }
-  for (Eigen::MatrixXd& change : changes) change = own.Solve(change);
-  return ApproximateTest(estimate.covariance, changes, static_cast<double>(tested.cols()));
-}
-
-// With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by
-// q^T A^+ q. Its residual against the prediction from everything else is A^-1 q with covariance
-// A^-1 (at the weight it has); taking its own variance back to weight 1 gives the test at face
-// value, whatever the robust step did.
-std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
-  std::vector<DeletionTest> tests;
-  for (const VariancePart& part : PartsOf(graph)) {
-    const ReducedSystem::Factor& factor = system.factors()[part.factor];
-    // In units of the observation's own standard deviation, so that eigenvalues compare.
-    const Eigen::Matrix3d root = CholeskyRoot(part.variance / part.weight);
-    const Eigen::Matrix3d A =
-        root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
-    const Eigen::Vector3d q =
-        root.transpose() * system.projected().segment<3>(factor.row + part.row);
-    const SymmetricEigen3 solver = EigenOfSymmetric3(A);
-    DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
-    for (int axis = 0; axis < 3; ++axis) {
-      const double eigenvalue = solver.values[axis];
-      // Below this the observation is needed to determine something: it tests nothing.
-      if (eigenvalue < 1e-6) continue;
-      const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
-      // No eigenvalue is above 1 but by rounding.
-      const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
-      test.chi2 += residual * residual / variance;
-      ++test.rank;
-    }
-    // Beyond what a double holds nothing is tested; the verdict looks at the parameters.
-    if (!std::isfinite(test.chi2)) {
-      test.chi2 = 0.0;
-      test.rank = 0;
-    }
-    tests.push_back(test);
-  }
-  return tests;
 }
 
 }  // namespace truetriad

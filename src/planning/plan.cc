@@ -219,6 +219,43 @@ std::vector<PosePurpose> PurposesWithTurns(const PlanProblem& problem,
   return purposes;
 }
 
+Status CheckWanted(const PlanOptions& options, const PlanProblem& problem) {
+  std::set<std::string> groups;
+  for (const PlanQuantity& quantity : problem.quantities()) groups.insert(quantity.group);
+  for (const auto& [name, sigma] : options.wanted) {
+    if (groups.contains(name)) continue;
+    std::string known;
+    for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
+    return UsageError(
+        "wanted `" + name + "` is not a quantity of this plan; expected one of " + known,
+        "plan.wanted." + name);
+  }
+  return {};
+}
+
+// How the wanted σ are met by the σ planned. `search`: absent where the poses were not searched
+// for.
+std::vector<WantedSigma> WantedOf(const PlanOptions& options,
+                                  const Plan& plan,
+                                  std::optional<PlanSearch>* search) {
+  std::vector<WantedSigma> wanted;
+  for (const auto& [name, sigma] : options.wanted) {
+    WantedSigma item{name, sigma, 0.0, false, std::nullopt};
+    for (const PlannedSigma& planned : plan.sigmas) {
+      if (planned.group == name) item.reached = std::max(item.reached, planned.after);
+    }
+    item.met = item.reached <= kReached * sigma;
+    if (!options.program && *search) item.poses_needed = (*search)->FewestFor(name);
+    if (!options.program && item.met) {
+      // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
+      const auto taken = static_cast<int>(plan.program.poses.size());
+      item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
+    }
+    wanted.push_back(item);
+  }
+  return wanted;
+}
+
 }  // namespace
 
 bool Plan::IsMet() const {
@@ -285,16 +322,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   options.calibrate.reference.earth_rate.reset();
   TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem problem, PlanProblem::Create(measured, options));
   const bool has_turns = problem.has_gyroscope();
-  std::set<std::string> groups;
-  for (const PlanQuantity& quantity : problem.quantities()) groups.insert(quantity.group);
-  for (const auto& [name, sigma] : options.wanted) {
-    if (groups.contains(name)) continue;
-    std::string known;
-    for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
-    return UsageError(
-        "wanted `" + name + "` is not a quantity of this plan; expected one of " + known,
-        "plan.wanted." + name);
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckWanted(options, problem));
 
   Plan plan;
   plan.messages = problem.messages();
@@ -320,20 +348,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     const auto at = static_cast<Eigen::Index>(q);
     plan.sigmas.push_back({quantity.name, quantity.group, quantity.unit, before[at], after[at]});
   }
-  for (const auto& [name, sigma] : options.wanted) {
-    WantedSigma item{name, sigma, 0.0, false, std::nullopt};
-    for (const PlannedSigma& planned : plan.sigmas) {
-      if (planned.group == name) item.reached = std::max(item.reached, planned.after);
-    }
-    item.met = item.reached <= kReached * sigma;
-    if (!options.program && search) item.poses_needed = search->FewestFor(name);
-    if (!options.program && item.met) {
-      // The search is not exhaustive: what the whole program reaches, no more poses are needed for.
-      const auto taken = static_cast<int>(plan.program.poses.size());
-      item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
-    }
-    plan.wanted.push_back(item);
-  }
+  plan.wanted = WantedOf(options, plan, &search);
   plan.purposes = has_turns ? PurposesWithTurns(problem, plan.program.poses, after)
                             : PurposesOf(problem, problem.Rows(plan.program.poses), after);
   plan.rest_s = problem.RestSeconds();

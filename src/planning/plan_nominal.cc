@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "noise/deletion.h"
 #include "planning/plan_problem.h"
 #include "problem/graph_builder.h"
 #include "problem/moves.h"

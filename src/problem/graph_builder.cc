@@ -171,6 +171,118 @@ void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   });
 }
 
+// Where each parameter stands.
+SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNode>& nodes) {
+  SharedLayout layout;
+  int size = 0;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled) continue;
+    layout.bias[triad] = size;
+    layout.sensitivity[triad] = size + 3;
+    layout.thermal[triad] = {size + 12, sensor.thermal};
+    size += 12 + layout.thermal[triad].size();
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (sensor.axis_terms[info.term] != Wanted::kYes) continue;
+      layout.axis_terms[triad].push_back({info.term, size});
+      size += 3;
+    }
+  }
+  const TriadOptions& gyroscope = options.triads[Triad::kGyroscope];
+  if (gyroscope.enabled && gyroscope.g_sensitivity == Wanted::kYes) {
+    layout.g_sensitivity = size;
+    size += 9;
+  }
+  layout.reference = size;
+  size += kReferenceSize;
+  for (const PoseNode& node : nodes) {
+    if (node.face < 0 || layout.face_tilt[static_cast<std::size_t>(node.face)] >= 0) continue;
+    layout.face_tilt[static_cast<std::size_t>(node.face)] = size;
+    size += 2;
+  }
+  layout.size = size;
+  return layout;
+}
+
+// The directions that the parameters may move in.
+class FreeColumns {
+ public:
+  explicit FreeColumns(int size) : size_(size) {}
+
+  void Entries(int at, int count) {
+    for (int i = 0; i < count; ++i) columns_.push_back(Eigen::VectorXd::Unit(size_, at + i));
+  }
+  // Of the matrix that stands at `at`, one direction each.
+  void Matrices(int at, const std::vector<Eigen::Matrix3d>& directions) {
+    for (const Eigen::Matrix3d& direction : directions) {
+      Eigen::VectorXd& column = columns_.emplace_back(Eigen::VectorXd::Zero(size_));
+      column.segment<9>(at) = direction.reshaped();
+    }
+  }
+  Eigen::MatrixXd Basis() const {
+    Eigen::MatrixXd basis(size_, static_cast<Eigen::Index>(columns_.size()));
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      basis.col(static_cast<Eigen::Index>(i)) = columns_[i];
+    }
+    return basis;
+  }
+
+ private:
+  int size_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+void FreeTriad(const CalibrateOptions& options,
+               const SharedLayout& layout,
+               Triad triad,
+               const Eigen::Matrix3d& start,
+               FreeColumns* free) {
+  const TriadOptions& sensor = options.triads[triad];
+  const bool is_leading = triad == LeadingTriad(options);
+  const bool is_triangular = is_leading && !options.IsBodyKnown();
+  if (!sensor.fixed_bias) free->Entries(layout.bias[triad], 3);
+  const ThermalBlock& thermal = layout.thermal[triad];
+  free->Entries(thermal.at, 3 * thermal.vector_count());
+  for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+    free->Matrices(thermal.matrix_at(i),
+                   ThermalMatrixBasis(thermal.terms.matrix, is_triangular, start));
+  }
+  for (const auto& [term, at] : layout.axis_terms[triad]) free->Entries(at, 3);
+  if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
+    free->Entries(layout.g_sensitivity, 9);
+  }
+  if (sensor.fixed_sensitivity) return;
+  const Eigen::Matrix3d axis_map = is_leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(start);
+  free->Matrices(layout.sensitivity[triad],
+                 SensitivityBasis(sensor.model, is_triangular, axis_map));
+}
+
+void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, FreeColumns* free) {
+  const auto has = [&options](Triad triad) { return options.triads[triad].enabled; };
+  const ReferenceOptions& reference = options.reference;
+  const bool is_attitude_given = options.attitudes.kind == AttitudeKind::kGiven;
+  const int at = layout.reference;
+  if (has(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
+    free->Entries(at + kGravity, 1);
+  }
+  if (has(Triad::kMagnetometer)) {
+    const bool matrix_held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+    const bool field_free =
+        reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
+    if (field_free) free->Entries(at + kField, 1);
+    // A magnetometer alone sees neither dip nor heading.
+    const bool sees_dip = has(Triad::kAccelerometer) || is_attitude_given;
+    const bool dip_known = reference.dip_rad.known() && reference.dip_rad.sigma == 0.0;
+    if (sees_dip && !dip_known) free->Entries(at + kDip, 1);
+  }
+  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
+  const bool finds_north = reference.earth_rate && has(Triad::kGyroscope);
+  if (is_attitude_given && (has(Triad::kMagnetometer) || finds_north)) {
+    free->Entries(at + kHeading, 1);
+  }
+  if (options.attitudes.unknown_fixture_rotation) free->Entries(at + kFixtureTilt, 2);
+}
+
 }  // namespace
 
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
@@ -273,122 +385,34 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
   graph->solver = options.solver;
+  graph->layout = PlacesOf(options, graph->nodes);
   SharedLayout& layout = graph->layout;
-  layout = SharedLayout{};
-  const auto wants = [&options](Triad triad) { return options.triads[triad].enabled; };
-  int size = 0;
-  for (const Triad triad : kTriads) {
-    if (!wants(triad)) continue;
-    layout.bias[triad] = size;
-    layout.sensitivity[triad] = size + 3;
-    layout.thermal[triad] = {size + 12, options.triads[triad].thermal};
-    size += 12 + layout.thermal[triad].size();
-    for (const AxisTermInfo& info : kAxisTerms) {
-      if (options.triads[triad].axis_terms[info.term] != Wanted::kYes) continue;
-      layout.axis_terms[triad].push_back({info.term, size});
-      size += 3;
-    }
-  }
-  if (wants(Triad::kGyroscope) && options.triads[Triad::kGyroscope].g_sensitivity == Wanted::kYes) {
-    layout.g_sensitivity = size;
-    size += 9;
-  }
-  layout.reference = size;
-  size += kReferenceSize;
-  for (const PoseNode& node : graph->nodes) {
-    if (node.face < 0 || layout.face_tilt[static_cast<std::size_t>(node.face)] >= 0) continue;
-    layout.face_tilt[static_cast<std::size_t>(node.face)] = size;
-    size += 2;
-  }
-  layout.size = size;
   layout.thermal_scale = ScaleOf(graph->nodes, options.reference.temperature_degc);
-
-  graph->shared = Eigen::VectorXd::Zero(size);
-  std::vector<Eigen::VectorXd> columns;
-  const auto free_entry = [&columns, size](int index) {
-    columns.push_back(Eigen::VectorXd::Unit(size, index));
-  };
-  const auto free_matrix = [&columns, size](int at, const Eigen::Matrix3d& entry) {
-    Eigen::VectorXd column = Eigen::VectorXd::Zero(size);
-    column.segment<9>(at) = entry.reshaped();
-    columns.push_back(column);
-  };
-  const Triad leading = LeadingTriad(options);
-  const bool fixture = options.IsBodyKnown();
-  for (const Triad triad : kTriads) {
-    if (!wants(triad)) continue;
-    const TriadOptions& sensor = options.triads[triad];
-    const TriadModel<double>& model = *start.models[triad];
-    graph->shared.segment<3>(layout.bias[triad]) = sensor.fixed_bias.value_or(model.bias);
-    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
-    if (!sensor.fixed_bias) {
-      for (int i = 0; i < 3; ++i) free_entry(layout.bias[triad] + i);
-    }
-    const bool triangular = triad == leading && !fixture;
-    const ThermalBlock& thermal = layout.thermal[triad];
-    for (int i = 0; i < 3 * thermal.vector_count(); ++i) free_entry(thermal.at + i);
-    for (int i = 0; i < thermal.terms.matrix_order; ++i) {
-      for (const Eigen::Matrix3d& entry :
-           ThermalMatrixBasis(thermal.terms.matrix, triangular, model.sensitivity)) {
-        free_matrix(thermal.matrix_at(i), entry);
-      }
-    }
-    for (const auto& [term, at] : layout.axis_terms[triad]) {
-      for (int i = 0; i < 3; ++i) free_entry(at + i);
-    }
-    if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
-      for (int i = 0; i < 9; ++i) free_entry(layout.g_sensitivity + i);
-    }
-    if (sensor.fixed_sensitivity) continue;
-    const Eigen::Matrix3d axis_map =
-        triad == leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(model.sensitivity);
-    for (const Eigen::Matrix3d& entry : SensitivityBasis(sensor.model, triangular, axis_map)) {
-      free_matrix(layout.sensitivity[triad], entry);
-    }
+  if (options.reference.earth_rate && options.triads[Triad::kGyroscope].enabled) {
+    const EarthRateOptions& earth = *options.reference.earth_rate;
+    layout.earth_rate_radps = EarthRateInWorld(earth.latitude_rad, earth.declination_rad);
   }
 
+  graph->shared = Eigen::VectorXd::Zero(layout.size);
   graph->shared.segment<kReferenceSize>(layout.reference) = start.reference;
-  const ReferenceOptions& reference = options.reference;
-  if (wants(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
-    free_entry(layout.reference + kGravity);
+  FreeColumns free(layout.size);
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled) continue;
+    const TriadModel<double>& model = *start.models[triad];
+    graph->shared.segment<3>(layout.bias[triad]) =
+        options.triads[triad].fixed_bias.value_or(model.bias);
+    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
+    FreeTriad(options, layout, triad, model.sensitivity, &free);
   }
-  if (wants(Triad::kMagnetometer)) {
-    const bool matrix_held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
-    const bool field_free =
-        reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
-    if (field_free) free_entry(layout.reference + kField);
-    // A magnetometer alone sees neither dip nor heading.
-    const bool sees_dip =
-        wants(Triad::kAccelerometer) || options.attitudes.kind == AttitudeKind::kGiven;
-    if (sees_dip && !(reference.dip_rad.known() && reference.dip_rad.sigma == 0.0)) {
-      free_entry(layout.reference + kDip);
-    }
-  }
-  const bool counts_earth_rate = reference.earth_rate && wants(Triad::kGyroscope);
-  if (counts_earth_rate) {
-    layout.earth_rate_radps =
-        EarthRateInWorld(reference.earth_rate->latitude_rad, reference.earth_rate->declination_rad);
-  }
-  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
-  if ((wants(Triad::kMagnetometer) || counts_earth_rate) &&
-      options.attitudes.kind == AttitudeKind::kGiven) {
-    free_entry(layout.reference + kHeading);
-  }
+  FreeReference(options, layout, &free);
   if (options.attitudes.unknown_fixture_rotation) {
-    free_entry(layout.reference + kFixtureTilt);
-    free_entry(layout.reference + kFixtureTilt + 1);
     graph->level_from_fixture = start.level_from_fixture;
     LevelAttitudes(start.level_from_fixture, &graph->nodes);
   }
   for (const int tilt : layout.face_tilt) {
-    if (tilt < 0) continue;
-    free_entry(tilt);
-    free_entry(tilt + 1);
+    if (tilt >= 0) free.Entries(tilt, 2);
   }
-  layout.basis.resize(size, static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    layout.basis.col(static_cast<Eigen::Index>(i)) = columns[i];
-  }
+  layout.basis = free.Basis();
   SetStartAttitudes(start, graph);
 }
 

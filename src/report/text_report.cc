@@ -43,19 +43,8 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   return table;
 }
 
-}  // namespace
-
-std::string CalibrationText(const Calibration& calibration) {
-  const Verdict verdict = VerdictOf(calibration);
-  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) + '\n' +
-                     TextOf(IdentityTable(calibration));
-  for (const Section& section : SectionsOf(calibration)) {
-    text += SectionText(section.title, section.blocks);
-  }
-  return text;
-}
-
-std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
+// RMS errors, and the worst of their ratios to what was predicted.
+std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluation) {
   Table table{
       {"RMS of |C(y - b)| - reference", "uncalibrated", "calibrated", "predicted", "ratio", "unit"},
       "lrrrrl",
@@ -90,19 +79,39 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                           ratio > 0.0 ? Significant(ratio, 3) : "–",
                           "rad"});
   }
-  std::string text;
+  return {table, worst_ratio};
+}
+
+std::string EvaluationVerdict(const Table& table, const std::optional<double>& worst_ratio) {
   if (table.rows.empty()) {
-    text = "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
-  } else if (!worst_ratio) {
-    text = "EVALUATED, but no prediction to compare with\n";
-  } else if (*worst_ratio <= kExpectedRatio) {
-    text =
-        "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
-        "uncertainty\n";
-  } else {
-    text = "WORSE THAN PREDICTED: up to " + Significant(*worst_ratio, 3) +
-           " times the error expected from noise and parameter uncertainty\n";
+    return "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
   }
+  if (!worst_ratio) {
+    return "EVALUATED, but no prediction to compare with\n";
+  }
+  if (*worst_ratio <= kExpectedRatio) {
+    return "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
+           "uncertainty\n";
+  }
+  return "WORSE THAN PREDICTED: up to " + Significant(*worst_ratio, 3) +
+         " times the error expected from noise and parameter uncertainty\n";
+}
+
+}  // namespace
+
+std::string CalibrationText(const Calibration& calibration) {
+  const Verdict verdict = VerdictOf(calibration);
+  std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) + '\n' +
+                     TextOf(IdentityTable(calibration));
+  for (const Section& section : SectionsOf(calibration)) {
+    text += SectionText(section.title, section.blocks);
+  }
+  return text;
+}
+
+std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
+  const auto [table, worst_ratio] = TableOf(evaluation);
+  std::string text = EvaluationVerdict(table, worst_ratio);
   text += Wrapped("Calibration of " +
                       (calibration.serial.empty() ? "a unit without serial number"
                                                   : calibration.serial) +

@@ -195,8 +195,8 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   Eigen::MatrixXd covariance(count, count);
   double most = std::numeric_limits<double>::infinity();  // Variances above it are rounding.
   if (system.is_regular()) {
-    covariance = ScaledBothSides(system.scale()(wanted).cwiseInverse(),
-                                 system.covariance()(wanted, wanted));
+    covariance =
+        ScaledBothSides(system.scale()(wanted).cwiseInverse(), system.covariance()(wanted, wanted));
   } else {
     // What is undetermined gets the largest variance that rounding lets us tell.
     const auto [values, vectors] = system.FindSpectrum();
@@ -237,6 +237,53 @@ int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd&
   return axis;
 }
 
+// How much each candidate would add about a direction of the free coordinates, in σ^-2.
+std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& free) {
+  std::vector<double> gains;
+  for (std::size_t c = 0; c < added.factors().size(); ++c) {
+    const ReducedSystem::Factor& pose = added.factors()[c];
+    const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
+    gains.push_back(moved.dot(added.D(c) * moved));
+  }
+  return gains;
+}
+
+// What to record so that the σ of a direction becomes `wanted` or less.
+std::string AdviceFor(const PoseGraph& graph,
+                      const std::vector<std::string>& names,
+                      const Eigen::VectorXd& loading,
+                      const std::vector<CandidatePose>& candidates,
+                      const std::vector<double>& gains,
+                      double wanted,
+                      const char* how_to_add) {
+  if (const int axis = AsymmetricAxis(names, loading); axis >= 0) {
+    return std::string("turn the unit both ways about its ") + "xyz"[axis] + " axis";
+  }
+  if (candidates.empty()) return {};
+  const auto most = std::max_element(gains.begin(), gains.end());
+  const CandidatePose& best = candidates[static_cast<std::size_t>(most - gains.begin())];
+  Eigen::Index leading = 0;
+  loading.cwiseAbs().maxCoeff(&leading);
+  const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
+  const bool has_thermal = HasThermal(graph.layout);
+  // More poses like those that are there would not make it good.
+  if (has_thermal && name && *most * wanted * wanted < 1.0) return TemperatureAdvice(graph, *name);
+  if (!(*most > 0.0)) return {};
+  const bool field_only = best.node.kind == PoseKind::kDirection &&
+                          best.node.observations.front().triad == Triad::kMagnetometer;
+  const std::string how = field_only ? " along the field" : " up";
+  // The opposite pose is named too where it helps about as much.
+  double opposite = 0.0;
+  for (std::size_t c = 0; c < candidates.size(); ++c) {
+    if ((candidates[c].up + best.up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
+  }
+  std::string advice = std::string(how_to_add) + " " +
+                       (has_thermal ? Format("at %.3g degC ", best.node.temperature_degc) : "") +
+                       "with body " + SpokenDirection(best.up) + how;
+  if (opposite > 0.3 * *most) advice += ", and with " + SpokenDirection(-best.up) + how;
+  return advice;
+}
+
 }  // namespace
 
 Observability AnalyseObservability(const PoseGraph& graph,
@@ -269,7 +316,6 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                     graph.layout.face_tilt.end(),
                                     [](int tilt) { return tilt >= 0; });
 
-  const bool has_thermal = HasThermal(graph.layout);
   std::set<std::string> said;
   for (Eigen::Index i = n - 1; i >= 0; --i) {  // σ ascend: worst first
     const double sigma = marginal.sigmas[i];
@@ -294,44 +340,13 @@ Observability AnalyseObservability(const PoseGraph& graph,
       if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
       continue;
     }
-    double best_gain = 0.0;
-    std::size_t best = 0;
-    std::vector<double> gains(candidates.size());
-    for (std::size_t c = 0; c < candidates.size(); ++c) {
-      const ReducedSystem::Factor& pose = added.factors()[c];
-      const Eigen::VectorXd moved = added.J().middleRows(pose.row, pose.rows()) * free;
-      gains[c] = moved.dot(added.D(c) * moved);
-      if (gains[c] > best_gain) {
-        best_gain = gains[c];
-        best = c;
-      }
-    }
-    Eigen::Index leading = 0;
-    loading.cwiseAbs().maxCoeff(&leading);
-    const auto name = ParameterName::Parse(names[static_cast<std::size_t>(leading)]);
-    // More poses like those that are there would not make it good.
-    const double wanted = std::min(sigma, limit);
-    if (const int axis = AsymmetricAxis(names, loading); axis >= 0) {
-      weak.advice = std::string("turn the unit both ways about its ") + "xyz"[axis] + " axis";
-    } else if (has_thermal && name && best_gain * wanted * wanted < 1.0) {
-      weak.advice = TemperatureAdvice(graph, *name);
-    } else if (best_gain > 0.0) {
-      const Eigen::Vector3d up = candidates[best].up;
-      const bool field_only =
-          candidates[best].node.kind == PoseKind::kDirection &&
-          candidates[best].node.observations.front().triad == Triad::kMagnetometer;
-      const std::string how = field_only ? " along the field" : " up";
-      // The opposite pose is named too where it helps about as much.
-      double opposite = 0.0;
-      for (std::size_t c = 0; c < candidates.size(); ++c) {
-        if ((candidates[c].up + up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
-      }
-      const double temperature = candidates[best].node.temperature_degc;
-      weak.advice = std::string(how_to_add) + " " +
-                    (has_thermal ? Format("at %.3g degC ", temperature) : "") + "with body " +
-                    SpokenDirection(up) + how;
-      if (opposite > 0.3 * best_gain) weak.advice += ", and with " + SpokenDirection(-up) + how;
-    }
+    weak.advice = AdviceFor(graph,
+                            names,
+                            loading,
+                            candidates,
+                            GainsOf(added, free),
+                            std::min(sigma, limit),
+                            how_to_add);
     if (!said.insert(weak.description + weak.advice).second) continue;
     result.weak_directions.push_back(weak);
   }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "noise/deletion.h"
 #include "noise/variance_components.h"
 #include "problem/graph.h"
 #include "truetriad/data/static_pose.h"

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "base/messages.h"
+#include "noise/deletion.h"
+#include "noise/joint_test.h"
 #include "problem/graph_builder.h"
 #include "problem/known_motion_rows.h"
 #include "problem/start_values.h"

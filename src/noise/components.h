@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "problem/graph.h"
+
+namespace truetriad {
+
+// Noise that comes on top of what the samples of a pose or of a turn show by themselves: of each
+// triad's pose means, of the gyroscope's means at known rates, and of the turns between poses.
+enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
+inline constexpr std::size_t kNoiseComponents = 5;
+constexpr NoiseComponent PoseNoise(Triad triad) {
+  return triad == Triad::kAccelerometer ? NoiseComponent::kAccelerometer
+         : triad == Triad::kGyroscope   ? NoiseComponent::kGyroscope
+                                        : NoiseComponent::kMagnetometer;
+}
+
+// The triad whose pose means it belongs to; unset for rates and turns.
+constexpr std::optional<Triad> TriadOf(NoiseComponent component) {
+  for (const Triad triad : kTriads) {
+    if (PoseNoise(triad) == component) return triad;
+  }
+  return std::nullopt;
+}
+// "accelerometer", …, "rates", "turns".
+std::string NoiseComponentName(NoiseComponent component);
+
+// Excess variance of each component: pose means in true unit squared, turns in rad^2.
+struct ExcessVariance {
+  std::array<double, kNoiseComponents> items{};
+  double& operator[](NoiseComponent component) {
+    return items[static_cast<std::size_t>(component)];
+  }
+  double operator[](NoiseComponent component) const {
+    return items[static_cast<std::size_t>(component)];
+  }
+  double& operator[](Triad triad) { return (*this)[PoseNoise(triad)]; }
+  double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
+};
+
+// The component of an observation; unset where the operator alone says how well it is known.
+std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
+
+// Sets every observation's variance to rest + S (excess + that of a known rate) S^T at the graph's
+// sensitivities, and every turn's to that of its readings + excess + what is stated.
+void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
+
+// Mean over what is accepted of a component's variance without excess, true unit squared.
+double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component);
+
+// Rows of a factor that have one variance: V = known + excess * unit, divided by a robust weight.
+struct VariancePart {
+  std::size_t factor = 0;
+  Eigen::Index row = 0;
+  NoiseComponent component = NoiseComponent::kAccelerometer;
+  std::size_t index = 0;  // of the observation in its node, or of the increment
+  Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
+  double weight = 1.0;
+  bool rejected = false;
+};
+
+// All of them, in the order of the factors. `unit` is at the graph's sensitivities.
+std::vector<VariancePart> PartsOf(const PoseGraph& graph);
+
+}  // namespace truetriad

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "noise/components.h"
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+
+// A rejected observation keeps this weight: nothing against the rest (an error of 1000 σ moves the
+// fit by 1e-5 σ), but its pose stays determined.
+inline constexpr double kRejectedWeight = 1e-8;
+
+// How badly one triad at one pose, or one turn, fits the prediction from everything else: χ² of the
+// deletion residual, with `rank` degrees of freedom (what remains after its pose took its share).
+struct DeletionTest {
+  NoiseComponent component = NoiseComponent::kAccelerometer;
+  std::size_t node = 0;         // of a turn the first
+  std::size_t observation = 0;  // of a turn: which increment
+  double chi2 = 0.0;
+  int rank = 0;
+};
+// Those of the poses in order, observation by observation, then those of the turns.
+std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system);
+
+}  // namespace truetriad

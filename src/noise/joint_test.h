@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+
+#include <Eigen/Core>
+
+#include "noise/variance_components.h"
+
+namespace truetriad {
+
+// Covariance of the free parameters that allows for the variances having been estimated from the
+// same data, which M^-1 alone does not: Kenward and Roger 1997,
+//
+//   M^-1 + 2 sum_st Cov(s, t) M^-1 (J^T D Z_s P Z_t D J) M^-1
+//
+// (the term in second derivatives of V vanishes, V being linear in the variances).
+Eigen::MatrixXd AdjustedCovariance(const ExcessEstimate& estimate, const ReducedSystem& system);
+
+// Reference distribution of the joint test of all free parameters after Kenward and Roger 1997,
+// eq. 5 to 9: with e the error and Φ the adjusted covariance, scale * e^T Φ^-1 e / q ~ F(q, dof).
+// Infinite dof, scale 1 when no variance was estimated.
+struct JointTest {
+  double dof = std::numeric_limits<double>::infinity();
+  double scale = 1.0;
+};
+JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
+
+// The same for some of them: `tested` spans, by its columns, the directions of the free coordinates
+// that are tested; the variances may come from a larger model than `graph`, with whose present
+// variances `system` was made. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
+JointTest KenwardRogerTest(const ExcessEstimate& estimate,
+                           const ReducedSystem& system,
+                           const PoseGraph& graph,
+                           const Eigen::MatrixXd& tested);
+
+}  // namespace truetriad

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <string_view>
+
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+namespace {
+
+// Collects what is wrong with options, part by part.
+class OptionsCheck {
+ public:
+  explicit OptionsCheck(const CalibrateOptions& options) : options_(options) {}
+
+  void Sensor(Triad triad);
+  void Reference();
+  void Attitudes();
+  void Sweep();
+  void Motion();
+  void Rest();
+  void Require(std::string_view key, bool good, const std::string& problem) {
+    if (good) return;
+    if (problems_.empty()) key_ = key;
+    if (!problems_.empty()) problems_ += "; ";
+    problems_ += problem;
+  }
+
+  Status Result() const {
+    if (problems_.empty()) return {};
+    return UsageError(problems_, key_);
+  }
+
+ private:
+  bool Has(Triad triad) const { return options_.triads[triad].enabled; }
+
+  const CalibrateOptions& options_;
+  std::string problems_;
+  std::string key_;  // of the experiment, that the first problem is about
+};
+
+std::string SensorKey(Triad triad) { return "sensors." + std::string(TriadName(triad)); }
+
+void OptionsCheck::Sensor(Triad triad) {
+  const TriadOptions& sensor = options_.triads[triad];
+  const std::string name(TriadName(triad)), key = SensorKey(triad);
+  Require(key,
+          options_.sweep || triad != Triad::kGyroscope || Has(Triad::kAccelerometer) ||
+              options_.HasGyroscopeAlone(),
+          "gyroscope: its turns are measured against gravity; enable the accelerometer too, or "
+          "calibrate it alone from known turns and rates");
+  Require(
+      key + ".g_sensitivity",
+      sensor.g_sensitivity == Wanted::kNo || Has(Triad::kAccelerometer),
+      name + ": g-sensitivity needs the accelerometer; enable it too, or remove `g_sensitivity`");
+  const auto require_owner =
+      [&](Wanted wanted, const std::string& term, std::string_view term_key, Triad owner) {
+        Require(key + "." + std::string(term_key),
+                wanted == Wanted::kNo || triad == owner,
+                name + ": " + term + " exists only for the " + std::string(TriadName(owner)) +
+                    "; remove it");
+      };
+  require_owner(sensor.g_sensitivity, "a g-sensitivity", "g_sensitivity", Triad::kGyroscope);
+  for (const AxisTermInfo& info : kAxisTerms) {
+    require_owner(sensor.axis_terms[info.term], WithArticle(info.words), info.name, info.triad);
+  }
+  Require(key + ".noise",
+          sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
+          name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");
+  Require(key + ".noise",
+          !sensor.noise_sigma_raw || (sensor.noise_sigma_raw->array() > 0.0).all(),
+          name + ": every noise sigma must be > 0");
+  Require(key + ".noise",
+          !sensor.allan || !sensor.noise_sigma_raw,
+          name + ": noise is given twice, as sigma and from an Allan deviation");
+  Require(key + ".noise",
+          !sensor.allan || sensor.allan->IsValid(),
+          name + ": an Allan deviation's noise density must be > 0 and its instability >= 0");
+  Require(key + ".thermal",
+          options_.sweep || !sensor.thermal.needs_sweep(),
+          name + ": knots, lags and a regression need a sweep");
+  const auto require_order = [&](const char* what, int order, int most) {
+    Require(key + ".thermal",
+            order >= 0 && order <= most,
+            name + ": thermal " + what + " order " + std::to_string(order) +
+                " must lie between 0 and " + std::to_string(most));
+  };
+  require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
+  require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
+}
+
+void OptionsCheck::Reference() {
+  const ReferenceOptions& reference = options_.reference;
+  Require("reference.gravity",
+          reference.gravity_mps2.known() && *reference.gravity_mps2.value > 0.0,
+          "gravity must be known and positive");
+  Require("reference",
+          !reference.field_ut.known() || *reference.field_ut.value > 0.0,
+          "field strength must be positive");
+  if (!reference.earth_rate || !Has(Triad::kGyroscope)) return;
+  constexpr std::string_view kKey = "reference.earth_rate";
+  Require(kKey,
+          std::abs(reference.earth_rate->latitude_rad) <= 0.5 * std::numbers::pi &&
+              std::isfinite(reference.earth_rate->declination_rad),
+          "earth rate: the latitude must lie between -90 and 90 degrees, and the declination be "
+          "finite");
+  Require(kKey,
+          !options_.HasGyroscopeAlone() &&
+              (Has(Triad::kMagnetometer) || options_.attitudes.kind == AttitudeKind::kGiven),
+          "earth rate: heading is unobservable, so the earth rate in the body frame is unknown; "
+          "enable the magnetometer too, give the attitudes (`attitudes: { file }`), or remove "
+          "`reference.earth_rate`");
+  Require(kKey,
+          !options_.motion,
+          "earth rate: it is not modelled for a unit that is tumbled without rests; remove "
+          "`reference.earth_rate` or `poses: { motion }`");
+}
+
+void OptionsCheck::Attitudes() {
+  const AttitudeOptions& attitudes = options_.attitudes;
+  Require("gauge",
+          options_.gauge != Gauge::kFixture || options_.IsBodyKnown(),
+          "gauge `fixture` needs known attitudes");
+  Require("attitudes",
+          attitudes.kind != AttitudeKind::kSixFace || Has(Triad::kAccelerometer),
+          "six-face attitudes need the accelerometer to tell which face is up; enable it");
+  Require("attitudes.fixture_rotation",
+          !attitudes.unknown_fixture_rotation ||
+              (attitudes.kind == AttitudeKind::kGiven && Has(Triad::kAccelerometer)),
+          "an unknown fixture rotation needs given attitudes and the accelerometer; enable both");
+  Require("attitudes",
+          attitudes.tilt_sigma_deg > 0.0 && attitudes.seat_sigma_deg >= 0.0,
+          "tilt sigma must be > 0 and seat sigma >= 0 degrees");
+}
+
+void OptionsCheck::Sweep() {
+  Require("attitudes",
+          !options_.motion && options_.attitudes.kind == AttitudeKind::kNone,
+          "sweep: cannot be combined with motion or known attitudes; remove `attitudes:`");
+  Require("reference.earth_rate",
+          !options_.reference.earth_rate,
+          "sweep: the earth rate is part of the bias of a unit at rest; remove "
+          "`reference.earth_rate`");
+  for (const Triad triad : kTriads) {
+    if (!Has(triad)) continue;
+    const TriadOptions& sensor = options_.triads[triad];
+    const std::string name(TriadName(triad));
+    Require(SensorKey(triad),
+            sensor.thermal.bias_order > 0,
+            name +
+                ": a sweep determines how the bias depends on temperature; state `thermal: { "
+                "bias_order: … }`, or remove the sensor");
+    Require(SensorKey(triad),
+            sensor.thermal.matrix_order == 0,
+            name +
+                ": a sweep in few attitudes cannot separate sensitivity from bias; remove "
+                "`matrix_order`, or record poses at several temperatures (a soak)");
+    Require(
+        SensorKey(triad),
+        !sensor.HasAxisTerm(Wanted::kYes) && !sensor.HasAxisTerm(Wanted::kAuto) &&
+            sensor.g_sensitivity == Wanted::kNo,
+        name + ": a sweep determines only terms that change with temperature; remove the others");
+  }
+}
+
+void OptionsCheck::Motion() {
+  Require("poses.motion",
+          options_.motion->spacing_s >= 0.0 && std::isfinite(options_.motion->spacing_s),
+          "motion: spacing " + std::to_string(options_.motion->spacing_s) + " s must be >= 0");
+  Require("poses.motion",
+          Has(Triad::kAccelerometer) && Has(Triad::kGyroscope),
+          "motion: needs both the accelerometer and the gyroscope to track the attitude; list "
+          "both (with `fixed: { matrix: identity }` for one that is not to be calibrated)");
+  Require("attitudes",
+          options_.attitudes.kind == AttitudeKind::kNone,
+          "motion: a tumbling unit has no known attitudes; remove `attitudes:`");
+  Require(
+      "sensors", !options_.HasThermal(), "motion: temperature terms need rests; remove `thermal:`");
+  Require("sensors",
+          !options_.HasChoice(),
+          "motion: choosing a model needs rests; name the models and terms instead of `auto`");
+  for (const AxisTermInfo& info : kAxisTerms) {
+    Require("sensors",
+            options_.triads[info.triad].axis_terms[info.term] == Wanted::kNo,
+            "motion: " + WithArticle(info.words) + " needs rests; remove it");
+  }
+  Require("initialise",
+          !options_.initialise.only && options_.initialise.method == InitialiseMethod::kAuto,
+          "motion: only `initialise: { method: auto }` starts without rests");
+}
+
+void OptionsCheck::Rest() {
+  Require("robust",
+          options_.robust.scale > 0.0,
+          "robust scale " + std::to_string(options_.robust.scale) + " must be > 0");
+  Require("cross_validation",
+          options_.cross_validation_folds == 0 || options_.cross_validation_folds >= 2,
+          "cross-validation folds must be 0 or at least 2");
+  Require("observable_sigma",
+          options_.observable_sigma > 0.0 && options_.observable_sigma < 1.0,
+          "observable_sigma must lie between 0 and 1");
+  Require("limits", options_.limits.guard_band_k >= 0.0, "guard band must be >= 0");
+}
+
+}  // namespace
+
+Status CalibrateOptions::Validate() const {
+  OptionsCheck check(*this);
+  bool any = false;
+  for (const Triad triad : kTriads) {
+    if (!triads[triad].enabled) continue;
+    any = true;
+    check.Sensor(triad);
+  }
+  check.Require("sensors", any, "no sensor is enabled: list at least one under `sensors:`");
+  check.Reference();
+  check.Attitudes();
+  if (sweep) check.Sweep();
+  if (motion) check.Motion();
+  check.Rest();
+  return check.Result();
+}
+
+}  // namespace truetriad
