@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "problem/graph.h"
+#include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
@@ -15,23 +16,12 @@ namespace truetriad {
 // the weights differ by more than can be computed with.
 inline constexpr double kLeastNoiseShare = 1e-7;
 
-// The triad that fixes the body frame: the accelerometer where it is calibrated, a gyroscope where
-// it is alone. docs/method.md, "Gauge".
-Triad LeadingTriad(const CalibrateOptions& options);
-
-// Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
-double LeadingAxisSign(const CalibrateOptions& options);
-
 // One node a pose that saw a wanted triad, with its attitude where it is given and the covariance
 // inside its rest where `sources` says that it is known; weights and excess noise come later.
 // Error (bad input): no attitude where all are to be given; faces that cannot be told apart.
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          const PerTriad<NoiseSource>& sources);
-
-// From the nodes and the start values: where each shared block stands, which of its entries are
-// free, their start values, and the attitudes that nobody gave.
-void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
 // The turns between the nodes, integrated at the start values, and with them the headings that
 // nothing else tells. After LayOutParameters.

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "problem/lay_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "model/world.h"
+
+namespace truetriad {
+namespace {
+
+// Which entries of the sensitivity's temperature terms are free, as basis matrices.
+std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
+                                                bool triangular,
+                                                const Eigen::Matrix3d& start) {
+  const Eigen::Matrix3d axis_map = NearestAxisMap(start);
+  switch (shape) {
+    case ThermalMatrix::kFull:
+      return SensitivityBasis(MatrixModel::kFull, triangular, axis_map);
+    case ThermalMatrix::kDiagonal:
+      return SensitivityBasis(MatrixModel::kDiagonal, triangular, axis_map);
+    case ThermalMatrix::kScale:
+      break;
+  }
+  // In the proportions of the gains at the start: linear, and the gains' own errors are as small
+  // against them as the term is against the gains.
+  const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * axis_map;
+  return {gains / gains.norm()};
+}
+
+// Over the poses that will be solved and the reference, where bias and sensitivity are to hold: far
+// outside of [-1, 1] a polynomial is all rounding.
+ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
+  ThermalScale scale;
+  scale.reference_degc = reference_degc;
+  double low = reference_degc;
+  double high = reference_degc;
+  double fastest = 0.0;
+  for (const PoseNode& node : nodes) {
+    low = std::min(low, node.temperature_degc);
+    high = std::max(high, node.temperature_degc);
+    fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
+  }
+  scale.centre_degc = 0.5 * (low + high);
+  // One temperature, or none that changes, determines nothing on any scale.
+  if (high > low) scale.half_range_degc = 0.5 * (high - low);
+  if (fastest > 0.0) scale.rate_degcps = fastest;
+  return scale;
+}
+
+// Restates attitudes in the fixture as those in the frame that is level as far as the start knows.
+void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
+  for (PoseNode& node : *nodes) {
+    if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
+    const Eigen::Quaterniond q = level_from_fixture * node.rotation();
+    node.state = {q.x(), q.y(), q.z(), q.w()};
+    node.prior_world_from_body = level_from_fixture * node.prior_world_from_body;
+  }
+}
+
+// Where each parameter stands.
+SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNode>& nodes) {
+  SharedLayout layout;
+  int size = 0;
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled) continue;
+    layout.bias[triad] = size;
+    layout.sensitivity[triad] = size + 3;
+    layout.thermal[triad] = {size + 12, sensor.thermal};
+    size += 12 + layout.thermal[triad].size();
+    for (const AxisTermInfo& info : kAxisTerms) {
+      if (sensor.axis_terms[info.term] != Wanted::kYes) continue;
+      layout.axis_terms[triad].push_back({info.term, size});
+      size += 3;
+    }
+  }
+  const TriadOptions& gyroscope = options.triads[Triad::kGyroscope];
+  if (gyroscope.enabled && gyroscope.g_sensitivity == Wanted::kYes) {
+    layout.g_sensitivity = size;
+    size += 9;
+  }
+  layout.reference = size;
+  size += kReferenceSize;
+  for (const PoseNode& node : nodes) {
+    if (node.face < 0 || layout.face_tilt[static_cast<std::size_t>(node.face)] >= 0) continue;
+    layout.face_tilt[static_cast<std::size_t>(node.face)] = size;
+    size += 2;
+  }
+  layout.size = size;
+  return layout;
+}
+
+// The directions that the parameters may move in.
+class FreeColumns {
+ public:
+  explicit FreeColumns(int size) : size_(size) {}
+
+  void Entries(int at, int count) {
+    for (int i = 0; i < count; ++i) columns_.push_back(Eigen::VectorXd::Unit(size_, at + i));
+  }
+  // Of the matrix that stands at `at`, one direction each.
+  void Matrices(int at, const std::vector<Eigen::Matrix3d>& directions) {
+    for (const Eigen::Matrix3d& direction : directions) {
+      Eigen::VectorXd& column = columns_.emplace_back(Eigen::VectorXd::Zero(size_));
+      column.segment<9>(at) = direction.reshaped();
+    }
+  }
+  Eigen::MatrixXd Basis() const {
+    Eigen::MatrixXd basis(size_, static_cast<Eigen::Index>(columns_.size()));
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      basis.col(static_cast<Eigen::Index>(i)) = columns_[i];
+    }
+    return basis;
+  }
+
+ private:
+  int size_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+void FreeTriad(const CalibrateOptions& options,
+               const SharedLayout& layout,
+               Triad triad,
+               const Eigen::Matrix3d& start,
+               FreeColumns* free) {
+  const TriadOptions& sensor = options.triads[triad];
+  const bool is_leading = triad == LeadingTriad(options);
+  const bool is_triangular = is_leading && !options.IsBodyKnown();
+  if (!sensor.fixed_bias) free->Entries(layout.bias[triad], 3);
+  const ThermalBlock& thermal = layout.thermal[triad];
+  free->Entries(thermal.at, 3 * thermal.vector_count());
+  for (int i = 0; i < thermal.terms.matrix_order; ++i) {
+    free->Matrices(thermal.matrix_at(i),
+                   ThermalMatrixBasis(thermal.terms.matrix, is_triangular, start));
+  }
+  for (const auto& [term, at] : layout.axis_terms[triad]) free->Entries(at, 3);
+  if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
+    free->Entries(layout.g_sensitivity, 9);
+  }
+  if (sensor.fixed_sensitivity) return;
+  const Eigen::Matrix3d axis_map = is_leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(start);
+  free->Matrices(layout.sensitivity[triad],
+                 SensitivityBasis(sensor.model, is_triangular, axis_map));
+}
+
+void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, FreeColumns* free) {
+  const auto has = [&options](Triad triad) { return options.triads[triad].enabled; };
+  const ReferenceOptions& reference = options.reference;
+  const bool is_attitude_given = options.attitudes.kind == AttitudeKind::kGiven;
+  const int at = layout.reference;
+  if (has(Triad::kAccelerometer) && reference.gravity_mps2.sigma > 0.0) {
+    free->Entries(at + kGravity, 1);
+  }
+  if (has(Triad::kMagnetometer)) {
+    const bool matrix_held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
+    const bool field_free =
+        reference.field_ut.known() ? reference.field_ut.sigma > 0.0 : matrix_held;
+    if (field_free) free->Entries(at + kField, 1);
+    // A magnetometer alone sees neither dip nor heading.
+    const bool sees_dip = has(Triad::kAccelerometer) || is_attitude_given;
+    const bool dip_known = reference.dip_rad.known() && reference.dip_rad.sigma == 0.0;
+    if (sees_dip && !dip_known) free->Entries(at + kDip, 1);
+  }
+  // Without a magnetometer the gyroscope finds north, if it is quiet enough.
+  const bool finds_north = reference.earth_rate && has(Triad::kGyroscope);
+  if (is_attitude_given && (has(Triad::kMagnetometer) || finds_north)) {
+    free->Entries(at + kHeading, 1);
+  }
+  if (options.attitudes.unknown_fixture_rotation) free->Entries(at + kFixtureTilt, 2);
+}
+
+}  // namespace
+
+Triad LeadingTriad(const CalibrateOptions& options) {
+  if (options.HasGyroscopeAlone()) return Triad::kGyroscope;
+  return options.triads[Triad::kAccelerometer].enabled ? Triad::kAccelerometer
+                                                       : Triad::kMagnetometer;
+}
+
+double LeadingAxisSign(const CalibrateOptions& options) {
+  const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
+  return accelerometer.enabled && accelerometer.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+}
+
+void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {
+  graph->solver = options.solver;
+  graph->layout = PlacesOf(options, graph->nodes);
+  SharedLayout& layout = graph->layout;
+  layout.thermal_scale = ScaleOf(graph->nodes, options.reference.temperature_degc);
+  if (options.reference.earth_rate && options.triads[Triad::kGyroscope].enabled) {
+    const EarthRateOptions& earth = *options.reference.earth_rate;
+    layout.earth_rate_radps = EarthRateInWorld(earth.latitude_rad, earth.declination_rad);
+  }
+
+  graph->shared = Eigen::VectorXd::Zero(layout.size);
+  graph->shared.segment<kReferenceSize>(layout.reference) = start.reference;
+  FreeColumns free(layout.size);
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled) continue;
+    const TriadModel<double>& model = *start.models[triad];
+    graph->shared.segment<3>(layout.bias[triad]) =
+        options.triads[triad].fixed_bias.value_or(model.bias);
+    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
+    FreeTriad(options, layout, triad, model.sensitivity, &free);
+  }
+  FreeReference(options, layout, &free);
+  if (options.attitudes.unknown_fixture_rotation) {
+    graph->level_from_fixture = start.level_from_fixture;
+    LevelAttitudes(start.level_from_fixture, &graph->nodes);
+  }
+  for (const int tilt : layout.face_tilt) {
+    if (tilt >= 0) free.Entries(tilt, 2);
+  }
+  layout.basis = free.Basis();
+  SetStartAttitudes(start, graph);
+}
+
+}  // namespace truetriad

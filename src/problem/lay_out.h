@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "problem/graph.h"
+#include "problem/start_values.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// The triad that fixes the body frame: the accelerometer where it is calibrated, a gyroscope where
+// it is alone. docs/method.md, "Gauge".
+Triad LeadingTriad(const CalibrateOptions& options);
+
+// Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
+double LeadingAxisSign(const CalibrateOptions& options);
+
+// From the nodes and the start values: where each shared block stands, which of its entries are
+// free, their start values, and the attitudes that nobody gave.
+void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
+
+}  // namespace truetriad
