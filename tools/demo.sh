@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds build/truetriad, with the converters beside it, and calibrates a shipped recording with it.
+# Builds build/truetriad and calibrates a shipped recording with it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-tools/build.sh programs
+tools/build.sh truetriad
 build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo
 echo "Compare with the truth: build/truetriad compare --a=datasets/demo/truth.yaml --b=out/demo/calibration.yaml"
 echo "Open out/demo/report.html in a browser. More verbs: build/truetriad help"
