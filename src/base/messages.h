@@ -17,4 +17,9 @@ inline std::string Format(const char* format, double value) {
   return text;
 }
 
+// "1 pose", "3 poses".
+inline std::string Counted(long long count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
 }  // namespace truetriad

@@ -9,6 +9,8 @@
 
 #include <glog/logging.h>
 
+#include "base/messages.h"
+
 namespace truetriad {
 namespace {
 
@@ -300,8 +302,8 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
       2 * last_block_rows_ < selection_.every) {
     poses_.pop_back();
     findings->push_back(Finding(FindingCode::kRowsLeftOver,
-                                "the last " + std::to_string(last_block_rows_) +
-                                    " row(s) fill less than half a pose of " +
+                                "the last " + Counted(last_block_rows_, "row") +
+                                    " fill less than half a pose of " +
                                     std::to_string(selection_.every) + " rows and are skipped")
                             .With("rows", static_cast<double>(last_block_rows_)));
   }

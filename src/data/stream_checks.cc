@@ -8,6 +8,7 @@
 #include <sstream>
 #include <utility>
 
+#include "base/messages.h"
 #include "base/rounded_text.h"
 #include "math/distributions.h"
 #include "truetriad/base/triad.h"
@@ -186,17 +187,16 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
   }
   if (summary.gaps > 0) {
     findings.push_back(Finding(FindingCode::kTimeGaps,
-                               name + ": " + std::to_string(summary.gaps) +
-                                   " gap(s) in time, longest " + Number(summary.longest_gap_s) +
-                                   " s")
+                               name + ": " + Counted(summary.gaps, "gap") + " in time, longest " +
+                                   Number(summary.longest_gap_s) + " s")
                            .About(triad)
                            .With("gaps", static_cast<double>(summary.gaps))
                            .With("longest", summary.longest_gap_s, "s"));
   }
   if (summary.duplicate_times > 0) {
     findings.push_back(Finding(FindingCode::kEqualTimes,
-                               name + ": " + std::to_string(summary.duplicate_times) +
-                                   " sample(s) with the same time as the previous one")
+                               name + ": " + Counted(summary.duplicate_times, "sample") +
+                                   " with the same time as the previous one")
                            .About(triad)
                            .With("samples", static_cast<double>(summary.duplicate_times)));
   }
@@ -355,8 +355,9 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
         if (hits == 0) continue;
         limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " +
                   kAxisLetters[static_cast<std::size_t>(axis)] + " axis at its limit of " +
-                  Number(limit) + " " + stream.unit.name + " in " + std::to_string(hits) +
-                  " pose(s): " + numbers;
+                  Number(limit) + " " + stream.unit.name + " in " +
+                  (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") + numbers +
+                  (hits > kMaxListed ? ", …" : "");
       }
     }
   }

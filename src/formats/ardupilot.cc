@@ -26,7 +26,6 @@ constexpr double kCentreDegc = 35.0;
 constexpr double kTermScale = 1e-6;
 constexpr int kCompasses = 3;
 constexpr int kArduPilotInstances = 5;
-constexpr std::string_view kAxisLetters = "XYZ";
 
 /// Names of the parameters of one IMU, numbered from 1.
 struct ImuNames {
@@ -56,7 +55,7 @@ struct ImuNames {
   /// INS_TCAL1_ACC2_X: power 2.
   std::string Term(Triad triad, int power, int axis) const {
     return thermal + (triad == Triad::kAccelerometer ? "ACC" : "GYR") + std::to_string(power) +
-           "_" + kAxisLetters[static_cast<std::size_t>(axis)];
+           "_" + kUpperCaseAxes[static_cast<std::size_t>(axis)];
   }
 };
 
@@ -107,7 +106,7 @@ class ArduPilotText {
   }
   void Vector(const std::string& prefix, const Eigen::Vector3d& values) {
     for (int i = 0; i < 3; ++i)
-      Float(prefix + kAxisLetters[static_cast<std::size_t>(i)], values[i]);
+      Float(prefix + kUpperCaseAxes[static_cast<std::size_t>(i)], values[i]);
   }
   std::string text;
 };

@@ -11,7 +11,6 @@
 namespace truetriad {
 namespace {
 
-constexpr std::string_view kUpperCaseAxes = "XYZ";
 
 std::vector<std::string> Fields(std::string line) {
   line.resize(std::min(line.find('#'), line.size()));

@@ -13,6 +13,9 @@
 
 namespace truetriad {
 
+// Of names of parameters: "INS_ACCOFFS_X".
+inline constexpr std::string_view kUpperCaseAxes = "XYZ";
+
 // The named numbers of an autopilot's parameter file.
 class ParameterList {
  public:

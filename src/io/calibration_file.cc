@@ -121,6 +121,14 @@ void ReadStatus(YamlReader reader, Calibration* calibration) {
     calibration->within_limits = within_limits;
   }
   ReadFindings(&reader, calibration->outcome, &calibration->findings);
+  if (calibration->outcome == Outcome::kConverged) {
+    for (const Finding& finding : calibration->findings) {
+      if (!finding.IsRefusal()) continue;
+      reader.Fail("outcome " + std::string(OutcomeName(calibration->outcome)) +
+                  ", but a finding refuses: " + finding.text);
+      break;
+    }
+  }
   reader.RejectUnknown();
 }
 

@@ -115,7 +115,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   if (!reader.Read(&word)) return false;
   const std::optional<T> known = from_name(word);
   if (!known) {
-    reader.Fail("`" + word + "` is not a known word here");
+    reader.Fail("`" + word + "` is unknown to this version; a later one may have written it");
     return false;
   }
   *value = *known;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/rounded_text.h"
 #include "io/recording_layout.h"
 
 namespace truetriad {
@@ -124,9 +125,9 @@ class Stream {
       if (times_ns[i] < last_time_ns_) {
         return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
                              csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
-                             std::to_string(times_ns[i]) + " ns after " +
-                             std::to_string(last_time_ns_) +
-                             " ns; sort the log, or split it where the clock was set");
+                             RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) + " s after " +
+                             RoundedText(1e-9 * static_cast<double>(last_time_ns_), 14) +
+                             " s; sort the log, or split it where the clock was set");
       }
       last_time_ns_ = times_ns[i];
     }

@@ -277,8 +277,8 @@ void SayRemarks(const CalibrateOptions& options,
     findings->push_back(
         Finding(FindingCode::kGyroscopeGaps,
                 Format("the gyroscope has no usable data for %.2f s in ", track.untold_s()) +
-                    std::to_string(track.untold()) +
-                    " place(s) (gaps, saturation or repeated readings): the chain is broken there")
+                    Counted(track.untold(), "place") +
+                    " (gaps, saturation or repeated readings): the chain is broken there")
             .About(Triad::kGyroscope)
             .With("duration", track.untold_s(), "s")
             .With("places", track.untold()));

@@ -167,7 +167,8 @@ Section ResidualsSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::move(table));
   std::string fit = std::to_string(quality.poses) + " poses";
   if (quality.dof > 0.0) {
-    fit += ", " + Significant(quality.dof, 4) + " degrees of freedom; reduced χ² ";
+    fit += ", " + Significant(quality.dof, 4) + (quality.dof == 1.0 ? " degree" : " degrees") +
+           " of freedom; reduced χ² ";
     if (std::isfinite(quality.reduced_chi2_before)) {
       fit += Significant(quality.reduced_chi2_before, 3) + " with within-rest noise only, " +
              Significant(quality.reduced_chi2, 3) + " with pose-to-pose noise";

@@ -223,8 +223,10 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     LimitCheck check;
     check.name = name;
     check.limit = limit;
-    const auto take = [&check](double value, double value_sigma) {
-      if (std::abs(value) < check.worst) return;
+    // The worst is what comes nearest to the limit with its guard band.
+    const double k = limits.guard_band_k;
+    const auto take = [&check, k](double value, double value_sigma) {
+      if (std::abs(value) + k * value_sigma < check.worst + k * check.sigma) return;
       check.worst = std::abs(value);
       check.sigma = value_sigma;
     };
@@ -254,7 +256,7 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
           "limit `" + name + "`: known are bias, scale_error, misalignment_rad, residual_rms",
           "limits." + name);
     }
-    check.pass = check.worst + limits.guard_band_k * check.sigma <= limit;
+    check.pass = check.worst + k * check.sigma <= limit;
     checks.push_back(check);
   }
   return checks;

@@ -163,7 +163,7 @@ void KeepWhatExplains(const SettledRun& run,
   // More poses like those that were left out would not help.
   if (Find(findings, FindingCode::kTooManyOutliers) != nullptr) quality->weak_directions.clear();
   const Eigen::MatrixXd& matrix = solution.covariance.matrix;
-  const bool is_finite = run.graph.shared.allFinite() && matrix.allFinite();
+  const bool is_finite = std::isfinite(run.graph.shared.squaredNorm()) && matrix.allFinite();
   if (is_finite && matrix.diagonal().minCoeff() >= 0.0) return;
   std::vector<WeakDirection> weak = std::move(quality->weak_directions);
   *quality = Quality{};

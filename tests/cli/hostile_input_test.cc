@@ -205,7 +205,7 @@ TEST_F(DamagedLog, LeavesOutAndNamesATurnWithAGapOfAHundredSeconds) {
   }
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 0) << run.out;
-  EXPECT_THAT(run.out, HasSubstr("gap(s) in time, longest 100"));
+  EXPECT_THAT(run.out, HasSubstr("gap in time, longest 100"));
   EXPECT_THAT(
       run.out,
       HasSubstr("the turn from pose 6 to pose 7 is skipped: the gyroscope has a gap of 100 s"));
@@ -218,7 +218,7 @@ TEST_F(DamagedLog, KeepsATurnBesideAGapInsideARest) {
   }
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 0) << run.out;
-  EXPECT_THAT(run.out, HasSubstr("gap(s) in time, longest 100"));
+  EXPECT_THAT(run.out, HasSubstr("gap in time, longest 100"));
   EXPECT_LT(LargestErrorInSigmas(), kMostSigmas);
 }
 

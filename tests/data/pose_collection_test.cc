@@ -380,7 +380,7 @@ TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
   EXPECT_THAT(set->findings[0], HasCode(FindingCode::kClippedPoses));
   EXPECT_THAT(set->findings[0],
               Says(testing::AllOf(testing::HasSubstr("accelerometer z axis"),
-                                  testing::HasSubstr("9790 counts in 1 pose"))));
+                                  testing::HasSubstr("9790 counts in pose 1"))));
 }
 
 TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {

@@ -284,7 +284,7 @@ TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
   EXPECT_THAT(result.error().message,
-              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("to (Y, -X, -Z)")));
+              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("to (y, -x, -z)")));
 }
 
 TEST_P(Autopilots, RefuseCountsOfUnknownSize) {

@@ -155,7 +155,7 @@ TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
   EXPECT_THAT(
       ErrorOfRows("1,1,1,1\n2,1,1,1\n1.5,1,1,1\n"),
       HasSubstr(
-          "log.csv:4: column `time[s]`: time goes backwards to 1500000000 ns after 2000000000 ns"));
+          "log.csv:4: column `time[s]`: time goes backwards to 1.5 s after 2 s"));
 }
 
 TEST_F(Recording, NamesLineAndColumnOfWhatIsNoNumber) {

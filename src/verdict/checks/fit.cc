@@ -70,11 +70,15 @@ Findings CheckFinite(const TriadOptions& gyroscope,
 }
 
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
-  Findings findings = CheckFinite(
-      run.options.triads[Triad::kGyroscope], run.graph.shared, solved.solution.covariance);
+  // Squares that a double cannot hold are as bad.
+  const double cost = solved.system.cost() + run.graph.shared.squaredNorm();
+  const Eigen::VectorXd shared = std::isfinite(cost)
+                                     ? run.graph.shared
+                                     : Eigen::VectorXd::Constant(run.graph.shared.size(), cost);
+  Findings findings =
+      CheckFinite(run.options.triads[Triad::kGyroscope], shared, solved.solution.covariance);
   // More often than not too little data is what makes them leave it.
-  if (!findings.empty() && run.graph.shared.allFinite() &&
-      !solved.stated.quality.weak_directions.empty()) {
+  if (!findings.empty() && shared.allFinite() && !solved.stated.quality.weak_directions.empty()) {
     return {NotDetermined()};
   }
   return findings;

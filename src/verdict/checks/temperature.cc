@@ -49,7 +49,7 @@ Findings CheckTerms(const SettledRun& run) {
     findings.push_back(
         Finding(FindingCode::kTemperatureWithinPoses,
                 Format("the temperature moved by more than %.0f degC within ", kMostChangeDegc) +
-                    std::to_string(seen.changing) + " pose(s), most in pose " +
+                    Counted(seen.changing, "pose") + ", most in pose " +
                     std::to_string(seen.worst) +
                     Format(" (%.1f degC): their means span several temperatures", seen.largest),
                 "state the rests (`poses: { file: … }`), or wait longer before each pose")

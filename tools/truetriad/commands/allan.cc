@@ -64,7 +64,7 @@ Result<std::string> WriteFiles(const AllanResult& result) {
   return "\nResult: " + file + "\nPlot:   " + plot + "\n";
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunAllan(const std::vector<std::string>&) {
   AllanOptions options;
   options.rate_hz = FLAGS_rate_hz;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto range, ParseRange(FLAGS_white_range));
@@ -99,7 +99,7 @@ Command AllanCommand() {
                     {"output", "DIR"},
                     {"rate_hz", "NUMBER"},
                     {"white_range", "LOW,HIGH"}},
-          .run = Run};
+          .run = RunAllan};
 }
 
 }  // namespace truetriad

@@ -60,7 +60,7 @@ Status CheckOutput(const RecordingInfo& recording) {
   return {};
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunApply(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(FLAGS_input));
@@ -91,7 +91,7 @@ Command ApplyCommand() {
           "Writes a self-describing CSV in m/s^2, rad/s and uT with the sensors that the "
           "calibration\nincludes.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"output", "CSV", true}},
-      .run = Run};
+      .run = RunApply};
 }
 
 }  // namespace truetriad

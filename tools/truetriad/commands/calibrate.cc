@@ -55,7 +55,7 @@ Result<Solver> StatedSolver() {
   return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunCalibrate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   experiment.options.solver = solver;
@@ -90,7 +90,7 @@ Command CalibrateCommand() {
                     {"set", "KEY=VALUE,..."},
                     {"report", "true|false"},
                     {"solver", "eliminated|ceres"}},
-          .run = Run};
+          .run = RunCalibrate};
 }
 
 }  // namespace truetriad

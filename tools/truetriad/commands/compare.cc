@@ -35,7 +35,7 @@ void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
   }
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
@@ -58,7 +58,7 @@ Command CompareCommand() {
               "The body frames are aligned first, so the gauges may differ. The two calibrations "
               "are\nassumed to be independent.\n",
           .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
-          .run = Run};
+          .run = RunCompare};
 }
 
 }  // namespace truetriad

@@ -192,7 +192,7 @@ std::vector<std::string_view> FormatNames() {
   return names;
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunConvert(const std::vector<std::string>&) {
   if (FLAGS_output.empty() && !FLAGS_list) {
     return UsageError("no --output given; name the folder for the recording, or use --list");
   }
@@ -261,7 +261,7 @@ Command ConvertCommand() {
                     {"instance", "N"},
                     {"columns", "WHAT=NAME[,WHAT=NAME]"},
                     {"units", "UNIT[,UNIT]"}},
-          .run = Run};
+          .run = RunConvert};
 }
 
 }  // namespace truetriad

@@ -30,7 +30,7 @@ void TakeClocks(const Calibration& calibration, PosesConfig* config) {
   }
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunEvaluate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TakeClocks(calibration, &config);
@@ -41,7 +41,8 @@ Result<int> Run(const std::vector<std::string>&) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (loaded->not_enough) return *loaded->not_enough;
-  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation, Evaluate(calibration, loaded->poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation,
+                             Evaluate(calibration, loaded->poses));
   std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
   return kExitGood;
 }
@@ -60,7 +61,7 @@ Command EvaluateCommand() {
           "Use a separate recording: on the one that the calibration was made from (as in "
           "this\nexample) the result is too optimistic.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"poses", "HOW"}},
-      .run = Run};
+      .run = RunEvaluate};
 }
 
 }  // namespace truetriad

@@ -45,7 +45,8 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
   for (std::string item; std::getline(items, item, ',');) {
     const std::size_t colon = item.find(':');
     const bool for_all = colon == std::string::npos;
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id, ParseInteger("id", for_all ? item : item.substr(colon + 1)));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id,
+                               ParseInteger("id", for_all ? item : item.substr(colon + 1)));
     const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
     if (!for_all && !triad) {
       return UsageError("--id: `" + item.substr(0, colon) +
@@ -64,12 +65,12 @@ Result<ExportOptions> ParseOptions() {
   options.file_name = FLAGS_output;
   if (!FLAGS_max_loss.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const double share, ParseReal("max-loss", FLAGS_max_loss));
-    if (!(share >= 0.0))
-      return UsageError("--max-loss: expected a share of the signal, 0 or more");
+    if (!(share >= 0.0)) return UsageError("--max-loss: expected a share of the signal, 0 or more");
     options.max_loss = share;
   }
   if (!FLAGS_temperature.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const double temperature, ParseReal("temperature", FLAGS_temperature));
+    TRUETRIAD_ASSIGN_OR_RETURN(const double temperature,
+                               ParseReal("temperature", FLAGS_temperature));
     options.temperature_degc = temperature;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<int> instance, ParseInstance());
@@ -112,7 +113,7 @@ void PrintLoss(const Export& result) {
   }
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
@@ -132,13 +133,13 @@ Result<int> Run(const std::vector<std::string>&) {
   return kExitGood;
 }
 
-std::vector<std::string> FormatNames() {
+std::vector<std::string> ExportNames() {
   std::vector<std::string> names;
   for (const FormatInfo& format : Formats()) names.emplace_back(format.name);
   return names;
 }
 
-std::string FormatList() {
+std::string ExportList() {
   std::string text = "Formats:\n";
   for (const FormatInfo& format : Formats()) {
     std::string name(format.name);
@@ -152,7 +153,7 @@ std::string FormatList() {
 
 Command ExportCommand() {
   static const std::string& details = *new std::string(
-      FormatList() +
+      ExportList() +
       "\nThe file is read back, and the target system's equation, in its own arithmetic, is "
       "compared\nwith the calibration over a sphere of inputs and the calibrated temperatures. The "
       "loss is\nprinted and written into the file.\n");
@@ -163,7 +164,7 @@ Command ExportCommand() {
               "--output=out/demo.params",
           .details = details,
           .flags = {{"calibration", "FILE", true},
-                    {"to", "FORMAT", true, FormatNames()},
+                    {"to", "FORMAT", true, ExportNames()},
                     {"output", "FILE", true},
                     {"max-loss", "SHARE"},
                     {"temperature", "DEGC"},
@@ -171,7 +172,7 @@ Command ExportCommand() {
                     {"instance", "N"},
                     {"id", "DEVICE_ID"},
                     {"allan", "FILE"}},
-          .run = Run};
+          .run = RunExport};
 }
 
 }  // namespace truetriad

@@ -13,7 +13,7 @@ DEFINE_string(as, "text", "text, or for all verbs: man (the manual page) or bash
 namespace truetriad {
 namespace {
 
-Result<int> Run(const std::vector<std::string>& words) {
+Result<int> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
     if (!words.empty()) return UsageError("--as=" + FLAGS_as + " covers all verbs; name none");
     if (FLAGS_as != "man" && FLAGS_as != "bash") {
@@ -40,7 +40,7 @@ Command HelpCommand() {
           .examples = "build/truetriad help calibrate",
           .flags = {{"as", "FORM", false, {"text", "man", "bash"}}},
           .takes_words = true,
-          .run = Run};
+          .run = RunHelp};
 }
 
 }  // namespace truetriad

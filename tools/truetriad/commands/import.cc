@@ -22,7 +22,7 @@ DEFINE_string(from, "", "the format, from the list above");
 namespace truetriad {
 namespace {
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunImport(const std::vector<std::string>&) {
   ImportOptions options;
   options.software_version = Version();
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
@@ -87,7 +87,7 @@ Command ImportCommand() {
                     {"output", "FILE|DIR", true},
                     {"units", "UNIT[,UNIT]"},
                     {"instance", "N"}},
-          .run = Run};
+          .run = RunImport};
 }
 
 }  // namespace truetriad

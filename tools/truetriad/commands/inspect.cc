@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunInspect(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const PosesConfig config, ParsePoses(FLAGS_poses));
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
@@ -32,7 +32,7 @@ Command InspectCommand() {
               "Prints rates, gaps, the poses found, their coverage, the noise within rests and "
               "the\ntemperature range.\n",
           .flags = {{"input", "LOG", true}, {"poses", "HOW"}},
-          .run = Run};
+          .run = RunInspect};
 }
 
 }  // namespace truetriad

@@ -35,7 +35,7 @@ Status WriteResult(const Plan& plan) {
   return {};
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunPlan(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   if (!FLAGS_program.empty()) {
     if (!experiment.plan) experiment.plan = PlanConfig();
@@ -76,7 +76,7 @@ Command PlanCommand() {
                     {"program", "PROGRAM.yaml"},
                     {"output", "DIR"},
                     {"set", "KEY=VALUE,..."}},
-          .run = Run};
+          .run = RunPlan};
 }
 
 }  // namespace truetriad

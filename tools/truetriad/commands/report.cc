@@ -37,7 +37,7 @@ std::string PageName(const Calibration& calibration, std::set<std::string>* take
   return name + ".html";
 }
 
-Result<int> Run(const std::vector<std::string>& words) {
+Result<int> RunReport(const std::vector<std::string>& words) {
   const std::vector<std::string> files = InputFiles(words);
   std::vector<Calibration> calibrations;
   for (const std::string& file : files) {
@@ -76,7 +76,7 @@ Command ReportCommand() {
           "blanks,\nwrites one page each into a folder, named after the serial number.\n",
       .flags = {{"calibration", "FILE[,FILE]", true}, {"output", "PAGE.html|DIR", true}},
       .takes_words = true,
-      .run = Run};
+      .run = RunReport};
 }
 
 }  // namespace truetriad

@@ -302,7 +302,7 @@ void Tell(const Scenario& scenario) {
       (folder / DrawUnit(scenario, scenario.count - 1).serial).c_str());
 }
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunSimulate(const std::vector<std::string>&) {
   if (FLAGS_threads < 0) {
     return UsageError("--threads=" + std::to_string(FLAGS_threads) +
                       " is invalid; expected 1 or more, or 0 for one per core");
@@ -346,7 +346,7 @@ Command SimulateCommand() {
                     {"output", "DIR", true},
                     {"set", "KEY=VALUE,..."},
                     {"threads", "N"}},
-          .run = Run};
+          .run = RunSimulate};
 }
 
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-Result<int> Run(const std::vector<std::string>&) {
+Result<int> RunVersion(const std::vector<std::string>&) {
   std::printf("truetriad %s\n", Version().c_str());
   return kExitGood;
 }
@@ -20,7 +20,7 @@ Command VersionCommand() {
   return {.name = "version",
           .summary = "Which version is this?",
           .examples = "build/truetriad version",
-          .run = Run};
+          .run = RunVersion};
 }
 
 }  // namespace truetriad
