@@ -66,6 +66,16 @@ void OptionsCheck::Sensor(Triad triad) {
   for (const AxisTermInfo& info : kAxisTerms) {
     require_owner(sensor.axis_terms[info.term], WithArticle(info.words), info.name, info.triad);
   }
+  if (options_.initialise.only) {
+    const bool has_more = std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const auto& info) {
+      return sensor.axis_terms[info.term] != Wanted::kNo;
+    });
+    Require(key,
+            !has_more && !sensor.thermal.any() && sensor.g_sensitivity == Wanted::kNo,
+            name +
+                ": start values are a bias and a matrix; remove the other terms, or "
+                "`initialise: { only: true }`");
+  }
   Require(key + ".noise",
           sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
           name + ": excess sigma " + std::to_string(sensor.excess_sigma) + " must be >= 0");

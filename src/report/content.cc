@@ -21,8 +21,6 @@ namespace {
 
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Below this many, the σ are themselves known to a quarter at best: 1 / sqrt(2 dof).
-constexpr double kFewDof = 10.0;
 /// Correlations above this are worth a sentence.
 constexpr double kStrongCorrelation = 0.9;
 
@@ -51,16 +49,6 @@ std::string IntervalSentence(double dof) {
 }
 
 /// A caution where the σ themselves are hardly known, or empty.
-std::string FewDofSentence(double dof, bool is_sweep) {
-  if (!(dof > 0.0) || dof >= kFewDof) return "";
-  return "CAUTION: only " + Significant(dof, 2) +
-         " degrees of freedom support σ, so σ itself is known only to about " +
-         Percent(1.0 / std::sqrt(2.0 * dof)) +
-         (is_sweep
-              ? "; the residual of the sweep varies slowly: repeat the sweep, or make it longer."
-              : "; add poses.");
-}
-
 /// The most correlated pairs in words, or empty.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
   struct Pair {
@@ -163,10 +151,6 @@ Section ParametersSection(const Calibration& calibration) {
   const double dof = calibration.quality.effective_dof;
   const bool from_motion = calibration.mode == Mode::kMotion;
   section.blocks.emplace_back(IntervalSentence(dof));
-  if (std::string caution = FewDofSentence(dof, calibration.mode == Mode::kSweep);
-      !caution.empty()) {
-    section.blocks.emplace_back(Bullet{std::move(caution)});
-  }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;

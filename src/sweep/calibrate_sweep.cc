@@ -356,6 +356,10 @@ Status CalibrateSweep(const PoseSet& poses,
   quality.reduced_chi2_before = quality.reduced_chi2;
   SayLeftOut(quality, &calibration.findings);
   SayUnexplained(quality, &calibration.findings);
+  const Findings few = CheckDegreesOfFreedom(
+      quality.effective_dof,
+      "what the fit leaves varies slowly: repeat the sweep, or make it longer");
+  calibration.findings.insert(calibration.findings.end(), few.begin(), few.end());
   const Findings non_finite =
       CheckFinite(TriadOptions(), Eigen::VectorXd(), calibration.covariance);
   if (non_finite.empty()) {

@@ -117,7 +117,7 @@ TEST_F(AccelerometerRecordings, TenPosesForNineParametersAreNotPraisedForTheirSm
     EXPECT_NEAR(
         sensor.model.bias[axis], author[axis], 3.0 * std::numbers::sqrt2 * sensor.bias_sigma[axis]);
   }
-  EXPECT_THAT(run.text, HasSubstr("CAUTION: only 1 degrees of freedom"));
+  EXPECT_THAT(run.text, HasSubstr("only 1.0 degrees of freedom support σ"));
 }
 
 TEST_F(AccelerometerRecordings, SixKnownFacesDetermineWhatSixNormsDoNot) {

@@ -90,12 +90,6 @@ TEST(CalibrationText, StatesTheNinetyFivePercentFactorOnce) {
   EXPECT_THAT(text, Not(HasSubstr("CAUTION")));
 }
 
-TEST(CalibrationText, WarnsWhenFewDegreesOfFreedomStandBehindSigma) {
-  Calibration c = SampleCalibration();
-  c.quality.effective_dof = 6.0;
-  EXPECT_THAT(CalibrationText(c), HasSubstr("CAUTION"));
-}
-
 TEST(CalibrationText, ShowsTheMatrixWhenAxesArePermuted) {
   Calibration c = SampleCalibration();
   c.sensors[Triad::kMagnetometer]->model.sensitivity << 0, 10, 0, 0, 0, 10, 10, 0, 0;

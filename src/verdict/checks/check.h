@@ -63,6 +63,8 @@ Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 
 // Parts that hold however the solution was found.
 //
+// Degrees of freedom that are too few to know σ by.
+Findings CheckDegreesOfFreedom(double dof, const char* remedy);
 // A solution, a covariance or a variance that is no number.
 Findings CheckFinite(const TriadOptions& gyroscope,
                      const Eigen::VectorXd& shared,

@@ -19,13 +19,20 @@ constexpr double kOddGain = 5.0;
 
 }  // namespace
 
+Findings CheckDegreesOfFreedom(double dof, const char* remedy) {
+  if (!(dof > 0.0) || dof >= kFewDof) return {};
+  return {
+      Finding(FindingCode::kFewDegreesOfFreedom,
+              Format("only %.1f degrees of freedom support σ, ", dof) +
+                  Format("so σ itself is known only to about %.0f %%; the intervals allow for it",
+                         100.0 / std::sqrt(2.0 * dof)),
+              remedy)
+          .With("degrees_of_freedom", dof)};
+}
+
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
-  const double dof = solved.stated.quality.effective_dof;
-  if (run.noise.estimated.empty() || dof >= kFewDof) return {};
-  return {Finding(FindingCode::kFewDegreesOfFreedom,
-                  Format("only %.1f degrees of freedom support σ", dof),
-                  "use the stated interval factor, not 2 σ")
-              .With("degrees_of_freedom", dof)};
+  if (run.noise.estimated.empty()) return {};
+  return CheckDegreesOfFreedom(solved.stated.quality.effective_dof, "add poses");
 }
 
 Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph) {

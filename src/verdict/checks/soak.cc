@@ -20,6 +20,8 @@ namespace {
 // What poses of one temperature have in common is drift where noise makes so much of it in one of a
 // hundred runs.
 constexpr double kDriftLevel = 0.01;
+// Of what noise leaves, as a share of its degrees of freedom: below it is rounding.
+constexpr double kRoundingShare = 1e-6;
 // Width of a setting: a share of the range, and what a thermometer may scatter by.
 constexpr double kSameSetting = 0.05;
 constexpr double kSameDegc = 1.0;
@@ -191,10 +193,14 @@ Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& syste
 // What is left of offsets beyond the terms is L o, since the terms, the bias and the rest of the
 // model follow them as far as they can. Of L L^T: its trace, and the degrees of freedom that it
 // leaves a sum of squares (Satterthwaite 1946). Unset where the bias is held or a temperature does
-// not determine one.
+// not determine one. Of noise whose covariance is S for each temperature by itself L S is left, all
+// that it does to the solution counted; scaled by the diagonal of S, as the settings' σ scale a sum
+// of squares.
 struct Leftover {
   double trace = 0.0;
   double dof = 0.0;
+  double noise_trace = 0.0;
+  double noise_dof = 0.0;
 };
 std::optional<Leftover> LeftoverOf(const PoseGraph& graph,
                                    const ReducedSystem& system,
@@ -203,15 +209,22 @@ std::optional<Leftover> LeftoverOf(const PoseGraph& graph,
   Eigen::MatrixXd of_bias(3, system.size());
   for (int i = 0; i < 3; ++i) of_bias.row(i) = graph.layout.basis.row(graph.layout.bias[triad] + i);
   Eigen::MatrixXd L = -TransposedCongruence(G, system.covariance());
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(G.cols(), G.cols());
   for (Eigen::Index at = 0; at < G.cols(); at += 3) {
     // The information that the temperature has of an offset by itself.
     const PivotedLu solver(Times(of_bias, G.middleCols(at, 3)));
     if (!solver.is_invertible()) return std::nullopt;
     L.middleRows<3>(at) = solver.Solve(L.middleRows<3>(at));
+    S.block<3, 3>(at, at) = solver.Solve(Eigen::MatrixXd(Eigen::Matrix3d::Identity()));
   }
   L.diagonal().array() += 1.0;
   const Eigen::MatrixXd K = TimesTranspose(L, L);
-  return Leftover{K.trace(), K.trace() * K.trace() / K.squaredNorm()};
+  const Eigen::VectorXd per_sigma = S.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd N = ScaledBothSides(per_sigma, Times(L, S));
+  const auto dof_of = [](const Eigen::MatrixXd& covariance) {
+    return covariance.trace() * covariance.trace() / covariance.squaredNorm();
+  };
+  return Leftover{K.trace(), dof_of(K), N.trace(), dof_of(N)};
 }
 
 }  // namespace
@@ -235,10 +248,13 @@ SettingScatter ScatterOf(const PoseGraph& graph,
   const double left = 3.0 * (count - 1 - graph.layout.thermal[triad].terms.bias_order);
   if (left <= 0.0) return scatter;
   const Leftover leftover = LeftoverOf(graph, system, triad, OffsetColumns(graph, system, triad))
-                                .value_or(Leftover{left, left});
+                                .value_or(Leftover{left, left, left, left});
   scatter.dof = leftover.dof;
   scatter.ratio = chi2 / leftover.trace;
-  scatter.p_value = 1.0 - ChiSquareCdf(scatter.ratio * scatter.dof, scatter.dof);
+  // The terms follow whatever the temperatures have in common.
+  if (!(leftover.noise_trace > kRoundingShare * left)) return scatter;
+  scatter.p_value =
+      1.0 - ChiSquareCdf(chi2 / leftover.noise_trace * leftover.noise_dof, leftover.noise_dof);
   scatter.variance_raw = std::max(squares / leftover.trace - noise / (3.0 * count), 0.0);
   return scatter;
 }

@@ -15,7 +15,7 @@
 DEFINE_bool(report, true, "whether to write the HTML report");
 DEFINE_string(solver,
               "eliminated",
-              "eliminated, or ceres: the whole problem by Ceres as it is, slower, for comparison");
+              "eliminated, or ceres: poses or motion by Ceres as they are, slower, for comparison");
 
 namespace truetriad {
 namespace {
