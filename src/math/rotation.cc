@@ -8,6 +8,9 @@ namespace {
 
 // Below this angle the closed forms cancel and their series are exact to rounding.
 constexpr double kSmallAngle = 1e-2;
+// Of an angle squared, below which a few terms more do without sine and cosine: readings of a
+// gyroscope turn by little at a time.
+constexpr double kSeries = 0.04;
 
 }  // namespace
 
@@ -20,8 +23,7 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& vector) {
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad) {
   const double square = vector_rad.squaredNorm();
   Eigen::Quaterniond rotation;
-  // sin(a / 2) / a and cos(a / 2); readings of a gyroscope turn by little at a time.
-  constexpr double kSeries = 0.04;
+  // sin(a / 2) / a and cos(a / 2).
   if (square < kSeries) {
     const double h = 0.25 * square;
     rotation.vec() =
@@ -53,14 +55,27 @@ Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vec
 }
 
 Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad) {
-  const double angle = vector_rad.norm(), square = angle * angle;
-  const Eigen::Matrix3d skew = Skew(vector_rad);
+  const double s = vector_rad.squaredNorm();
   // (1 - cos a) / a^2 and (a - sin a) / a^3.
-  const double first = angle < kSmallAngle ? 0.5 - square * (1.0 / 24.0 - square / 720.0)
-                                           : (1.0 - std::cos(angle)) / square;
-  const double second = angle < kSmallAngle ? 1.0 / 6.0 - square * (1.0 / 120.0 - square / 5040.0)
-                                            : (angle - std::sin(angle)) / (square * angle);
-  return Eigen::Matrix3d::Identity() - first * skew + second * skew * skew;
+  double first, second;
+  if (s < kSeries) {
+    first = 0.5 - s * (1.0 / 24.0 - s * (1.0 / 720.0 - s * (1.0 / 40320.0 - s / 3628800.0)));
+    second = 1.0 / 6.0 - s * (1.0 / 120.0 - s * (1.0 / 5040.0 - s * (1.0 / 362880.0)));
+  } else {
+    const double angle = std::sqrt(s);
+    first = (1.0 - std::cos(angle)) / s;
+    second = (angle - std::sin(angle)) / (s * angle);
+  }
+  // I - first [v] + second [v]^2, [v]^2 being v v^T - a^2 I.
+  const Eigen::Vector3d scaled = first * vector_rad, along = second * vector_rad;
+  const double own = 1.0 - second * s;
+  const double xy = along.x() * vector_rad.y(), xz = along.x() * vector_rad.z(),
+               yz = along.y() * vector_rad.z();
+  Eigen::Matrix3d jacobian;
+  jacobian << own + along.x() * vector_rad.x(), xy + scaled.z(), xz - scaled.y(),  //
+      xy - scaled.z(), own + along.y() * vector_rad.y(), yz + scaled.x(),          //
+      xz + scaled.y(), yz - scaled.x(), own + along.z() * vector_rad.z();
+  return jacobian;
 }
 
 Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& vector_rad) {

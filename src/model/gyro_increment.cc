@@ -133,9 +133,9 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
-// How the rate of each instantaneous reading turns the whole, seen from the begin: the derivatives of
-// RateWindow::InstantaneousStep. A reading takes part in the two steps beside it and, by the slopes,
-// in one more on each side.
+// How the rate of each instantaneous reading turns the whole, seen from the begin: the derivatives
+// of RateWindow::InstantaneousStep. A reading takes part in the two steps beside it and, by the
+// slopes, in one more on each side.
 class Turning {
  public:
   struct Reading {
@@ -149,12 +149,18 @@ class Turning {
   // completes the reading i - 2.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
-    const Eigen::Matrix3d by_square = step_s * step_s / 12.0 * by_step;
+    const double square = step_s * step_s / 12.0;
+    const Eigen::Matrix3d by_square = square * by_step;
     if (i == 1) At(0) = {Eigen::Matrix3d::Zero(), rates.begin()};
-    At(i) = {0.5 * step_s * by_step + by_square * Skew(rates.begin()), rates.end()};
-    At(i - 1).by_rate += 0.5 * step_s * by_step - by_square * Skew(rates.end());
+    const Eigen::Matrix3d half = 0.5 * step_s * by_step;
+    At(i).rate_radps = rates.end();
+    At(i).by_rate = half;
+    AddTimesSkew(by_square, rates.begin(), &At(i).by_rate);
+    At(i - 1).by_rate += half;
+    AddTimesSkew(by_square, -rates.end(), &At(i - 1).by_rate);
     if (i > 1 && time_s_[i] > time_s_[i - 2]) {
-      const Eigen::Matrix3d by_slope = (by_square - by_square_before_) / (time_s_[i] - time_s_[i - 2]);
+      const double per_s = 1.0 / (time_s_[i] - time_s_[i - 2]);
+      const Eigen::Matrix3d by_slope = per_s * (by_square - by_square_before_);
       At(i).by_rate += by_slope;
       At(i - 2).by_rate -= by_slope;
     }
@@ -166,6 +172,14 @@ class Turning {
 
  private:
   Reading& At(std::size_t i) { return last_[i % 3]; }
+  // matrix [vector]
+  static void AddTimesSkew(const Eigen::Matrix3d& matrix,
+                           const Eigen::Vector3d& vector,
+                           Eigen::Matrix3d* sum) {
+    sum->col(0) += vector.z() * matrix.col(1) - vector.y() * matrix.col(2);
+    sum->col(1) += vector.x() * matrix.col(2) - vector.z() * matrix.col(0);
+    sum->col(2) += vector.y() * matrix.col(0) - vector.x() * matrix.col(1);
+  }
 
   std::span<const double> time_s_;
   std::array<Reading, 3> last_;
@@ -216,7 +230,8 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
     const Eigen::Vector3d step =
         is_mean ? Eigen::Vector3d(step_s * rates.end()) : rates.InstantaneousStep(step_s);
     // A change of the step by d turns the whole by J_l(step) d, seen from the begin.
-    const Eigen::Matrix3d by_step = turned * RightJacobian(-step);
+    Eigen::Matrix3d by_step;
+    by_step.noalias() = turned.lazyProduct(RightJacobian(-step));
     if (is_mean) {
       AddReading(sensor, step_s * by_step, rates.end(), force_at(i), &sums);
     } else {

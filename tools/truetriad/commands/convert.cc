@@ -90,14 +90,13 @@ Result<std::string> FindConverter(const LogFormat& format) {
   }
   if (found) return *found;
   std::string what = "--from=" + std::string(format.name) + ": " + program +
-                     " is not installed beside truetriad; ";
+                     " is not beside truetriad; ";
   if (format.is_script) {
     what += "set up tools/convert-node (nodejs and npm) as described in docs/converting.md";
   } else if (!format.needs.empty()) {
-    what += "install " + std::string(format.needs) +
-            ", then configure and build the whole project again";
+    what += "build it with tools/build.sh programs (it needs " + std::string(format.needs) + ")";
   } else {
-    what += "build the whole project (cmake --build build), or install it again";
+    what += "build it with tools/build.sh programs, or install truetriad again";
   }
   return UsageError(what);
 }
