@@ -174,7 +174,7 @@ std::string ComparisonText(const Comparison& comparison) {
   }
   if (comparison.field_scale_taken_out) {
     text += Wrapped(
-        "The field strength was nominal in one of them, so the magnetometer's common scale was "
+        "The field strength was nominal in at least one of them, so the magnetometer's common scale was "
         "removed before comparing.",
         0);
   }
