@@ -118,9 +118,7 @@ class StreamAnalysis {
   std::string Disturbance(const AllanTriad& result, std::vector<std::string>* warnings) const;
   void WarnOfAxis(int axis, const AllanAxis& result, std::vector<std::string>* warnings) const;
   std::string Name() const { return std::string(TriadName(info_.triad)); }
-  std::string Name(int axis) const {
-    return Name() + " " + kAxisLetters[static_cast<std::size_t>(axis)] + " axis";
-  }
+  std::string Name(int axis) const { return Name() + " " + AxisLetter(axis) + " axis"; }
 
   StreamInfo info_;
   AllanOptions options_;
@@ -370,8 +368,7 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result,
   RestWatch::Verdict worst;
   bool shows = false;  // In the curve.
   const auto add = [](std::size_t axis, std::string* axes) {
-    *axes +=
-        (axes->empty() ? "" : ", ") + std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]);
+    *axes += (axes->empty() ? "" : ", ") + std::string(1, AxisLetter(axis));
   };
   for (std::size_t i = 0; i < 3; ++i) {
     if (result.axes[i].points.empty()) continue;

@@ -265,7 +265,7 @@ std::string AllanSvg(const AllanResult& result) {
       const AllanAxis& axis = triad.axes[i];
       const double left = kLeft + static_cast<double>(i) * (kPanelWidth + kGap);
       LogPanel panel(svg, left, top, tau, deviation);
-      const std::string name = std::string(TriadName(triad.triad)) + " " + "xyz"[i];
+      const std::string name = std::string(TriadName(triad.triad)) + " " + AxisLetter(i);
       if (axis.points.empty()) {
         panel.DrawFrame(name + ": constant");
         continue;

@@ -110,7 +110,7 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
     std::string word;
     reader.Read(&word);
     const bool is_negative = word.starts_with('-');
-    const std::size_t letter = std::string_view("xyz").find(word.substr(is_negative ? 1 : 0));
+    const std::size_t letter = kAxisLetters.find(word.substr(is_negative ? 1 : 0));
     if (word.size() == (is_negative ? 2U : 1U) && letter != std::string_view::npos) {
       *axis = (is_negative ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(letter));
       return;

@@ -2,9 +2,7 @@
 #include "data/given_poses.h"
 
 #include <algorithm>
-#include <iomanip>
 #include <limits>
-#include <sstream>
 #include <utility>
 
 #include <glog/logging.h>
@@ -19,9 +17,7 @@ constexpr std::int64_t kNoPose = std::numeric_limits<std::int64_t>::min();
 constexpr std::int64_t kWindowSamples = 10;
 
 std::string SecondsText(std::int64_t time_ns) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(3) << 1e-9 * static_cast<double>(time_ns);
-  return text.str();
+  return Format("%.3f", 1e-9 * static_cast<double>(time_ns));
 }
 
 }  // namespace

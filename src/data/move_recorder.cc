@@ -61,7 +61,7 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
   const double rest_radius =
       kAtRestShare * (gyroscope.maximum_raw - gyroscope.minimum_raw).maxCoeff();
   for (int axis = 0; axis < 3; ++axis) {
-    const std::string name = std::string("gyroscope ") + "xyz"[axis];
+    const std::string name = std::string("gyroscope ") + AxisLetter(axis);
     const double before = move.gyroscope_raw.front()[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
       // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.

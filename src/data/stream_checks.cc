@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iomanip>
 #include <span>
-#include <sstream>
 #include <utility>
 
 #include "base/messages.h"
@@ -42,9 +40,7 @@ double MedianOf(std::vector<std::int64_t> values) {
 }
 
 std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(2) << static_cast<double>(to_ns - from_ns) * 1e-9 << " s";
-  return text.str();
+  return Format("%.2f s", 1e-9 * static_cast<double>(to_ns - from_ns));
 }
 
 std::string Number(double value) { return RoundedText(value, 9); }
@@ -203,9 +199,8 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
   for (int axis = 0; axis < 3; ++axis) {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
       findings.push_back(Finding(FindingCode::kConstantAxis,
-                                 name + ": the " + kAxisLetters[static_cast<std::size_t>(axis)] +
-                                     " axis reads " + Number(minimum_raw_[axis]) + " " +
-                                     info_.unit.name +
+                                 name + ": the " + AxisLetter(axis) + " axis reads " +
+                                     Number(minimum_raw_[axis]) + " " + info_.unit.name +
                                      " throughout; check for a dead axis or a wrong column")
                              .About(triad, axis)
                              .With("reading", minimum_raw_[axis], info_.unit.name));
@@ -353,9 +348,8 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
           if (++hits <= kMaxListed) numbers += (hits > 1 ? ", " : "") + std::to_string(i + 1);
         }
         if (hits == 0) continue;
-        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " +
-                  kAxisLetters[static_cast<std::size_t>(axis)] + " axis at its limit of " +
-                  Number(limit) + " " + stream.unit.name + " in " +
+        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " + AxisLetter(axis) +
+                  " axis at its limit of " + Number(limit) + " " + stream.unit.name + " in " +
                   (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") + numbers +
                   (hits > kMaxListed ? ", …" : "");
       }

@@ -130,8 +130,7 @@ void SweepCutter::LeaveOutFarOffReadings(const TemperatureTrack& track,
     const double median = std::pow(1.0 - 2.0 / (9.0 * dof), 3);
     variances.push_back(window.scatter_raw(axis, axis) / dof / median);
   }
-  const std::string name =
-      std::string(TriadName(triad)) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
+  const std::string name = std::string(TriadName(triad)) + " " + AxisLetter(axis);
   const std::vector<bool> odd = FarOff(value, OffNeighbours(time, value), 0.0);
   for (std::size_t i = 0; i < odd.size(); ++i) {
     if (odd[i]) LeaveOut(index[i], name);

@@ -81,7 +81,7 @@ Result<std::vector<ExportedFile>> WriteInav(const WriteRequest& request,
     const std::string name = is_acc ? "acc" : "mag";
     const Eigen::Vector3d C = sensor->model.Correction().diagonal();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      text += std::string(kSet) + name + "zero_" + "xyz"[axis] + " = " +
+      text += std::string(kSet) + name + "zero_" + AxisLetter(axis) + " = " +
               std::to_string(zero[axis]) + "\n";
     }
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -90,8 +90,8 @@ Result<std::vector<ExportedFile>> WriteInav(const WriteRequest& request,
                                        is_acc ? kAccGainUnity * C[axis] : kMagGainUnity / C[axis],
                                        1,
                                        kMaxGain));
-      text +=
-          std::string(kSet) + name + "gain_" + "xyz"[axis] + " = " + std::to_string(gain) + "\n";
+      text += std::string(kSet) + name + "gain_" + AxisLetter(axis) + " = " + std::to_string(gain) +
+              "\n";
     }
   }
   warnings->emplace_back(
@@ -156,8 +156,8 @@ Result<Carried> ReadInav(const ReadRequest& request) {
     Eigen::Vector3d zero, gain;
     bool whole = true;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto found_zero = settings.find(name + "zero_" + "xyz"[axis]);
-      const auto found_gain = settings.find(name + "gain_" + "xyz"[axis]);
+      const auto found_zero = settings.find(name + "zero_" + AxisLetter(axis));
+      const auto found_gain = settings.find(name + "gain_" + AxisLetter(axis));
       whole = whole && found_zero != settings.end() && found_zero->second.size() == 1 &&
               found_gain != settings.end() && found_gain->second.size() == 1;
       if (!whole) break;

@@ -100,7 +100,8 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
     }
     const Eigen::Matrix3d correction = sensor->model.Correction();
     for (int axis = 0; axis < 3; ++axis) {
-      out.Float(prefix + "XYZ"[axis] + "OFF", sensor->model.bias[axis]);
+      out.Float(prefix + kUpperCaseAxes[static_cast<std::size_t>(axis)] + "OFF",
+                sensor->model.bias[axis]);
     }
     // Limits of the sources named above.
     constexpr double kIgnoredOffset = 0.01;
@@ -111,7 +112,8 @@ Result<std::vector<ExportedFile>> WritePx4(const WriteRequest& request,
     }
     if (names.triad != Triad::kGyroscope) {
       for (int axis = 0; axis < 3; ++axis) {
-        out.Float(prefix + "XYZ"[axis] + "SCALE", correction(axis, axis));
+        out.Float(prefix + kUpperCaseAxes[static_cast<std::size_t>(axis)] + "SCALE",
+                  correction(axis, axis));
       }
       // Limits of the sources named above.
       constexpr double kLeastScale = 0.1;

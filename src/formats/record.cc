@@ -254,7 +254,7 @@ class ResultRows {
                  const Eigen::Matrix3d& sigmas,
                  const std::string& unit) {
     for (int i = 0; i < 3; ++i)
-      Add(label + " " + "xyz"[i], matrix.row(i).transpose(), sigmas.row(i).transpose(), unit);
+      Add(label + " " + AxisLetter(i), matrix.row(i).transpose(), sigmas.row(i).transpose(), unit);
   }
 
   void AddThermal(const ThermalTerms& thermal) {
@@ -283,8 +283,8 @@ class ResultRows {
       if (!values) return;
       Eigen::Vector3d sigmas;
       for (int i = 0; i < 3; ++i) {
-        sigmas[i] = SigmaOf(covariance_,
-                            std::string(TriadName(triad_)) + ".thermal." + name + "." + "xyz"[i]);
+        sigmas[i] = SigmaOf(
+            covariance_, std::string(TriadName(triad_)) + ".thermal." + name + "." + AxisLetter(i));
       }
       Add(label, *values, sigmas, unit);
     };

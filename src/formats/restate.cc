@@ -198,7 +198,7 @@ std::string AxisMapText(const Eigen::Matrix3d& map) {
     map.row(i).cwiseAbs().maxCoeff(&j);
     text += i > 0 ? ", " : "";
     text += map(i, j) < 0.0 ? "-" : "";
-    text += kAxisLetters[static_cast<std::size_t>(j)];
+    text += AxisLetter(j);
   }
   return text + ")";
 }

@@ -30,7 +30,7 @@ using Eigen::Vector3d;
 constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
 std::string FaceName(const FacePose& face) {
-  return std::string(face.sign > 0 ? "+" : "-") + "xyz"[face.axis];
+  return std::string(face.sign > 0 ? "+" : "-") + AxisLetter(face.axis);
 }
 
 std::size_t FaceIndex(const FacePose& face) {

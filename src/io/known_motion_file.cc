@@ -34,7 +34,7 @@ void ReadAxis(YamlReader reader, Eigen::Vector3d* axis) {
     std::string name;
     if (!reader.Read(&name)) return;
     const bool has_sign = !name.empty() && (name[0] == '-' || name[0] == '+');
-    const std::size_t place = std::string_view("xyz").find(name.substr(has_sign ? 1 : 0));
+    const std::size_t place = kAxisLetters.find(name.substr(has_sign ? 1 : 0));
     if (name.size() == (has_sign ? 2U : 1U) && place < 3) {
       *axis = (name[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(static_cast<int>(place));
       return;

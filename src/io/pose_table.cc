@@ -286,7 +286,7 @@ Status RejectClipped(const PoseSet& poses) {
           continue;
         }
         std::string message = poses.source + ": " + std::string(TriadName(stream.triad)) + " axis ";
-        message += "xyz"[axis];
+        message += AxisLetter(axis);
         message += " is clipped: it reads exactly " + std::to_string(limit) + " in " +
                    std::to_string(rows) + " of " + std::to_string(poses.poses.size()) +
                    " rows; set a larger full-scale range and record again";

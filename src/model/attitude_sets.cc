@@ -113,17 +113,16 @@ std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body) {
   for (int axis = 1; axis < 3; ++axis) {
     if (std::abs(rotation(2, axis)) > std::abs(rotation(2, up)) + kTie) up = axis;
   }
-  std::string words = std::string(rotation(2, up) < 0.0 ? "-" : "") +
-                      kAxisLetters[static_cast<std::size_t>(up)] + " up";
+  std::string words = std::string(rotation(2, up) < 0.0 ? "-" : "") + AxisLetter(up) + " up";
   for (int axis = 0; axis < 3; ++axis) {
     if (axis == up) continue;
     const int elevation = Degrees(std::asin(rotation(2, axis)));
     if (elevation == 0) continue;
-    words += std::string(", ") + kAxisLetters[axis] + " " + std::to_string(std::abs(elevation)) +
+    words += std::string(", ") + AxisLetter(axis) + " " + std::to_string(std::abs(elevation)) +
              (elevation > 0 ? " deg above level" : " deg below level");
   }
   const int first = up == 0 ? 1 : 0;
-  return words + ", " + kAxisLetters[first] + " " +
+  return words + ", " + AxisLetter(first) + " " +
          HeadingInWords(Degrees(std::atan2(rotation(1, first), rotation(0, first))));
 }
 

@@ -291,7 +291,8 @@ Findings WhyUnusable(const MotionTrack& track,
                      const PresentedSolution& solution,
                      const Quality& quality,
                      bool determined) {
-  const Findings non_finite = CheckFinite(TriadOptions(), run.graph.shared, solution.covariance);
+  const Findings non_finite =
+      CheckFinite(TriadOptions(), run.graph.shared.allFinite(), solution.covariance);
   if (Find(non_finite, FindingCode::kNonFinite) != nullptr) return non_finite;
   if (!determined) {
     return {{FindingCode::kNotDetermined,

@@ -44,7 +44,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
   Eigen::Index axis = 0;
   up.cwiseAbs().maxCoeff(&axis);
-  return std::string(up[axis] < 0.0 ? "-" : "+") + kAxisLetters[static_cast<std::size_t>(axis)];
+  return std::string(up[axis] < 0.0 ? "-" : "+") + AxisLetter(axis);
 }
 
 // Poses that between them have every temperature to come, and every face of a six-face block.

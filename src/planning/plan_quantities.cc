@@ -54,12 +54,11 @@ class QuantityList {
     const auto entry = [&](int row, int col) -> Eigen::RowVectorXd {
       Eigen::Index from = 0;
       sensing.map.row(col).cwiseAbs().maxCoeff(&from);
-      return RowOf(sensor + ".sensitivity." + kAxisLetters[static_cast<std::size_t>(row)] +
-                   kAxisLetters[static_cast<std::size_t>(from)]) /
+      return RowOf(sensor + ".sensitivity." + AxisLetter(row) + AxisLetter(from)) /
              sensing.gain[row];
     };
     for (int i = 0; i < 3; ++i) {
-      const std::string axis(1, kAxisLetters[static_cast<std::size_t>(i)]);
+      const std::string axis(1, AxisLetter(i));
       Add(sensor + ".bias",
           axis,
           std::string(TruthUnitName(sensing.triad)),
@@ -67,18 +66,13 @@ class QuantityList {
           RowOf(sensor + ".bias." + axis) / sensing.gain[i]);
     }
     for (int i = 0; i < 3; ++i) {
-      Add(sensor + ".scale_error",
-          std::string(1, kAxisLetters[static_cast<std::size_t>(i)]),
-          "",
-          1.0,
-          entry(i, i));
+      Add(sensor + ".scale_error", std::string(1, AxisLetter(i)), "", 1.0, entry(i, i));
     }
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         if (i == j) continue;
         Add(sensor + ".misalignment_rad",
-            std::string(1, kAxisLetters[static_cast<std::size_t>(i)]) +
-                kAxisLetters[static_cast<std::size_t>(j)],
+            std::string(1, AxisLetter(i)) + AxisLetter(j),
             "rad",
             1.0,
             entry(i, j));

@@ -14,8 +14,8 @@ std::string ParameterName::str() const {
   text.append(".").append(InfoOf(kind).name);
   if (power > 0) text.append(".").append(std::to_string(power));
   text += '.';
-  text += kAxisLetters[static_cast<std::size_t>(row)];
-  if (InfoOf(kind).is_matrix) text += kAxisLetters[static_cast<std::size_t>(col)];
+  text += AxisLetter(row);
+  if (InfoOf(kind).is_matrix) text += AxisLetter(col);
   return text;
 }
 

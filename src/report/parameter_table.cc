@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-std::string AxisName(int axis) { return {kAxisLetters[static_cast<std::size_t>(axis)]}; }
+std::string AxisName(int axis) { return {AxisLetter(axis)}; }
 
 std::string BiasName(Triad triad, int axis) {
   return std::string(TriadName(triad)) + ".bias." + AxisName(axis);

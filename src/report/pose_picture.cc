@@ -129,9 +129,7 @@ class Picture {
     svg_.Text(x, y + 4.5, Name(axis), std::string("middle axis ") + Name(axis));
   }
 
-  static std::string Name(int axis) {
-    return std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]);
-  }
+  static std::string Name(int axis) { return std::string(1, AxisLetter(axis)); }
 
   Eigen::Matrix3d rotation_;
   Camera camera_;

@@ -36,7 +36,7 @@ class BiasCurve {
   BiasAt operator()(double degc) const {
     const ThermalTerms& thermal = *sensor_.thermal;
     const double tau = degc - thermal.reference_degc;
-    const std::string axis(1, kAxisLetters[static_cast<std::size_t>(axis_)]);
+    const std::string axis(1, AxisLetter(axis_));
     std::vector<Propagation::Term> terms = {{name_ + ".bias." + axis, 1.0}};
     for (std::size_t i = 1; i <= thermal.bias.size(); ++i) {
       terms.emplace_back(name_ + ".thermal.bias." + std::to_string(i) + "." + axis,
@@ -106,7 +106,7 @@ std::string SoakChart(const Calibration& calibration, Triad triad, int axis) {
   if (settings.size() < 2) return "";
   const BiasCurve curve(calibration, triad, axis);
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + AxisLetter(axis);
   const Eigen::Vector2d& span = calibration.sensors[triad]->thermal->range_degc;
   std::vector<std::pair<double, BiasAt>> fit;
   Range degc, bias, rest;

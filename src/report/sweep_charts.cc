@@ -47,7 +47,7 @@ std::string SweepFitChart(const Calibration& calibration, Triad triad, int axis)
   std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   if (windows.empty() || !calibration.sensors[triad]) return "";
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + AxisLetter(axis);
   Range degc, bias, time, residual;
   for (const SweepWindow& window : windows) {
     degc.Add(window.degc), time.Add(window.time_s / 60.0);
@@ -140,7 +140,7 @@ std::string SweepSurfaceChart(const Calibration& calibration, Triad triad, int a
   }
   const double middle = 0.5 * (values.low + values.high);
   const std::string unit = DisplayUnit(sensor->input_unit);
-  const std::string name = TriadTitle(triad) + " " + kAxisLetters[static_cast<std::size_t>(axis)];
+  const std::string name = TriadTitle(triad) + " " + AxisLetter(axis);
   Svg svg(760.0, kTop + kRows * kSize + 40.0, name + ": bias over temperature and rate");
   svg.Text(kLeft,
            kTop - 8.0,

@@ -21,7 +21,7 @@ constexpr int kTemperatureRows = 8;
 constexpr int kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
-  return TriadTitle(axis.triad) + " " + kAxisLetters[static_cast<std::size_t>(axis.axis)];
+  return TriadTitle(axis.triad) + " " + AxisLetter(axis.axis);
 }
 
 std::string LagText(double lag_s, double sigma_s) {
@@ -227,8 +227,8 @@ Table SurfaceTable(const Calibration& calibration,
   for (int axis = 0; axis < 3; ++axis) {
     if (follows_past[static_cast<std::size_t>(axis)]) continue;
     for (const double shown : rates) {
-      table.header.push_back(std::string(1, kAxisLetters[static_cast<std::size_t>(axis)]) + ", " +
-                             Significant(shown, 2) + " °C/s");
+      table.header.push_back(std::string(1, AxisLetter(axis)) + ", " + Significant(shown, 2) +
+                             " °C/s");
       table.alignment += 'r';
     }
   }
@@ -285,8 +285,7 @@ Section SweepSection(const Calibration& calibration) {
     }
     for (int axis = 0; axis < 3; ++axis) {
       if (!follows_past[static_cast<std::size_t>(axis)]) continue;
-      section.blocks.emplace_back(TriadTitle(triad) + " " +
-                                  kAxisLetters[static_cast<std::size_t>(axis)] +
+      section.blocks.emplace_back(TriadTitle(triad) + " " + AxisLetter(axis) +
                                   ": its lag is long, so the bias depends on past temperatures and "
                                   "no table or map over present ones can show it.");
     }

@@ -437,7 +437,7 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
     if (extent[0] > kThinShare * extent[2]) continue;
     Eigen::Index axis = 0;
     solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
-    const std::string name(1, kAxisLetters[static_cast<std::size_t>(axis)]);
+    const std::string name(1, AxisLetter(axis));
     const std::string sensor(TriadName(triad));
     WeakDirection direction;
     direction.description.append(sensor)

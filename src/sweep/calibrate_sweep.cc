@@ -113,8 +113,7 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
             ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
             : "drift, a unit that was moved, or a thermometer that does not follow";
     findings->push_back(Finding(FindingCode::kSweepUnexplained,
-                                std::string(TriadName(axis.triad)) + " " +
-                                    kAxisLetters[static_cast<std::size_t>(axis.axis)] +
+                                std::string(TriadName(axis.triad)) + " " + AxisLetter(axis.axis) +
                                     Format(": the terms leave %.0f times its noise: ", times) + gap)
                             .About(axis.triad, axis.axis)
                             .With("times_noise", times));
@@ -130,8 +129,7 @@ void SayLeftOut(const Quality& quality, Findings* findings) {
   std::vector<Same> said;
   for (const SweepAxis& axis : quality.sweep.axes) {
     for (const std::string& words : axis.left_out) {
-      const std::string name = std::string(TriadName(axis.triad)) + " " +
-                               kAxisLetters[static_cast<std::size_t>(axis.axis)];
+      const std::string name = std::string(TriadName(axis.triad)) + " " + AxisLetter(axis.axis);
       const auto same = std::find_if(
           said.begin(), said.end(), [&](const Same& entry) { return entry.words == words; });
       if (same == said.end()) {
@@ -360,8 +358,7 @@ Status CalibrateSweep(const PoseSet& poses,
       quality.effective_dof,
       "what the fit leaves varies slowly: repeat the sweep, or make it longer");
   calibration.findings.insert(calibration.findings.end(), few.begin(), few.end());
-  const Findings non_finite =
-      CheckFinite(TriadOptions(), Eigen::VectorXd(), calibration.covariance);
+  const Findings non_finite = CheckFinite(TriadOptions(), true, calibration.covariance);
   if (non_finite.empty()) {
     StateAbout(options.reference.temperature_degc, &calibration);
   } else {

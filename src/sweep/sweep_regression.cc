@@ -192,8 +192,8 @@ class Regression {
         why = "held by the constant of each attitude: a static calibration tells it";
       } else if (term.Has(kReading) && one_reading) {
         why =
-            "all attitudes read the same on this axis, so that nothing tells it from the term "
-            "without r; take a second attitude, in which the axis reads something else";
+            "all attitudes read the same on this axis, so it cannot be told from the term without "
+            "r; take a second attitude, in which the axis reads something else";
       }
       for (const int factor : {term.first, term.second}) {
         if (factor <= kReading || !why.empty()) continue;

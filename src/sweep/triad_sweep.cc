@@ -79,7 +79,7 @@ std::vector<ParameterName> NamesOf(Triad triad, int axis, const ThermalOptions& 
 // Of knots and lags, in the order of ListedTerms.
 std::vector<std::string> OtherNames(Triad triad, int axis, const SweepFit& fit) {
   const std::string head = std::string(TriadName(triad)) + ".thermal.";
-  const std::string tail = std::string(".") + kAxisLetters[static_cast<std::size_t>(axis)];
+  const std::string tail = std::string(".") + AxisLetter(axis);
   std::vector<std::string> names;
   for (std::size_t k = 1; k <= fit.terms.knots_degc.size(); ++k) {
     const std::string knot = head + "knot." + std::to_string(k);

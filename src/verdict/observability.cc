@@ -31,10 +31,9 @@ constexpr double kSameTemperature = 0.05;
 
 // "accelerometer.thermal.sensitivity.1.xx" -> "accelerometer scale x, tau^1", as people say it.
 std::string SpokenName(const std::string& text) {
-  static constexpr std::string_view kAxes = "xyz";
   if (const auto name = ParameterName::Parse(text)) {
-    const std::string row(1, kAxes[static_cast<std::size_t>(name->row)]);
-    const std::string col(1, kAxes[static_cast<std::size_t>(name->col)]);
+    const std::string row(1, AxisLetter(name->row));
+    const std::string col(1, AxisLetter(name->col));
     std::string spoken(TriadName(name->triad));
     if (name->kind == ParameterKind::kGSensitivity) return spoken + " g-sensitivity " + row + col;
     const ParameterInfo& info = InfoOf(name->kind);
@@ -92,12 +91,11 @@ std::string Describe(const std::vector<std::string>& names,
 
 // A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
 std::string SpokenDirection(const Eigen::Vector3d& direction) {
-  static constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
   std::vector<std::string> parts;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     if (std::abs(direction[axis]) < 0.1) continue;
     std::string part(1, direction[axis] > 0.0 ? '+' : '-');
-    part += kAxes[static_cast<std::size_t>(axis)];
+    part += AxisLetter(axis);
     parts.push_back(part);
   }
   if (parts.size() == 1) return parts.front();
@@ -257,7 +255,7 @@ std::string AdviceFor(const PoseGraph& graph,
                       double wanted,
                       const char* how_to_add) {
   if (const int axis = AsymmetricAxis(names, loading); axis >= 0) {
-    return std::string("turn the unit both ways about its ") + "xyz"[axis] + " axis";
+    return std::string("turn the unit both ways about its ") + AxisLetter(axis) + " axis";
   }
   if (candidates.empty()) return {};
   const auto most = std::max_element(gains.begin(), gains.end());

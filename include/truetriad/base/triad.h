@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <concepts>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -15,6 +17,9 @@ inline constexpr std::array<Triad, 3> kTriads = {
 
 /// The names of the axes, and of the rows and columns of a matrix.
 inline constexpr std::string_view kAxisLetters = "xyz";
+constexpr char AxisLetter(std::integral auto axis) {
+  return kAxisLetters[static_cast<std::size_t>(axis)];
+}
 
 /// "accelerometer", "gyroscope", "magnetometer": the names in every file.
 constexpr std::string_view TriadName(Triad triad) {

@@ -65,9 +65,9 @@ Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 //
 // Degrees of freedom that are too few to know σ by.
 Findings CheckDegreesOfFreedom(double dof, const char* remedy);
-// A solution, a covariance or a variance that is no number.
+// A solution (`is_finite`: of its parameters), a covariance or a variance that is no number.
 Findings CheckFinite(const TriadOptions& gyroscope,
-                     const Eigen::VectorXd& shared,
+                     bool is_finite,
                      const NamedCovariance& covariance);
 // Readings of a vector sensor that scatter by more than this share of its field.
 Findings CheckExplained(const Quality& quality,

@@ -50,11 +50,11 @@ Finding NotDetermined() {
 }  // namespace
 
 Findings CheckFinite(const TriadOptions& gyroscope,
-                     const Eigen::VectorXd& shared,
+                     bool is_finite,
                      const NamedCovariance& covariance) {
-  const bool is_finite = shared.allFinite() && covariance.matrix.allFinite();
-  if (is_finite && covariance.matrix.diagonal().minCoeff() >= 0.0) return {};
-  if (const std::string lost = WithoutVariance(covariance); shared.allFinite() && !lost.empty()) {
+  const bool has_numbers = is_finite && covariance.matrix.allFinite();
+  if (has_numbers && covariance.matrix.diagonal().minCoeff() >= 0.0) return {};
+  if (const std::string lost = WithoutVariance(covariance); is_finite && !lost.empty()) {
     return {{FindingCode::kNoUncertainty,
              "the data hardly determine " + lost + ": no σ can be computed for it",
              "leave the term out, or add poses and turns that show it"}};
@@ -71,14 +71,12 @@ Findings CheckFinite(const TriadOptions& gyroscope,
 
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
   // Squares that a double cannot hold are as bad.
-  const double cost = solved.system.cost() + run.graph.shared.squaredNorm();
-  const Eigen::VectorXd shared = std::isfinite(cost)
-                                     ? run.graph.shared
-                                     : Eigen::VectorXd::Constant(run.graph.shared.size(), cost);
+  const bool is_finite =
+      std::isfinite(solved.system.cost()) && std::isfinite(run.graph.shared.squaredNorm());
   Findings findings =
-      CheckFinite(run.options.triads[Triad::kGyroscope], shared, solved.solution.covariance);
+      CheckFinite(run.options.triads[Triad::kGyroscope], is_finite, solved.solution.covariance);
   // More often than not too little data is what makes them leave it.
-  if (!findings.empty() && shared.allFinite() && !solved.stated.quality.weak_directions.empty()) {
+  if (!findings.empty() && is_finite && !solved.stated.quality.weak_directions.empty()) {
     return {NotDetermined()};
   }
   return findings;
