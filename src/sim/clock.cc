@@ -54,6 +54,10 @@ SampleClock::SampleClock(const Scenario& scenario,
       last_reported_ns_(std::numeric_limits<std::int64_t>::min()),
       rests_(timeline.rests),
       longest_interval_s_(1.0 / Rates(scenario, triads).first),
+      tumbles_(std::any_of(
+          scenario.motion.begin(),
+          scenario.motion.end(),
+          [](const MotionStep& step) { return std::holds_alternative<TumbleStep>(step); })),
       turns_{timeline.turns},
       rates_{timeline.rates} {
   // A turn is closed by readings at rest, of which the first may stand for a part of the turn; a
@@ -164,6 +168,14 @@ void SampleClock::NoteRest(double time_s) {
   rest_rows_.back().last = rows_;
 }
 
+void SampleClock::NoteWander() {
+  if (!tumbles_ && !rest_began_) return;
+  for (Channel& channel : channels_) {
+    if (channel.row.empty() || channel.row.back() != rows_) continue;
+    channel.wander.Add(tumbles_ ? 0 : rest_, channel.sensor.wander());
+  }
+}
+
 void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
   for (Channel& channel : channels_) {
     channel.time_ns.clear();
@@ -201,6 +213,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     }
     if (any) {
       NoteRest(time_s);
+      NoteWander();
       turns_.Note(time_s, rows_);
       rates_.Note(time_s, rows_);
       ++rows_;
@@ -225,6 +238,13 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
 std::optional<StreamCounts> SampleClock::counts(Triad triad) const {
   for (const Channel& channel : channels_) {
     if (channel.triad == triad) return StreamCounts{channel.samples, rows_ - channel.samples};
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> SampleClock::mean_wander(Triad triad) const {
+  for (const Channel& channel : channels_) {
+    if (channel.triad == triad) return channel.wander.Mean();
   }
   return std::nullopt;
 }

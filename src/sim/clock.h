@@ -47,8 +47,36 @@ class SampleClock {
   /// Simulation::turns() and rates(), so far.
   std::vector<StatedTurn> turns() const { return turns_.Stated(); }
   std::vector<StatedRate> rates() const { return rates_.Stated(); }
+  /// Simulation::mean_wander(), so far; nullopt when the triad is not of this clock.
+  std::optional<Eigen::Vector3d> mean_wander(Triad triad) const;
 
  private:
+  /// Mean of the means of stretches that follow each other.
+  class MeanOfMeans {
+   public:
+    void Add(std::size_t stretch, const Eigen::Vector3d& value) {
+      if (stretch != stretch_)
+        *this = MeanOfMeans(Mean(), stretches_ + (count_ > 0.0 ? 1 : 0), stretch);
+      sum_ += value;
+      ++count_;
+    }
+    Eigen::Vector3d Mean() const {
+      if (count_ == 0) return before_;
+      return before_ + (sum_ / count_ - before_) / (stretches_ + 1);
+    }
+    MeanOfMeans() = default;
+
+   private:
+    MeanOfMeans(Eigen::Vector3d before, int stretches, std::size_t stretch)
+        : before_(std::move(before)), stretches_(stretches), stretch_(stretch) {}
+
+    Eigen::Vector3d before_ = Eigen::Vector3d::Zero();
+    int stretches_ = 0;  ///< Before this one.
+    std::size_t stretch_ = 0;
+    Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
+    double count_ = 0.0;
+  };
+
   struct Channel {
     SimulatedSensor sensor;
     Triad triad;
@@ -62,6 +90,7 @@ class SampleClock {
     std::int64_t last_ns;
     std::optional<Eigen::Vector3d> last_reading = {};
     std::int64_t samples = 0;
+    MeanOfMeans wander = {};
 
     std::vector<std::int64_t> time_ns = {};
     std::vector<double> x = {}, y = {}, z = {}, temperature_degc = {}, ambient_degc = {};
@@ -101,6 +130,7 @@ class SampleClock {
   bool Sample(Channel* channel, const TemperatureState& temperature);
   /// Adds the row that is being written to the rest in which it is, if any.
   void NoteRest(double time_s);
+  void NoteWander();
 
   double rate_hz_;
   std::int64_t end_ns_;
@@ -129,6 +159,7 @@ class SampleClock {
   std::size_t rest_ = 0;  ///< In which the next row is, or which comes next.
   bool rest_began_ = false;
   std::vector<PoseRange> rest_rows_;
+  bool tumbles_;
   MotionRows<StatedTurn> turns_;
   MotionRows<StatedRate> rates_;
 };

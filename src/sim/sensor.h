@@ -19,6 +19,7 @@ class NoiseProcess {
   Eigen::Vector3d Next() {
     Eigen::Vector3d noise = Eigen::Vector3d::Zero();
     if (has_white_) noise += white_sigma_.cwiseProduct(white_.Normal3());
+    wander_ = instability_value_ + walk_value_;
     if (has_instability_) {
       noise += instability_value_;
       instability_value_ = instability_decay_ * instability_value_ +
@@ -30,6 +31,8 @@ class NoiseProcess {
     }
     return noise;
   }
+  /// Of the last sample what is not white: by how much the bias is another than the model's.
+  const Eigen::Vector3d& wander() const { return wander_; }
 
  private:
   Eigen::Vector3d white_sigma_;
@@ -37,6 +40,7 @@ class NoiseProcess {
   Eigen::Vector3d instability_value_;
   Eigen::Vector3d walk_step_;
   Eigen::Vector3d walk_value_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d wander_ = Eigen::Vector3d::Zero();
   double instability_decay_;
   bool has_white_, has_instability_, has_walk_;
   FastRandom white_, instability_, walk_;
@@ -57,6 +61,8 @@ class SimulatedSensor {
   Eigen::Vector3d Read(const Eigen::Vector3d& truth,
                        const Eigen::Vector3d& force_mps2,
                        const TemperatureState& temperature);
+  /// NoiseProcess::wander of it.
+  const Eigen::Vector3d& wander() const { return noise_.wander(); }
 
  private:
   void SetTemperature(const TemperatureState& temperature);

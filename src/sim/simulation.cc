@@ -153,6 +153,13 @@ class OneUnit : public Simulation {
   std::vector<StatedTurn> turns() const override { return Leading().turns(); }
   std::vector<StatedRate> rates() const override { return Leading().rates(); }
 
+  Eigen::Vector3d mean_wander(Triad triad) const override {
+    for (const SampleClock& clock : clocks_) {
+      if (const auto wander = clock.mean_wander(triad)) return *wander;
+    }
+    return Eigen::Vector3d::Zero();
+  }
+
   Eigen::Quaterniond WorldFromBody(double time_s) const override {
     const Motion& motion = timeline_.motion;
     return motion.phase(motion.PhaseAt(time_s)).At(time_s).world_from_body;

@@ -156,4 +156,12 @@ Calibration TruthOf(const Scenario& scenario, int index) {
   return truth;
 }
 
+Calibration TruthOf(const Scenario& scenario, int index, const Simulation& simulation) {
+  Calibration truth = TruthOf(scenario, index);
+  for (const Triad triad : kTriads) {
+    if (truth.sensors[triad]) truth.sensors[triad]->model.bias += simulation.mean_wander(triad);
+  }
+  return truth;
+}
+
 }  // namespace truetriad

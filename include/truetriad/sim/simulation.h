@@ -42,6 +42,10 @@ SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 /// temperature is the thermal terms', else the scenario's start.
 Calibration TruthOf(const Scenario& scenario, int index);
 
+class Simulation;
+/// The same of a recording that has been read to its end: the biases as they were on average.
+Calibration TruthOf(const Scenario& scenario, int index, const Simulation& simulation);
+
 /// One rest of the recording, as it really is.
 struct TrueRest {
   int number = 0;        ///< 1-based.
@@ -75,6 +79,11 @@ class Simulation : public SampleSource {
   /// held. Whole once everything has been read.
   virtual std::vector<StatedTurn> turns() const = 0;
   virtual std::vector<StatedRate> rates() const = 0;
+
+  /// What bias instability and random walk added to a triad's bias, raw: the mean over the rests,
+  /// each counting once; where the unit tumbles, over the recording. Whole once everything has been
+  /// read.
+  virtual Eigen::Vector3d mean_wander(Triad triad) const = 0;
 
   /// Attitude at a true time, held at the ends.
   virtual Eigen::Quaterniond WorldFromBody(double time_s) const = 0;

@@ -127,7 +127,7 @@ Status WriteUnit(const Scenario& scenario,
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::string manifest,
       WriteRecording(*simulation, simulation->format(), folder.string(), progress));
-  const Calibration truth = TruthOf(scenario, index);
+  const Calibration truth = TruthOf(scenario, index, *simulation);
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
   TRUETRIAD_RETURN_IF_ERROR(

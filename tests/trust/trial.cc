@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trust/trial.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/config/scenario.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/session/session.h"
+#include "trust/recording.h"
+
+namespace truetriad::trust {
+namespace {
+
+constexpr double kAllowedSigmas = 5.0;
+
+std::string Text(const char* format, double value) {
+  char text[400];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// The clean unit of a regime, drawn by the tolerances of consumer sensors.
+Result<Scenario> CleanScenario(Regime regime, std::uint64_t seed, Random* random) {
+  std::vector<std::string> overrides = {"count=1", "seed=" + std::to_string(1 + seed % 1'000'000)};
+  const double poses = std::floor(random->Uniform(16.0, 33.0));
+  const double rest_s = random->Uniform(2.0, 5.0), move_s = random->Uniform(0.8, 2.0);
+  const std::string times = Text(", rest_s: %.3f", rest_s) + Text(", move_s: %.3f", move_s);
+  if (regime == Regime::kHand || regime == Regime::kAccelerometer) {
+    overrides.push_back(Text("motion=[{poses: {attitudes: {spread: %.0f}", poses) + times +
+                        ", rest_spread: 0.15, tilt_sigma_deg: 5, travel_m: 0.2}}]");
+  } else if (regime == Regime::kFaces) {
+    overrides.push_back("motion=[{poses: {attitudes: six_face" + times +
+                        ", rest_spread: 0.1, tilt_sigma_deg: 0.2}}]");
+  } else if (regime == Regime::kAttitudes) {
+    overrides.push_back("motion=[{poses: {attitudes: cube" + times + ", tilt_sigma_deg: 1}}]");
+  } else if (regime == Regime::kRates) {
+    std::string steps;
+    for (const char* axis : {"x", "y", "z"}) {
+      steps += (steps.empty() ? "" : ", ") + std::string("{turntable: {axis: ") + axis +
+               ", rates_degps: [-200, -50, 50, 200], hold_s: 5, ramp_s: 1, rest_s: 2}}";
+    }
+    overrides.push_back("motion=[" + steps + "]");
+  } else {
+    overrides.push_back(Text("motion=[{tumble: {duration_s: %.1f", random->Uniform(60.0, 180.0)) +
+                        Text(", rms_rate_degps: %.1f", random->Uniform(45.0, 120.0)) +
+                        ", hand_acceleration_mps2: 0.5}}]");
+    overrides.push_back("first_rest_s=5");
+  }
+  const double rate_hz = regime == Regime::kRows ? 20.0 : random->Uniform() < 0.5 ? 50.0 : 100.0;
+  for (const Triad triad : kTriads) {
+    overrides.push_back("sensors." + std::string(TriadName(triad)) +
+                        Text(".sampling.rate_hz=%.0f", rate_hz));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Scenario scenario,
+      ReadScenario(TRUETRIAD_SOURCE_DIR "/configs/scenarios/fleet.yaml", overrides));
+  const std::vector<Triad> wanted = SensorsOf(regime);
+  for (const Triad triad : kTriads) {
+    const bool is_wanted = std::find(wanted.begin(), wanted.end(), triad) != wanted.end();
+    // A recording has more sensors than are asked for, but row numbers are those of one.
+    if (!is_wanted && regime != Regime::kAccelerometer) scenario.sensors[triad].reset();
+  }
+  return scenario;
+}
+
+std::string ExperimentOf(Regime regime) {
+  std::string text = "experiment: 1\ninput: recording.yaml\nreference:\n  gravity_mps2: 9.80665\n";
+  const std::vector<Triad> sensors = SensorsOf(regime);
+  if (std::find(sensors.begin(), sensors.end(), Triad::kMagnetometer) != sensors.end()) {
+    text += "  field: { strength_ut: 48, dip_deg: unknown }\n";
+  }
+  text += "sensors:\n";
+  for (const Triad triad : sensors)
+    text += "  " + std::string(TriadName(triad)) + ": { model: full }\n";
+  switch (regime) {
+    case Regime::kRows:
+      return text + "poses: every_row\n";
+    case Regime::kMotion:
+      return text + "poses: { motion: { spacing_s: 0.1 } }\n";
+    case Regime::kFaces:
+      return text + "attitudes: { six_face: { tilt_sigma_deg: 0.5 } }\n";
+    case Regime::kAttitudes:
+      return text +
+             "poses: { file: poses.yaml }\nattitudes: { file: attitudes.csv, sigma_deg: 0.01 }\n";
+    case Regime::kRates:
+      return text + "rates: { file: rates.yaml, sigma_degps: 0.001 }\n";
+    case Regime::kHand:
+    case Regime::kAccelerometer:
+      return text;
+  }
+  return text;
+}
+
+struct Drawn {
+  const Fault* fault;
+  Strike strike;
+};
+
+Drawn DrawStrike(const Kind& kind, Random* random) {
+  const Fault& fault = *kind.fault;
+  const double severity = fault.least * std::pow(fault.most / fault.least, random->Uniform());
+  return {&fault, {kind.triad.value_or(Triad::kAccelerometer), severity, random}};
+}
+
+bool IsAbout(const Finding& finding, std::optional<Triad> triad) {
+  return !finding.sensor || !triad || *finding.sensor == *triad;
+}
+
+std::optional<Triad> TriadOfParameter(const std::string& name) {
+  return TriadFromName(name.substr(0, name.find('.')));
+}
+
+// The parameter that is off by most of its own σ.
+void FindWorst(const Calibration& calibration, const Calibration& truth, Trial* trial) {
+  const Result<Comparison> comparison = Compare(calibration, truth);
+  if (!comparison) {
+    trial->worst_sigmas = std::numeric_limits<double>::infinity();
+    trial->worst_parameter = comparison.error().message;
+    return;
+  }
+  trial->worst_sigmas = comparison->largest_in_sigmas;
+  for (const ComparisonEntry& entry : comparison->entries) {
+    const double sigmas = std::abs(entry.difference) / entry.sigma;
+    if (std::abs(sigmas - trial->worst_sigmas) < 1e-6 * sigmas) {
+      trial->worst_parameter = entry.parameter;
+    }
+  }
+}
+
+void Judge(const Result<Calibration>& calibration,
+           const Calibration& truth,
+           const std::vector<Drawn>& drawn,
+           Trial* trial) {
+  if (!calibration) {
+    trial->verdict = Verdict::kRefused;
+    trial->refusal = calibration.error().message;
+    return;
+  }
+  if (!calibration->IsUsable()) {
+    trial->verdict = Verdict::kRefused;
+    for (const Finding& finding : calibration->findings) {
+      if (!finding.IsRefusal()) continue;
+      trial->refusal = FindingCodeName(finding.code);
+      trial->blames_other = std::none_of(drawn.begin(), drawn.end(), [&](const Drawn& one) {
+        return one.fault->triads.empty() || IsAbout(finding, one.strike.triad);
+      });
+      break;
+    }
+    return;
+  }
+  FindWorst(*calibration, truth, trial);
+  bool must_refuse = false;
+  for (const Drawn& one : drawn) {
+    must_refuse = must_refuse || one.fault->expected == Expected::kRefusal;
+  }
+  trial->verdict =
+      must_refuse || !(trial->worst_sigmas <= kAllowedSigmas) ? Verdict::kWrong : Verdict::kRight;
+  const std::optional<Triad> worst = TriadOfParameter(trial->worst_parameter);
+  for (const Finding& finding : calibration->findings) {
+    if (finding.severity == Severity::kNote || !IsAbout(finding, worst)) continue;
+    trial->said.emplace_back(FindingCodeName(finding.code));
+  }
+}
+
+Status Run(const std::vector<Kind>& kinds,
+           const std::string& folder,
+           Random* random,
+           Trial* trial) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Scenario scenario,
+                             CleanScenario(trial->kind.regime, trial->seed, random));
+  std::vector<Drawn> drawn;
+  if (trial->kind.fault != nullptr) {
+    drawn.push_back(DrawStrike(trial->kind, random));
+    trial->severity = drawn.front().strike.severity;
+    if (random->Uniform() < 0.25) {
+      std::vector<Kind> same;
+      for (const Kind& kind : kinds) {
+        if (kind.regime == trial->kind.regime && kind.fault != trial->kind.fault) {
+          same.push_back(kind);
+        }
+      }
+      const Kind& other =
+          same[static_cast<std::size_t>(random->Below(static_cast<int>(same.size())))];
+      drawn.push_back(DrawStrike(other, random));
+      trial->second = other.Name() + Text(" %.2g", drawn.back().strike.severity);
+    }
+  }
+  for (const Drawn& one : drawn) {
+    if (one.fault->before != nullptr) one.fault->before(one.strike, &scenario);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(Recording recording, Play(scenario, 0));
+  for (const Drawn& one : drawn) {
+    if (one.fault->after != nullptr) one.fault->after(one.strike, &recording);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(Write(recording, folder));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically(folder + "/truth.yaml", CalibrationToYaml(recording.truth)));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically(folder + "/experiment.yaml", ExperimentOf(trial->kind.regime)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
+                             ReadExperiment(folder + "/experiment.yaml"));
+  const auto begin = std::chrono::steady_clock::now();
+  const Result<Calibration> calibration = CalibrateExperiment(experiment);
+  trial->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  Judge(calibration, recording.truth, drawn, trial);
+  return {};
+}
+
+}  // namespace
+
+std::string Kind::Name() const {
+  std::string name = fault == nullptr ? "clean" : std::string(fault->name);
+  if (triad) name += ", " + std::string(TriadName(*triad));
+  return name + " (" + std::string(RegimeName(regime)) + ")";
+}
+
+std::vector<Kind> Kinds() {
+  std::vector<Kind> kinds;
+  for (const Fault& fault : Faults()) {
+    for (const Regime regime : kRegimes) {
+      if (!fault.regimes.empty() &&
+          std::find(fault.regimes.begin(), fault.regimes.end(), regime) == fault.regimes.end()) {
+        continue;
+      }
+      if (fault.triads.empty()) {
+        kinds.push_back({&fault, {}, regime});
+        continue;
+      }
+      for (const Triad triad : SensorsOf(regime)) {
+        if (std::find(fault.triads.begin(), fault.triads.end(), triad) != fault.triads.end()) {
+          kinds.push_back({&fault, triad, regime});
+        }
+      }
+    }
+  }
+  return kinds;
+}
+
+Trial RunTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder) {
+  Trial trial;
+  trial.seed = seed;
+  trial.kind = kinds[seed % kinds.size()];
+  Random random(0x7215 + seed);
+  try {
+    const Status status = Run(kinds, folder, &random, &trial);
+    if (!status) {
+      trial.verdict = Verdict::kRefused;
+      trial.refusal = status.error().message;
+    }
+  } catch (const std::exception& failure) {
+    trial.verdict = Verdict::kCrashed;
+    trial.refusal = failure.what();
+  }
+  return trial;
+}
+
+}  // namespace truetriad::trust

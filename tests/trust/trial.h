@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "trust/faults.h"
+
+namespace truetriad::trust {
+
+// A fault of a sensor (unset: of the whole recording) in a regime.
+struct Kind {
+  const Fault* fault = nullptr;  // null: clean
+  std::optional<Triad> triad;
+  Regime regime = Regime::kHand;
+
+  std::string Name() const;
+};
+std::vector<Kind> Kinds();
+
+enum class Verdict {
+  kRight,    // usable, every parameter within 5 of its σ
+  kRefused,  // not usable (exit 3), or not to be read (exit 2)
+  kWrong,    // usable, and some parameter is not; or what had to be refused was not
+  kCrashed,
+};
+
+// What came of one contaminated recording.
+struct Trial {
+  std::uint64_t seed = 0;
+  Kind kind;
+  double severity = 0.0;
+  std::string second;  // the other fault, in a quarter of the trials
+  Verdict verdict = Verdict::kRight;
+  double worst_sigmas = 0.0;
+  std::string worst_parameter;
+  // Codes of the warnings and refusals about the worst parameter's sensor or none.
+  std::vector<std::string> said;
+  std::string refusal;        // its code, or an error's text
+  bool blames_other = false;  // the refusal names a sensor that nothing befell
+  double seconds = 0.0;
+
+  bool IsSilent() const { return verdict == Verdict::kWrong && said.empty(); }
+};
+
+// The trial of a seed: its kind is number `seed` of Kinds() in turn, the rest is drawn. `folder` is
+// where its files go, and stay.
+Trial RunTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::string& folder);
+
+}  // namespace truetriad::trust

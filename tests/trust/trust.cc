@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Runs contaminated recordings and says what came of them: a line each, and the table by kind.
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+
+#include "trust/trial.h"
+
+DEFINE_uint64(first, 0, "the first seed");
+DEFINE_uint64(runs, 300, "how many seeds");
+DEFINE_int32(threads, 2, "how many at a time");
+DEFINE_string(only, "", "only kinds whose name contains this");
+DEFINE_bool(clean, false, "clean recordings of every regime instead");
+DEFINE_string(keep, "", "keep the files of every run in this folder");
+DEFINE_string(lines, "", "write a line for each run to this file");
+DEFINE_string(table, "", "write the table by kind into this document");
+
+namespace truetriad::trust {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<Kind> WantedKinds() {
+  std::vector<Kind> kinds;
+  if (FLAGS_clean) {
+    for (const Regime regime : kRegimes) kinds.push_back({nullptr, {}, regime});
+    return kinds;
+  }
+  for (const Kind& kind : Kinds()) {
+    if (kind.Name().find(FLAGS_only) != std::string::npos) kinds.push_back(kind);
+  }
+  return kinds;
+}
+
+const char* VerdictName(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kRight:
+      return "right";
+    case Verdict::kRefused:
+      return "refused";
+    case Verdict::kWrong:
+      return "WRONG";
+    case Verdict::kCrashed:
+      return "CRASHED";
+  }
+  return "";
+}
+
+std::string LineOf(const Trial& trial) {
+  std::string said;
+  for (const std::string& code : trial.said) said += (said.empty() ? "" : ",") + code;
+  char numbers[120];
+  std::snprintf(numbers,
+                sizeof numbers,
+                "%llu\t%s\t%.3g\t%.1f\t%.2f",
+                static_cast<unsigned long long>(trial.seed),
+                VerdictName(trial.verdict),
+                trial.severity,
+                trial.worst_sigmas,
+                trial.seconds);
+  return std::string(numbers) + "\t" + trial.kind.Name() + "\t" + trial.second + "\t" +
+         trial.worst_parameter + "\t" + said + "\t" + (trial.blames_other ? "OTHER " : "") +
+         trial.refusal.substr(0, 150);
+}
+
+struct Row {
+  int runs = 0, right = 0, refused = 0, wrong = 0, silent = 0, blames_other = 0;
+  double worst = 0.0, longest_s = 0.0;
+  std::map<std::string, int> reasons;
+
+  void Add(const Trial& trial) {
+    ++runs;
+    right += trial.verdict == Verdict::kRight;
+    refused += trial.verdict == Verdict::kRefused;
+    wrong += trial.verdict == Verdict::kWrong || trial.verdict == Verdict::kCrashed;
+    silent += trial.IsSilent();
+    blames_other += trial.blames_other;
+    longest_s = std::max(longest_s, trial.seconds);
+    if (trial.verdict == Verdict::kWrong) worst = std::max(worst, trial.worst_sigmas);
+    if (trial.verdict == Verdict::kRefused) ++reasons[trial.refusal.substr(0, 40)];
+  }
+};
+
+std::string TableOf(const std::map<std::string, Row>& rows) {
+  std::string text =
+      "| kind | runs | right | refused | wrong | unsaid | most frequent reason |\n"
+      "|---|---|---|---|---|---|---|\n";
+  for (const auto& [name, row] : rows) {
+    std::string reason;
+    int most = 0;
+    for (const auto& [text_of, count] : row.reasons) {
+      if (count > most) most = count, reason = text_of;
+    }
+    text += "| " + name + " | " + std::to_string(row.runs) + " | " + std::to_string(row.right) +
+            " | " + std::to_string(row.refused) + " | " + std::to_string(row.wrong) + " | " +
+            std::to_string(row.silent) + " | " + reason + " |\n";
+  }
+  return text;
+}
+
+int Main() {
+  const std::vector<Kind> kinds = WantedKinds();
+  if (kinds.empty()) {
+    std::cerr << "no kind has `" << FLAGS_only << "` in its name\n";
+    return 2;
+  }
+  const fs::path folder = FLAGS_keep.empty()
+                              ? fs::temp_directory_path() / ("trust" + std::to_string(getpid()))
+                              : fs::path(FLAGS_keep);
+  std::ofstream lines;
+  if (!FLAGS_lines.empty()) lines.open(FLAGS_lines);
+  std::atomic<std::uint64_t> next = FLAGS_first;
+  std::mutex mutex;
+  std::map<std::string, Row> rows;
+  Row all, seen;
+  {
+    std::vector<std::jthread> workers;
+    for (int i = 0; i < FLAGS_threads; ++i) {
+      workers.emplace_back([&] {
+        for (std::uint64_t seed; (seed = next++) < FLAGS_first + FLAGS_runs;) {
+          const fs::path own = folder / std::to_string(seed);
+          const Trial trial = RunTrial(seed, kinds, own.string());
+          std::error_code ignored;
+          if (FLAGS_keep.empty()) fs::remove_all(own, ignored);
+          const std::scoped_lock lock(mutex);
+          rows[trial.kind.Name()].Add(trial);
+          all.Add(trial);
+          if (trial.kind.fault == nullptr || trial.kind.fault->expected != Expected::kUnseen) {
+            seen.Add(trial);
+          }
+          if (lines.is_open()) lines << LineOf(trial) << std::endl;
+          if (trial.verdict == Verdict::kCrashed) std::cout << LineOf(trial) << std::endl;
+        }
+      });
+    }
+  }
+  if (FLAGS_keep.empty()) fs::remove_all(folder);
+  if (!FLAGS_table.empty()) std::ofstream(FLAGS_table) << TableOf(rows);
+  for (const auto& [name, row] : {std::pair{"all", all}, std::pair{"that can be seen", seen}}) {
+    std::printf(
+        "%s: %d runs, right %d, refused %d (%d blame another sensor), wrong %d (%.2f %%), "
+        "unsaid %d; longest %.1f s\n",
+        name,
+        row.runs,
+        row.right,
+        row.refused,
+        row.blames_other,
+        row.wrong,
+        100.0 * row.wrong / std::max(row.runs, 1),
+        row.silent,
+        row.longest_s);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace truetriad::trust
+
+int main(int argc, char** argv) {
+  FLAGS_minloglevel = 3;
+  google::InitGoogleLogging(argv[0]);
+  gflags::ParseCommandLineFlags(&argc, &argv, true);
+  return truetriad::trust::Main();
+}
