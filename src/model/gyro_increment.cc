@@ -66,7 +66,6 @@ void AddReading(const Sensor& sensor,
   const Eigen::Matrix3d by_reading =
       by_rate * sensor.correction * sensor.model.triad.Slope(felt).cwiseInverse().asDiagonal();
   for (const AxisTermInfo& info : kAxisTerms) {
-    if (info.triad != Triad::kGyroscope) continue;
     const Eigen::Vector3d values = felt.unaryExpr([&](double u) { return ValueOf(info.term, u); });
     sums->by_axis_term[info.term] += by_reading * values.asDiagonal();
   }

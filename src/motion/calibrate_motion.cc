@@ -361,7 +361,16 @@ Status StateMotionVerdict(const PoseSet& poses,
   Observability observability = AnalyseObservability(
       graph, information, options.observable_sigma, "keep it in motion longer");
   quality.weak_directions = std::move(observability.weak_directions);
-  PresentedSolution solution = SolvedFrame(graph, information.covariance());
+  const PoseGraph larger = WithTermsOf(WithLeftOutBends(options, graph.layout), graph);
+  MotionChain bent(larger.layout, larger.priors, track, run->nodes, run->attitudes);
+  bent.SetNoise(run->noise.noise, larger.shared.data());
+  const ChainElimination solved_bent = bent.LinearisedAt(larger.shared);
+  const LeftOutTerms left_out = FindLeftOutTerms(graph,
+                                                 information.covariance(),
+                                                 larger.layout,
+                                                 solved_bent.information(),
+                                                 solved_bent.gradient());
+  PresentedSolution solution = SolvedFrame(graph, information.covariance() + left_out.covariance);
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
 
   const bool determined = observability.determined && information.rank() >= information.size();
@@ -374,6 +383,8 @@ Status StateMotionVerdict(const PoseSet& poses,
     }
     StateSolution(options, poses, solution, noise, calibration);
     SayRemarks(options, track, *run, &calibration->findings);
+    const Findings terms = FindingsOf(left_out);
+    calibration->findings.insert(calibration->findings.end(), terms.begin(), terms.end());
   }
   return Conclude(options, poses, calibration);
 }

@@ -123,6 +123,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     const StaticPose& pose = poses.poses[k];
     PoseNode node;
     node.number = pose.number;
+    node.time_s = TimeOf(poses, pose);
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       const TriadOptions& sensor = options.triads[triad];
       if (!sensor.enabled || !pose.triads[triad]) continue;

@@ -110,6 +110,7 @@ Status AddKnownMotions(const PoseSet& poses,
     node.number = ++number;
     node.role = role;
     node.kind = PoseKind::kHeld;
+    if (at != nullptr) node.time_s = TimeOf(poses, *at);
     if (!options.HasThermal()) return node;
     if (at == nullptr || !at->temperature_degc) {
       return BadInputError(poses.source +

@@ -45,6 +45,11 @@ Result<Observation> Observe(const PoseSet& poses,
   return observation;
 }
 
+double TimeOf(const PoseSet& poses, const StaticPose& pose) {
+  if (!poses.has_time) return pose.number;
+  return 0.5e-9 * (static_cast<double>(pose.start_ns) + static_cast<double>(pose.end_ns));
+}
+
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity) {
   return ReadingSigma(*poses.Find(Triad::kGyroscope))
       .cwiseMax(kLeastRateSigma * sensitivity.rowwise().norm());

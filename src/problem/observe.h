@@ -16,6 +16,9 @@ Result<Observation> Observe(const PoseSet& poses,
                             const TriadOptions& sensor,
                             NoiseSource source);
 
+// Of the middle of the readings of a pose; without times its number.
+double TimeOf(const PoseSet& poses, const StaticPose& pose);
+
 // σ of one reading of the gyroscope, raw, as the rests show it. Readings without noise still need
 // weights.
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity);

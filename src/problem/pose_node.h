@@ -55,6 +55,7 @@ struct PoseNode {
   int number = 0;  // StaticPose::number; known rates go on counting
   PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
+  double time_s = 0.0;  // of the middle of its readings; without times its place among the poses
   PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // only read where there are temperature terms
   double temperature_rate_degcps = 0.0;

@@ -34,7 +34,7 @@ constexpr std::array<Check, 8> kUsability = {&CheckFinite,
                                              &CheckOutliers,
                                              &CheckDetermined,
                                              &CheckConverged};
-constexpr std::array<Check, 10> kRemarks = {&CheckDegreesOfFreedom,
+constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHandedness,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,
@@ -43,6 +43,7 @@ constexpr std::array<Check, 10> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckTemperatures,
                                             &CheckMagnetometerScale,
                                             &CheckDrift,
+                                            &CheckLeftOutTerms,
                                             &CheckCurves};
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
@@ -184,10 +185,11 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
   const DriftCovariance drift =
       FindDriftCovariance(graph, system, quality.rests.temperature_settings);
+  const LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
   quality.effective_dof = std::min(joint.dof, drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
-  const Eigen::MatrixXd covariance =
-      AdjustedCovariance(run.noise.estimate, system) / joint.scale + drift.covariance;
+  const Eigen::MatrixXd covariance = AdjustedCovariance(run.noise.estimate, system) / joint.scale +
+                                     drift.covariance + left_out.covariance;
   StateReference(options, graph, &calibration->reference);
 
   Observability observability =
@@ -205,7 +207,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   StateChi2(run, system, quality.dof, &quality);
 
-  const SolvedRun solved{system, solution, drift, observability.determined, *calibration};
+  const SolvedRun solved{system, solution, drift, left_out, observability.determined, *calibration};
   if (!IsUsable(run, solved, &calibration->findings)) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);

@@ -54,6 +54,7 @@ struct Fault {
   Expected expected = Expected::kEither;
   void (*before)(const Strike&, Scenario*) = nullptr;
   void (*after)(const Strike&, Recording*) = nullptr;
+  std::vector<Regime> unseen = {};  // regimes in which nothing shows it
 };
 std::span<const Fault> Faults();
 

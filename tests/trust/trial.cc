@@ -34,12 +34,13 @@ Result<Scenario> CleanScenario(Regime regime, std::uint64_t seed, Random* random
   const std::string times = Text(", rest_s: %.3f", rest_s) + Text(", move_s: %.3f", move_s);
   if (regime == Regime::kHand || regime == Regime::kAccelerometer) {
     overrides.push_back(Text("motion=[{poses: {attitudes: {spread: %.0f}", poses) + times +
-                        ", rest_spread: 0.15, tilt_sigma_deg: 5, travel_m: 0.2}}]");
+                        ", rest_spread: 0.15, tilt_sigma_deg: 5, travel_m: 0.2, shuffle: true}}]");
   } else if (regime == Regime::kFaces) {
     overrides.push_back("motion=[{poses: {attitudes: six_face" + times +
                         ", rest_spread: 0.1, tilt_sigma_deg: 0.2}}]");
   } else if (regime == Regime::kAttitudes) {
-    overrides.push_back("motion=[{poses: {attitudes: cube" + times + ", tilt_sigma_deg: 1}}]");
+    overrides.push_back("motion=[{poses: {attitudes: {spread: 24}" + times +
+                        ", tilt_sigma_deg: 5, shuffle: true}}]");
   } else if (regime == Regime::kRates) {
     std::string steps;
     for (const char* axis : {"x", "y", "z"}) {
@@ -169,10 +170,7 @@ void Judge(const Result<Calibration>& calibration,
   }
 }
 
-Status Run(const std::vector<Kind>& kinds,
-           const std::string& folder,
-           Random* random,
-           Trial* trial) {
+Status Run(const std::string& folder, Random* random, Trial* trial) {
   TRUETRIAD_ASSIGN_OR_RETURN(Scenario scenario,
                              CleanScenario(trial->kind.regime, trial->seed, random));
   std::vector<Drawn> drawn;
@@ -181,8 +179,9 @@ Status Run(const std::vector<Kind>& kinds,
     trial->severity = drawn.front().strike.severity;
     if (random->Uniform() < 0.25) {
       std::vector<Kind> same;
-      for (const Kind& kind : kinds) {
-        if (kind.regime == trial->kind.regime && kind.fault != trial->kind.fault) {
+      for (const Kind& kind : Kinds()) {
+        if (kind.regime == trial->kind.regime && kind.fault != trial->kind.fault &&
+            kind.CanBeSeen()) {
           same.push_back(kind);
         }
       }
@@ -221,6 +220,12 @@ std::string Kind::Name() const {
   return name + " (" + std::string(RegimeName(regime)) + ")";
 }
 
+bool Kind::CanBeSeen() const {
+  if (fault == nullptr) return true;
+  return fault->expected != Expected::kUnseen &&
+         std::find(fault->unseen.begin(), fault->unseen.end(), regime) == fault->unseen.end();
+}
+
 std::vector<Kind> Kinds() {
   std::vector<Kind> kinds;
   for (const Fault& fault : Faults()) {
@@ -249,7 +254,7 @@ Trial RunTrial(std::uint64_t seed, const std::vector<Kind>& kinds, const std::st
   trial.kind = kinds[seed % kinds.size()];
   Random random(0x7215 + seed);
   try {
-    const Status status = Run(kinds, folder, &random, &trial);
+    const Status status = Run(folder, &random, &trial);
     if (!status) {
       trial.verdict = Verdict::kRefused;
       trial.refusal = status.error().message;

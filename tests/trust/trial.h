@@ -17,6 +17,8 @@ struct Kind {
   Regime regime = Regime::kHand;
 
   std::string Name() const;
+  // Something in a recording shows it.
+  bool CanBeSeen() const;
 };
 std::vector<Kind> Kinds();
 

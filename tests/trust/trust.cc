@@ -136,7 +136,7 @@ int Main() {
           const std::scoped_lock lock(mutex);
           rows[trial.kind.Name()].Add(trial);
           all.Add(trial);
-          if (trial.kind.fault == nullptr || trial.kind.fault->expected != Expected::kUnseen) {
+          if (trial.kind.CanBeSeen()) {
             seen.Add(trial);
           }
           if (lines.is_open()) lines << LineOf(trial) << std::endl;

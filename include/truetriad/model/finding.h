@@ -102,6 +102,7 @@ enum class FindingCode : int {
   kReferenceExtrapolated,
   kCurveUnchecked,
   kBiasDrift,
+  kLeftOutTerm,
   kOneTemperature,
   kStaticTemperature,
   kHeldAtReference,

@@ -22,6 +22,7 @@ bool IntegratedTurnRow::Evaluate(double const* const* parameters,
                                  double** jacobians) const {
   std::size_t at = triad_blocks_.count();
   GyroModel model{triad_blocks_.ModelAt(parameters)};
+  model.is_bent = triad_blocks_.has_axis_terms();
   if (has_g_sensitivity_) {
     model.g_sensitivity = Eigen::Map<const Eigen::Matrix3d>(parameters[at++]);
   }
@@ -46,7 +47,7 @@ bool IntegratedTurnRow::Evaluate(double const* const* parameters,
   by.bias = by_change * increment.by_bias;
   by.sensitivity = by_change * increment.by_sensitivity;
   for (const AxisTermInfo& info : kAxisTerms) {
-    if (info.triad != Triad::kGyroscope) continue;
+    if (!model.is_bent) break;
     by.axis_terms[info.term] = by_change * increment.by_axis_term[info.term];
   }
   triad_blocks_.SetJacobians(by, jacobians);

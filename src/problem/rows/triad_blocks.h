@@ -24,6 +24,7 @@ class TriadBlocks {
 
   const std::vector<SharedBlock>& blocks() const { return blocks_; }
   std::size_t count() const { return blocks_.size(); }
+  bool has_axis_terms() const { return terms_.back().part == Part::kAxisTerm; }
 
   // The model where the blocks have these values, in their order.
   template <typename T>

@@ -49,7 +49,7 @@ bool TurnRow::Evaluate(double const* const* parameters,
   by.bias = by_change * increment_->by_bias;
   by.sensitivity = by_change * increment_->by_sensitivity;
   for (const AxisTermInfo& info : kAxisTerms) {
-    if (info.triad != Triad::kGyroscope) continue;
+    if (!at_->is_bent) break;
     by.axis_terms[info.term] = by_change * increment_->by_axis_term[info.term];
   }
   triad_blocks_.SetJacobians(by, jacobians);

@@ -85,7 +85,7 @@ class TurnRow final : public Row {
         increment_->by_bias.cast<T>() * bias +
         increment_->by_sensitivity.cast<T>() * Eigen::Map<const Vector9>(sensitivity.data());
     for (const AxisTermInfo& info : kAxisTerms) {
-      if (!at_->is_bent || info.triad != Triad::kGyroscope) continue;
+      if (!at_->is_bent) break;
       const Vector3 term =
           model.axis_terms[info.term] - at_->triad.axis_terms[info.term].template cast<T>();
       change += increment_->by_axis_term[info.term].cast<T>() * term;

@@ -9,6 +9,7 @@
 #include "truetriad/model/finding.h"
 #include "truetriad/problem/options.h"
 #include "verdict/checks/soak.h"
+#include "verdict/left_out_terms.h"
 #include "verdict/presentation.h"
 
 namespace truetriad {
@@ -27,6 +28,7 @@ struct SolvedRun {
   const ReducedSystem& system;
   const PresentedSolution& solution;
   const DriftCovariance& drift;
+  const LeftOutTerms& left_out;
   bool determined = true;     // every parameter that was asked for, to the σ that counts as such
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };
@@ -59,6 +61,7 @@ Findings CheckCoverage(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
 Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
+Findings CheckLeftOutTerms(const SettledRun& run, const SolvedRun& solved);
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 
 // Parts that hold however the solution was found.
@@ -74,6 +77,8 @@ Findings CheckExplained(const Quality& quality,
                         const ReferenceVector& reference,
                         double most_share,
                         const char* why);
+// What the model leaves out.
+Findings FindingsOf(const LeftOutTerms& terms);
 // Axes that came out mirrored.
 Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph);
 

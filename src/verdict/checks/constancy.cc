@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "math/dense/eigenvalues.h"
-#include "math/distributions.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
+#include "verdict/own_residuals.h"
 
 namespace truetriad {
 namespace {
@@ -30,21 +30,19 @@ constexpr double kMostExplained = 0.9;
 constexpr double kClearlyBetter = 6.0;
 // Below this share of the largest eigenvalue a component of a step is not seen.
 constexpr double kNotSeen = 1e-6;
-// What scatters without a step that explains everything, of what scatters with it.
-constexpr double kLeastLeft = 1e-3;
 
 struct Place {
   std::size_t node = 0;
-  int row = 0;  // of the magnetometer in the node's rows
+  int row = 0;  // of the triad in the node's rows
   bool rejected = false;
 };
 
-std::vector<Place> PlacesOf(const PoseGraph& graph) {
+std::vector<Place> PlacesOf(const PoseGraph& graph, Triad triad) {
   std::vector<Place> places;
   for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
     const std::vector<Observation>& seen = graph.nodes[k].observations;
     for (std::size_t i = 0; i < seen.size(); ++i) {
-      if (seen[i].triad != kMagnetometer) continue;
+      if (seen[i].triad != triad) continue;
       places.push_back({k, 3 * static_cast<int>(i), seen[i].rejected});
     }
   }
@@ -105,30 +103,6 @@ std::vector<StepTest> TestSteps(const ReducedSystem& system,
   return tests;
 }
 
-// What the magnetometer's own residuals amount to, and how many they are after all that was fitted.
-struct OwnResiduals {
-  double chi2 = 0.0;
-  double dof = 0.0;
-};
-
-OwnResiduals OwnResidualsOf(const PoseGraph& graph,
-                            const ReducedSystem& system,
-                            const std::vector<Place>& places) {
-  OwnResiduals own;
-  for (const Place& place : places) {
-    const PoseNode& node = graph.nodes[place.node];
-    const Observation& seen = node.observations[static_cast<std::size_t>(place.row / 3)];
-    if (seen.rejected) continue;
-    const Eigen::Matrix3d variance = seen.variance / seen.weight;
-    const Eigen::Index row = system.factors()[place.node].row + place.row;
-    const Eigen::Vector3d projected = system.projected().segment<3>(row);
-    const Eigen::Matrix3d P = system.ProjectorBlock(place.node, place.row);
-    own.chi2 += projected.dot(variance * projected);
-    own.dof += (P * variance).trace();
-  }
-  return own;
-}
-
 // The same poses with every reading of the magnetometer counting fully, solved again.
 PoseGraph WithoutWeights(const PoseGraph& graph, const std::vector<Place>& places) {
   PoseGraph whole = graph;
@@ -173,16 +147,8 @@ double EffectOf(const StepTest& test,
                 const StepTest& at_first,
                 const PoseGraph& graph,
                 const ReducedSystem& system) {
-  const Eigen::MatrixXd& basis = graph.layout.basis;
-  const Eigen::ArrayXd sigma =
-      (basis * system.covariance()).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
-  const auto largest = [&](const Eigen::VectorXd& moved) {
-    const Eigen::ArrayXd off = (basis * (system.covariance() * moved)).array().abs();
-    double most = 0.0;
-    for (Eigen::Index i = 0; i < sigma.size(); ++i) {
-      if (sigma[i] > 0.0) most = std::max(most, off[i] / sigma[i]);
-    }
-    return most;
+  const auto largest = [&](const Eigen::VectorXd& pulled) {
+    return LargestInSigmas(graph, system.covariance(), system.covariance() * pulled);
   };
   return std::max(largest(test.shared * test.step),
                   largest((test.shared - at_first.shared) * test.step));
@@ -194,15 +160,13 @@ class ChangeSearch {
   ChangeSearch(const PoseGraph& graph,
                const ReducedSystem& system,
                const std::vector<Place>& places,
-               bool is_estimated)
+               const NoiseState& noise,
+               bool counts_as_estimated)
       : graph_(graph),
         system_(system),
         places_(places),
-        is_estimated_(is_estimated),
-        own_(OwnResidualsOf(graph, system, places)) {
-    // Poses that scatter by more than the noise that was stated tell of no step by it.
-    is_estimated_ =
-        is_estimated || (own_.dof > 1.0 && 1.0 - ChiSquareCdf(own_.chi2, own_.dof) < kChangeLevel);
+        own_(OwnResidualsOf(graph, system, noise, kMagnetometer, kChangeLevel)) {
+    own_.is_estimated = own_.is_estimated || counts_as_estimated;
     std::vector<Eigen::Matrix3d> by_bias, by_field;
     for (const Place& place : places) {
       const PoseNode& node = graph.nodes[place.node];
@@ -268,28 +232,14 @@ class ChangeSearch {
   }
 
  private:
-  bool IsJudgedByRest(const StepTest& test) const {
-    return is_estimated_ && own_.dof - test.rank >= 1.0;
-  }
-  // What χ² is left without the step.
-  double Left(const StepTest& test) const {
-    return std::max(own_.chi2 - test.statistic, kLeastLeft * own_.chi2);
-  }
-  double PValue(const StepTest& test) const {
-    if (test.rank == 0) return 1.0;
-    if (!IsJudgedByRest(test)) return 1.0 - ChiSquareCdf(test.statistic, test.rank);
-    const double dof = own_.dof - test.rank;
-    return 1.0 - FisherCdf(test.statistic / test.rank / (Left(test) / dof), test.rank, dof);
-  }
+  double PValue(const StepTest& test) const { return own_.ChanceOf(test.statistic, test.rank); }
   double Likelihood(const StepTest& test) const {
-    return IsJudgedByRest(test) ? own_.dof * std::log1p(test.statistic / Left(test))
-                                : test.statistic;
+    return own_.LikelihoodOf(test.statistic, test.rank);
   }
 
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   const std::vector<Place>& places_;
-  bool is_estimated_;
   OwnResiduals own_;
   std::vector<StepTest> bias_, field_;
 };
@@ -300,20 +250,17 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
                                                          const ReducedSystem& settled_system,
                                                          const NoiseState& noise) {
   if (!settled.layout.Has(kMagnetometer) || noise.unknown) return std::nullopt;
-  const std::vector<Place> places = PlacesOf(settled);
+  const std::vector<Place> places = PlacesOf(settled, kMagnetometer);
   if (places.size() < kFewestInAll || places.size() > kMostPoses) return std::nullopt;
   const auto rejected = std::count_if(
       places.begin(), places.end(), [](const Place& place) { return place.rejected; });
-  const bool estimated =
-      noise.excess[kMagnetometer] > 0.0 &&
-      std::find(noise.estimated.begin(), noise.estimated.end(), PoseNoise(kMagnetometer)) !=
-          noise.estimated.end();
   if (settled_system.rank() < settled_system.size()) return std::nullopt;
   std::vector<bool> allowed(places.size(), false);
   std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
   std::optional<MagnetometerChange> found;
   if (!IsMostlyLeftOut(settled)) {
-    found = ChangeSearch(settled, settled_system, places, estimated).Find(allowed);
+    found = ChangeSearch(settled, settled_system, places, noise, /*counts_as_estimated=*/false)
+                .Find(allowed);
   }
   const bool is_table = noise.source[kMagnetometer] == NoiseSource::kResidual;
   const auto is_too_little = [is_table](const std::optional<MagnetometerChange>& change) {
@@ -330,12 +277,52 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   const ReducedSystem whole_system(whole);
   if (whole_system.rank() == whole_system.size()) {
     const auto among_all =
-        ChangeSearch(whole, whole_system, places, /*is_estimated=*/true).Find(allowed);
+        ChangeSearch(whole, whole_system, places, noise, /*counts_as_estimated=*/true)
+            .Find(allowed);
     if (among_all && !is_too_little(among_all) && (!found || among_all->p_value <= found->p_value))
       found = among_all;
   }
   if (found) found->p_value = std::min(1.0, 2.0 * found->p_value);
   return found && found->p_value > kChangeLevel ? std::nullopt : found;
+}
+
+double LargestInSigmas(const PoseGraph& graph,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::VectorXd& moved) {
+  const Eigen::MatrixXd& basis = graph.layout.basis;
+  const Eigen::ArrayXd sigma =
+      (basis * covariance).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
+  const Eigen::ArrayXd off = (basis * moved).array().abs();
+  return (sigma > 0.0).select(off / sigma, 0.0).maxCoeff();
+}
+
+std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
+                                     const ReducedSystem& system,
+                                     const NoiseState& noise,
+                                     Triad triad) {
+  if (!graph.layout.Has(triad) || noise.unknown || system.rank() < system.size()) return {};
+  const std::vector<Place> places = PlacesOf(graph, triad);
+  if (places.size() < kFewestInAll || places.size() > kMostPoses) return {};
+  const OwnResiduals own = OwnResidualsOf(graph, system, noise, triad, kChangeLevel);
+  std::vector<Eigen::Matrix3d> by_bias;
+  for (const Place& place : places) {
+    by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
+  }
+  const std::vector<StepTest> tests = TestSteps(system, places, by_bias);
+  std::size_t best = kFewestPoses;
+  for (std::size_t i = kFewestPoses; i + kFewestPoses <= places.size(); ++i) {
+    if (tests[i].statistic > tests[best].statistic) best = i;
+  }
+  const StepTest& test = tests[best];
+  const auto count = static_cast<double>(places.size());
+  BiasStep step;
+  step.node = places[best].node;
+  step.p_value = std::min(1.0, count * own.ChanceOf(test.statistic, test.rank));
+  // About the mean of both sides.
+  const double later = (count - static_cast<double>(best)) / count;
+  step.moved = system.covariance() * ((test.shared - later * tests[0].shared) * test.step);
+  step.effect_sigmas = LargestInSigmas(graph, system.covariance(), step.moved);
+  return step;
 }
 
 }  // namespace truetriad

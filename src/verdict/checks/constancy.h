@@ -68,4 +68,24 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
                                                          const ReducedSystem& settled_system,
                                                          const NoiseState& noise);
 
+// A triad's bias from one pose on is not that before.
+struct BiasStep {
+  std::size_t node = 0;  // the first pose after it
+  double p_value = 1.0;  // of one as clear by chance, at the best of all places
+  double effect_sigmas = 0.0;
+  Eigen::VectorXd moved;  // the free coordinates, by the step about the mean of both sides
+};
+
+// The likeliest one, by the same test; unset where it cannot be looked for.
+std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
+                                     const ReducedSystem& system,
+                                     const NoiseState& noise,
+                                     Triad triad);
+
+// By how many σ some parameter is off that moves by `moved` of the free coordinates, whose
+// covariance is given.
+double LargestInSigmas(const PoseGraph& graph,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::VectorXd& moved);
+
 }  // namespace truetriad

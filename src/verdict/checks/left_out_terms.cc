@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/left_out_terms.h"
+
+#include <string>
+
+#include "base/messages.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+std::string WordsOf(const LeftOutTerm& term) {
+  switch (term.kind) {
+    case LeftOutKind::kAxisTerm:
+      return std::string("has ") + WithArticle(InfoOf(term.axis_term).words);
+    case LeftOutKind::kGSensitivity:
+      return "follows the specific force (g-sensitivity)";
+    case LeftOutKind::kDrift:
+      return "has a bias that drifts over the run";
+    case LeftOutKind::kGainDrift:
+      return "has gains that drift over the run";
+    case LeftOutKind::kStep:
+      return "has another bias from pose " + std::to_string(term.pose) + " on";
+  }
+  return {};
+}
+
+std::string RemedyOf(const LeftOutTerm& term) {
+  const std::string sensor(TriadName(term.triad));
+  switch (term.kind) {
+    case LeftOutKind::kAxisTerm:
+      if (InfoOf(term.axis_term).triad == term.triad) {
+        return "state `" + std::string(InfoOf(term.axis_term).name) + ": true` for the " + sensor;
+      }
+      return "look whether the " + sensor + " is near the end of its range";
+    case LeftOutKind::kGSensitivity:
+      return "state `g_sensitivity: true` for the gyroscope";
+    case LeftOutKind::kDrift:
+    case LeftOutKind::kGainDrift:
+      return "let the unit warm up first, or state temperature terms";
+    case LeftOutKind::kStep:
+      return "look what happened to the unit then; take the run again, or the poses of one side";
+  }
+  return {};
+}
+
+}  // namespace
+
+Findings CheckLeftOutTerms(const SettledRun&, const SolvedRun& solved) {
+  return FindingsOf(solved.left_out);
+}
+
+Findings FindingsOf(const LeftOutTerms& terms) {
+  Findings findings;
+  for (const LeftOutTerm& term : terms.found) {
+    findings.push_back(
+        Finding(FindingCode::kLeftOutTerm,
+                "the " + std::string(TriadName(term.triad)) + " " + WordsOf(term) +
+                    Format(" that the model leaves out (by chance: %.1g), which shifts parameters ",
+                           term.p_value) +
+                    Format("by up to %.2g σ of what is stated without it; σ allow for that",
+                           term.effect_sigmas),
+                RemedyOf(term))
+            .About(term.triad)
+            .With("effect", term.effect_sigmas, "sigma")
+            .With("p_value", term.p_value));
+  }
+  return findings;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/left_out_terms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <utility>
+
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
+#include "problem/graph_builder.h"
+#include "solve/linearised_graph.h"
+#include "verdict/checks/constancy.h"
+#include "verdict/own_residuals.h"
+
+namespace truetriad {
+namespace {
+
+// Of what an entry would be known to if all else were known: less is not seen apart from the rest.
+constexpr double kSeenApart = 1e-6;
+// Poses in a row that tell of a drift.
+constexpr std::size_t kFewestInARow = 8;
+
+// A term and its free coordinates in the larger model.
+struct Candidate {
+  LeftOutTerm term;
+  std::vector<Eigen::Index> columns;
+};
+
+constexpr std::array<std::pair<Triad, AxisTerm>, 6> kBends = {
+    {{Triad::kAccelerometer, AxisTerm::kQuadratic},
+     {Triad::kAccelerometer, AxisTerm::kCubic},
+     {Triad::kGyroscope, AxisTerm::kAsymmetry},
+     {Triad::kGyroscope, AxisTerm::kCubic},
+     {Triad::kMagnetometer, AxisTerm::kQuadratic},
+     {Triad::kMagnetometer, AxisTerm::kCubic}}};
+
+// Time takes the place of temperature, so that temperature terms are those of a drift: from -1 to 1
+// over the poses.
+bool PutTimeForTemperature(PoseGraph* graph) {
+  if (graph->nodes.size() < kFewestInARow) return false;
+  const auto [first, last] = std::minmax_element(
+      graph->nodes.begin(), graph->nodes.end(), [](const PoseNode& a, const PoseNode& b) {
+        return a.time_s < b.time_s;
+      });
+  const double begin_s = first->time_s, duration_s = last->time_s - begin_s;
+  if (!(duration_s > 0.0)) return false;
+  for (PoseNode& node : graph->nodes) {
+    node.temperature_degc = 2.0 * (node.time_s - begin_s) / duration_s - 1.0;
+    node.temperature_rate_degcps = 0.0;
+  }
+  for (IncrementEdge& edge : graph->increments) {
+    edge.temperature_degc = 0.5 * (graph->nodes[edge.from].temperature_degc +
+                                   graph->nodes[edge.from + 1].temperature_degc);
+    edge.temperature_rate_degcps = 0.0;
+  }
+  return true;
+}
+
+// The options with all that may have been left out.
+CalibrateOptions WithEverything(const CalibrateOptions& stated,
+                                const SharedLayout& has,
+                                bool drifts) {
+  CalibrateOptions options = WithLeftOutBends(stated, has);
+  if (has.Has(Triad::kGyroscope) && has.Has(Triad::kAccelerometer)) {
+    options.triads[Triad::kGyroscope].g_sensitivity = Wanted::kYes;
+  }
+  if (!drifts) return options;
+  options.reference.temperature_degc = 0.0;
+  for (const Triad triad : kTriads) {
+    if (!has.Has(triad)) continue;
+    options.triads[triad].thermal.bias_order = 1;
+    options.triads[triad].thermal.matrix_order = 1;
+    options.triads[triad].thermal.matrix = ThermalMatrix::kDiagonal;
+  }
+  return options;
+}
+
+// Columns of the basis that move entries of a block.
+std::vector<Eigen::Index> ColumnsOf(const SharedLayout& layout, int at, int size) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index column = 0; column < layout.basis.cols(); ++column) {
+    if (!layout.basis.col(column).segment(at, size).isZero(0.0)) columns.push_back(column);
+  }
+  return columns;
+}
+
+std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayout& has) {
+  std::vector<Candidate> candidates;
+  const auto add = [&](Triad triad, LeftOutKind kind, AxisTerm term, int at, int size) {
+    candidates.push_back({{triad, kind, term}, ColumnsOf(whole, at, size)});
+  };
+  for (const Triad triad : kTriads) {
+    for (const auto& [term, at] : whole.axis_terms[triad]) {
+      const auto& known = has.axis_terms[triad];
+      const bool is_known = std::any_of(
+          known.begin(), known.end(), [&](const auto& block) { return block.term == term; });
+      if (!is_known) add(triad, LeftOutKind::kAxisTerm, term, at, 3);
+    }
+    const ThermalBlock& thermal = whole.thermal[triad];
+    if (!whole.Has(triad) || thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
+    add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
+    add(triad, LeftOutKind::kGainDrift, {}, thermal.matrix_at(0), 9);
+  }
+  if (whole.g_sensitivity >= 0 && has.g_sensitivity < 0) {
+    add(Triad::kGyroscope, LeftOutKind::kGSensitivity, {}, whole.g_sensitivity, 9);
+  }
+  return candidates;
+}
+
+// Where each free coordinate of `has` stands among those of `whole`; unset where one is missing.
+std::optional<std::vector<Eigen::Index>> CommonColumns(const SharedLayout& whole,
+                                                       const SharedLayout& has) {
+  const std::vector<int> places = PlacesIn(has, whole);
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index own = 0; own < has.basis.cols(); ++own) {
+    Eigen::VectorXd lifted = Eigen::VectorXd::Zero(whole.size);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (places[i] >= 0) lifted[static_cast<Eigen::Index>(i)] = has.basis(places[i], own);
+    }
+    Eigen::Index best = 0;
+    const double share = (whole.basis.transpose() * lifted).cwiseAbs().maxCoeff(&best);
+    if (share < 0.99) return std::nullopt;
+    columns.push_back(best);
+  }
+  return columns;
+}
+
+// Information and gradient of the terms, given the solution's own coordinates at their best.
+struct Conditional {
+  Eigen::MatrixXd information;  // I
+  Eigen::VectorXd gradient;     // u
+  Eigen::MatrixXd gain;         // M_bb^-1 M_bh
+  Eigen::VectorXd full;         // of each entry if all else were known
+};
+
+std::optional<Conditional> ConditionOn(const Eigen::MatrixXd& information,
+                                       const Eigen::VectorXd& gradient,
+                                       const std::vector<Eigen::Index>& base,
+                                       const std::vector<Eigen::Index>& extra) {
+  const Eigen::VectorXd scale = information.diagonal()(base).cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return std::nullopt;
+  const Eigen::MatrixXd across = information(base, extra);
+  const Cholesky factor(scale.asDiagonal() * information(base, base) * scale.asDiagonal());
+  if (!factor.is_positive()) return std::nullopt;
+  Conditional given;
+  given.gain = scale.asDiagonal() * factor.Solve(scale.asDiagonal() * across);
+  given.information = information(extra, extra) - TransposeTimes(across, given.gain);
+  given.gradient = gradient(extra) - given.gain.transpose() * gradient(base);
+  given.full = information.diagonal()(extra);
+  return given;
+}
+
+// The test of the entries `at` of what is left.
+struct ScoreTest {
+  double chi2 = 0.0;
+  int rank = 0;
+};
+
+class TermSearch {
+ public:
+  explicit TermSearch(Conditional given)
+      : given_(std::move(given)), information_(given_.information), gradient_(given_.gradient) {}
+
+  ScoreTest Test(const std::vector<Eigen::Index>& at) const {
+    const std::vector<Eigen::Index> seen = SeenOf(at);
+    ScoreTest test;
+    if (seen.empty()) return test;
+    const Cholesky factor(information_(seen, seen));
+    if (!factor.is_positive()) return test;
+    test.chi2 = gradient_(seen).dot(factor.SolveVector(gradient_(seen)));
+    test.rank = static_cast<int>(seen.size());
+    return test;
+  }
+
+  // The others are tested beside it from now on. Returns how it moves the solution by itself.
+  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at) {
+    const std::vector<Eigen::Index> seen = SeenOf(at);
+    taken_.insert(taken_.end(), seen.begin(), seen.end());
+    const Cholesky factor(information_(seen, seen));
+    const Eigen::MatrixXd across = information_(Eigen::all, seen);
+    const Eigen::VectorXd step = factor.SolveVector(gradient_(seen));
+    gradient_ -= across * step;
+    information_ -= across * factor.Solve(across.transpose());
+    return given_.gain(Eigen::all, seen) * step;
+  }
+
+  // d d^T + V of all that was taken in.
+  Eigen::MatrixXd Covariance() const {
+    const Eigen::MatrixXd gain = given_.gain(Eigen::all, taken_);
+    const Cholesky factor(given_.information(taken_, taken_));
+    const Eigen::VectorXd moved = gain * factor.SolveVector(given_.gradient(taken_));
+    return moved * moved.transpose() + Times(gain, factor.Solve(gain.transpose()));
+  }
+  bool is_empty() const { return taken_.empty(); }
+
+ private:
+  std::vector<Eigen::Index> SeenOf(const std::vector<Eigen::Index>& at) const {
+    std::vector<Eigen::Index> seen;
+    for (const Eigen::Index i : at) {
+      if (information_(i, i) > kSeenApart * given_.full[i]) seen.push_back(i);
+    }
+    return seen;
+  }
+
+  Conditional given_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+  std::vector<Eigen::Index> taken_;
+};
+
+// The terms that `larger` has and the graph has not, of which information and gradient tell.
+LeftOutTerms SearchTerms(const PoseGraph& graph,
+                         const Eigen::MatrixXd& covariance,
+                         const SharedLayout& larger,
+                         const Eigen::MatrixXd& information,
+                         const Eigen::VectorXd& gradient,
+                         PerTriad<OwnResiduals> own) {
+  LeftOutTerms result;
+  result.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
+  const auto base = CommonColumns(larger, graph.layout);
+  if (!base) return result;
+  std::vector<Candidate> candidates = CandidatesOf(larger, graph.layout);
+  std::vector<Eigen::Index> extra;
+  for (Candidate& candidate : candidates) {
+    for (Eigen::Index& column : candidate.columns) {
+      extra.push_back(column);
+      column = static_cast<Eigen::Index>(extra.size()) - 1;
+    }
+  }
+  auto given = ConditionOn(information, gradient, *base, extra);
+  if (!given) return result;
+  TermSearch search(*std::move(given));
+  while (!candidates.empty()) {
+    std::vector<ScoreTest> tests;
+    for (Candidate& candidate : candidates) {
+      const ScoreTest& test = tests.emplace_back(search.Test(candidate.columns));
+      candidate.term.p_value = own[candidate.term.triad].ChanceOf(test.chi2, test.rank);
+    }
+    // The most of χ² a degree of freedom where chances are too small for a double.
+    const auto is_less_clear = [&](std::size_t a, std::size_t b) {
+      const double pa = candidates[a].term.p_value, pb = candidates[b].term.p_value;
+      return pa != pb ? pa > pb : tests[a].chi2 < tests[b].chi2;
+    };
+    std::size_t clearest = 0;
+    for (std::size_t i = 1; i < candidates.size(); ++i) {
+      if (is_less_clear(clearest, i)) clearest = i;
+    }
+    LeftOutTerm& term = candidates[clearest].term;
+    if (term.p_value > kLeftOutLevel) break;
+    own[term.triad].dof -= tests[clearest].rank;
+    own[term.triad].chi2 = std::max(own[term.triad].chi2 - tests[clearest].chi2, 0.0);
+    term.effect_sigmas =
+        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns));
+    result.found.push_back(term);
+    candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
+  }
+  if (!search.is_empty()) result.covariance = search.Covariance();
+  return result;
+}
+
+}  // namespace
+
+CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLayout& has) {
+  CalibrateOptions options = stated;
+  for (const auto& [triad, term] : kBends) {
+    if (has.Has(triad)) options.triads[triad].axis_terms[term] = Wanted::kYes;
+  }
+  return options;
+}
+
+LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
+                              const Eigen::MatrixXd& covariance,
+                              const SharedLayout& larger,
+                              const Eigen::MatrixXd& information,
+                              const Eigen::VectorXd& gradient) {
+  return SearchTerms(graph, covariance, larger, information, gradient, {});
+}
+
+LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
+                              const ReducedSystem& system,
+                              const NoiseState& noise,
+                              const CalibrateOptions& options) {
+  LeftOutTerms result;
+  result.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
+  if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
+  PoseGraph timed = graph;
+  const bool drifts = !options.HasThermal() && PutTimeForTemperature(&timed);
+  const PoseGraph larger =
+      WithTermsOf(WithEverything(options, graph.layout, drifts), drifts ? timed : graph);
+  LinearisedGraph whole(larger);
+  whole.Eliminate(larger);
+  PerTriad<OwnResiduals> own;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    own[triad] = OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel);
+  }
+  result =
+      SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
+  for (const Triad triad : kTriads) {
+    const auto step = FindBiasStep(graph, system, noise, triad);
+    if (!step || step->p_value > kLeftOutLevel) continue;
+    result.covariance += step->moved * step->moved.transpose();
+    LeftOutTerm term{triad, LeftOutKind::kStep};
+    term.p_value = step->p_value;
+    term.effect_sigmas = step->effect_sigmas;
+    term.pose = graph.nodes[step->node].number;
+    result.found.push_back(term);
+  }
+  return result;
+}
+
+}  // namespace truetriad

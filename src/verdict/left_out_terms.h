@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "noise/noise_settling.h"
+#include "problem/graph.h"
+#include "solve/reduced_system.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/problem/options.h"
+
+namespace truetriad {
+
+// What a sensor does beyond the model that was asked for.
+enum class LeftOutKind {
+  kAxisTerm,      // bends, or gains for both directions
+  kGSensitivity,  // of the gyroscope
+  kDrift,         // the bias goes on with time
+  kGainDrift,     // each gain does
+  kStep,          // the bias is another from a pose on
+};
+
+// A term that is not in the model and that the residuals show.
+struct LeftOutTerm {
+  Triad triad = Triad::kAccelerometer;
+  LeftOutKind kind = LeftOutKind::kAxisTerm;
+  AxisTerm axis_term = AxisTerm::kQuadratic;
+  double p_value = 1.0;
+  // By how many σ some parameter is off because the term is not there.
+  double effect_sigmas = 0.0;
+  int pose = 0;  // of a step: the first after it
+};
+
+struct LeftOutTerms {
+  std::vector<LeftOutTerm> found;  // the clearest first
+  // What they make the free shared coordinates less certain by: those are where the model without
+  // the terms has them, and as uncertain as that is from where the model with the terms would.
+  Eigen::MatrixXd covariance;
+};
+
+// A term is said to be there when chance makes it in so few runs.
+inline constexpr double kLeftOutLevel = 1e-4;
+
+// Score tests of what the model does not have, by one linearisation of the model that has it all:
+// with b the free coordinates of the solution and h those of a term, from information and gradient
+// of the larger model at the solution,
+//
+//   I = M_hh - M_hb M_bb^-1 M_bh      u = g_h - M_hb M_bb^-1 g_b      u^T I^-1 u ~ chi^2
+//
+// (Rao 1948), held against the triad's own residuals where its noise was estimated from them. The
+// clearest is taken in and the others are tested again beside it, until none is left. With those
+// that were taken in, h = -I^-1 u moves b by d = -M_bb^-1 M_bh h, known to V = M_bb^-1 M_bh I^-1
+// M_hb M_bb^-1; the solution without them is off by that, and its covariance grows by d d^T + V.
+LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
+                              const ReducedSystem& system,
+                              const NoiseState& noise,
+                              const CalibrateOptions& options);
+
+// The same without poses: `options` with all that bends, and the search once somebody linearised
+// the graph that WithTermsOf makes of them. `covariance`: of the solution's free coordinates; the
+// noise is taken as known.
+CalibrateOptions WithLeftOutBends(const CalibrateOptions& options, const SharedLayout& has);
+LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
+                              const Eigen::MatrixXd& covariance,
+                              const SharedLayout& larger,
+                              const Eigen::MatrixXd& information,
+                              const Eigen::VectorXd& gradient);
+
+}  // namespace truetriad

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "noise/noise_settling.h"
+#include "problem/graph.h"
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+
+// The residuals of one triad; those of the gyroscope with its turns and rates.
+struct OwnResiduals {
+  double chi2 = 0.0;
+  double dof = 0.0;  // how many they are after all that was fitted
+  // The noise was estimated from them, or should have been: more than was stated scatters.
+  bool is_estimated = false;
+
+  // Probability that something makes so much of them by chance; held against what is left of them
+  // without it, F(rank, the rest), where the noise was estimated, which took it for noise.
+  double ChanceOf(double part, int rank) const;
+  // Twice the log likelihood that it adds.
+  double LikelihoodOf(double part, int rank) const;
+
+ private:
+  bool IsJudgedByRest(int rank) const { return is_estimated && dof - rank >= 1.0; }
+  double LeftWithout(double part) const;
+};
+
+// `level`: at which residuals scatter by more than the noise that was stated.
+OwnResiduals OwnResidualsOf(const PoseGraph& graph,
+                            const ReducedSystem& system,
+                            const NoiseState& noise,
+                            Triad triad,
+                            double level);
+
+}  // namespace truetriad
