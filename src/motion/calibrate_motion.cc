@@ -338,6 +338,28 @@ TriadNoise NoiseOf(const MotionTrack& track,
   return noise;
 }
 
+// Each stretch as a chain of its own.
+std::vector<TimeBlock> TimeBlocksOf(const MotionTrack& track, const MotionRun& run) {
+  std::vector<TimeBlock> blocks;
+  const std::vector<ScalarPrior> none;
+  for (std::size_t b = 0; b < kTimeBlocks; ++b) {
+    const auto begin = static_cast<std::ptrdiff_t>(b * run.nodes.size() / kTimeBlocks);
+    const auto end = static_cast<std::ptrdiff_t>((b + 1) * run.nodes.size() / kTimeBlocks);
+    if (end - begin < 2) return {};
+    std::vector<MotionNode> nodes(run.nodes.begin() + begin, run.nodes.begin() + end);
+    nodes.back().is_linked = false;
+    MotionChain chain(run.graph.layout,
+                      none,
+                      track,
+                      std::move(nodes),
+                      {run.attitudes.begin() + begin, run.attitudes.begin() + end});
+    chain.SetNoise(run.noise.noise, run.graph.shared.data());
+    const ChainElimination solved = chain.LinearisedAt(run.graph.shared);
+    blocks.push_back({solved.information(), solved.gradient()});
+  }
+  return blocks;
+}
+
 Status StateMotionVerdict(const PoseSet& poses,
                           const CalibrateOptions& options,
                           const MotionTrack& track,
@@ -370,7 +392,9 @@ Status StateMotionVerdict(const PoseSet& poses,
                                                  larger.layout,
                                                  solved_bent.information(),
                                                  solved_bent.gradient());
-  PresentedSolution solution = SolvedFrame(graph, information.covariance() + left_out.covariance);
+  const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix());
+  PresentedSolution solution =
+      SolvedFrame(graph, information.covariance() + left_out.covariance + blocks.covariance);
   StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
 
   const bool determined = observability.determined && information.rank() >= information.size();
@@ -383,8 +407,9 @@ Status StateMotionVerdict(const PoseSet& poses,
     }
     StateSolution(options, poses, solution, noise, calibration);
     SayRemarks(options, track, *run, &calibration->findings);
-    const Findings terms = FindingsOf(left_out);
-    calibration->findings.insert(calibration->findings.end(), terms.begin(), terms.end());
+    for (const Findings& found : {FindingsOf(left_out), FindingsOf(blocks)}) {
+      calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
+    }
   }
   return Conclude(options, poses, calibration);
 }

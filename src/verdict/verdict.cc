@@ -34,7 +34,7 @@ constexpr std::array<Check, 8> kUsability = {&CheckFinite,
                                              &CheckOutliers,
                                              &CheckDetermined,
                                              &CheckConverged};
-constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
+constexpr std::array<Check, 12> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHandedness,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,
@@ -44,6 +44,7 @@ constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckMagnetometerScale,
                                             &CheckDrift,
                                             &CheckLeftOutTerms,
+                                            &CheckTimeBlocks,
                                             &CheckCurves};
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
@@ -186,10 +187,11 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const DriftCovariance drift =
       FindDriftCovariance(graph, system, quality.rests.temperature_settings);
   const LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
+  const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information());
   quality.effective_dof = std::min(joint.dof, drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance = AdjustedCovariance(run.noise.estimate, system) / joint.scale +
-                                     drift.covariance + left_out.covariance;
+                                     drift.covariance + left_out.covariance + blocks.covariance;
   StateReference(options, graph, &calibration->reference);
 
   Observability observability =
@@ -207,7 +209,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   StateChi2(run, system, quality.dof, &quality);
 
-  const SolvedRun solved{system, solution, drift, left_out, observability.determined, *calibration};
+  const SolvedRun solved{
+      system, solution, drift, left_out, blocks, observability.determined, *calibration};
   if (!IsUsable(run, solved, &calibration->findings)) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "trust/recording.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -39,13 +40,45 @@ void Recording::AddToBias(Triad triad, const std::function<Eigen::Vector3d(doubl
   for (const TrueRest& rest : rests) spans.emplace_back(rest.start_s, rest.end_s);
   if (spans.size() < 3) spans = {{0.0, duration_s}};
   constexpr int kSteps = 200;
+  std::vector<Eigen::Vector3d>& errors = rest_errors[triad];
+  errors.resize(spans.size(), Eigen::Vector3d::Zero());
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const auto& [begin, end] : spans) {
-    for (int i = 0; i < kSteps; ++i) sum += error(begin + (i + 0.5) / kSteps * (end - begin));
+  for (std::size_t rest = 0; rest < spans.size(); ++rest) {
+    const auto& [begin, end] = spans[rest];
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (int i = 0; i < kSteps; ++i) {
+      mean += error(begin + (i + 0.5) / kSteps * (end - begin)) / kSteps;
+    }
+    errors[rest] += mean;
+    sum += mean;
   }
   if (truth.sensors[triad]) {
-    truth.sensors[triad]->model.bias += sum / (kSteps * static_cast<double>(spans.size()));
+    truth.sensors[triad]->model.bias += sum / static_cast<double>(spans.size());
   }
+}
+
+Calibration Recording::TruthFor(const Calibration& calibration) const {
+  Calibration used = truth;
+  for (const Triad triad : kTriads) {
+    const std::vector<Eigen::Vector3d>& errors = rest_errors[triad];
+    const auto poses = static_cast<std::size_t>(calibration.quality.poses);
+    if (!used.sensors[triad] || errors.size() != poses || poses < 3) continue;
+    Eigen::Vector3d all = Eigen::Vector3d::Zero(), kept = all;
+    double count = 0.0;
+    for (std::size_t rest = 0; rest < poses; ++rest) {
+      all += errors[rest] / static_cast<double>(poses);
+      const auto& rejected = calibration.quality.rests.rejected_poses;
+      const bool is_rejected =
+          std::any_of(rejected.begin(), rejected.end(), [&](const RejectedPose& pose) {
+            return pose.triad == triad && pose.pose == static_cast<int>(rest) + 1;
+          });
+      if (is_rejected) continue;
+      kept += errors[rest];
+      count += 1.0;
+    }
+    if (count > 0.0) used.sensors[triad]->model.bias += kept / count - all;
+  }
+  return used;
 }
 
 Result<Recording> Play(const Scenario& scenario, int unit) {

@@ -35,6 +35,11 @@ struct Recording {
   std::vector<PoseRange> rest_rows;
   std::vector<StatedRate> rates;
   double duration_s = 0.0;
+  // Mean error of the bias that was added in each rest.
+  PerTriad<std::vector<Eigen::Vector3d>> rest_errors;
+
+  // `truth` with the biases as they were on average over the rests that a calibration used.
+  Calibration TruthFor(const Calibration& calibration) const;
 
   // RMS over the recording, raw unit.
   double Signal(Triad triad) const;

@@ -136,7 +136,7 @@ void FindWorst(const Calibration& calibration, const Calibration& truth, Trial* 
 }
 
 void Judge(const Result<Calibration>& calibration,
-           const Calibration& truth,
+           const Recording& recording,
            const std::vector<Drawn>& drawn,
            Trial* trial) {
   if (!calibration) {
@@ -156,7 +156,7 @@ void Judge(const Result<Calibration>& calibration,
     }
     return;
   }
-  FindWorst(*calibration, truth, trial);
+  FindWorst(*calibration, recording.TruthFor(*calibration), trial);
   bool must_refuse = false;
   for (const Drawn& one : drawn) {
     must_refuse = must_refuse || one.fault->expected == Expected::kRefusal;
@@ -208,7 +208,7 @@ Status Run(const std::string& folder, Random* random, Trial* trial) {
   const auto begin = std::chrono::steady_clock::now();
   const Result<Calibration> calibration = CalibrateExperiment(experiment);
   trial->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  Judge(calibration, recording.truth, drawn, trial);
+  Judge(calibration, recording, drawn, trial);
   return {};
 }
 

@@ -103,6 +103,7 @@ enum class FindingCode : int {
   kCurveUnchecked,
   kBiasDrift,
   kLeftOutTerm,
+  kStretchesDiffer,
   kOneTemperature,
   kStaticTemperature,
   kHeldAtReference,

@@ -11,6 +11,7 @@
 #include "verdict/checks/soak.h"
 #include "verdict/left_out_terms.h"
 #include "verdict/presentation.h"
+#include "verdict/time_blocks.h"
 
 namespace truetriad {
 
@@ -29,6 +30,7 @@ struct SolvedRun {
   const PresentedSolution& solution;
   const DriftCovariance& drift;
   const LeftOutTerms& left_out;
+  const BlockScatter& blocks;
   bool determined = true;     // every parameter that was asked for, to the σ that counts as such
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };
@@ -62,6 +64,7 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun& solved);
 Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
 Findings CheckLeftOutTerms(const SettledRun& run, const SolvedRun& solved);
+Findings CheckTimeBlocks(const SettledRun& run, const SolvedRun& solved);
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 
 // Parts that hold however the solution was found.
@@ -79,6 +82,8 @@ Findings CheckExplained(const Quality& quality,
                         const char* why);
 // What the model leaves out.
 Findings FindingsOf(const LeftOutTerms& terms);
+// Stretches of the recording that differ.
+Findings FindingsOf(const BlockScatter& blocks);
 // Axes that came out mirrored.
 Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph);
 

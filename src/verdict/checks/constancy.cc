@@ -37,6 +37,7 @@ struct Place {
   bool rejected = false;
 };
 
+// In the order of time.
 std::vector<Place> PlacesOf(const PoseGraph& graph, Triad triad) {
   std::vector<Place> places;
   for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
@@ -46,6 +47,10 @@ std::vector<Place> PlacesOf(const PoseGraph& graph, Triad triad) {
       places.push_back({k, 3 * static_cast<int>(i), seen[i].rejected});
     }
   }
+  // Stretches of known rates come after the rests.
+  std::stable_sort(places.begin(), places.end(), [&graph](const Place& a, const Place& b) {
+    return graph.nodes[a.node].time_s < graph.nodes[b.node].time_s;
+  });
   return places;
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+
+// What one stretch of a recording says of the free shared coordinates: information and gradient at
+// the solution, its attitudes eliminated.
+struct TimeBlock {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+// So many stretches of one length a recording is cut into.
+inline constexpr int kTimeBlocks = 16;
+
+// The stretches of a graph whose nodes are in the order of time; none where there are too few.
+std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system);
+
+// Whether the stretches say the same.
+struct BlockScatter {
+  double ratio = 1.0;  // χ² of what they differ by over what noise makes of it
+  double p_value = 1.0;
+  // What the free coordinates are less certain by: the jackknife's covariance (Quenouille 1956,
+  // Tukey 1958) of leaving out one stretch at a time,
+  //
+  //   (K - 1) / K sum_k d_k d_k^T      d_k = (M - M_k)^-1 g_k
+  //
+  // which holds whatever it is that the readings of one stretch have in common. Zero where chance
+  // may make the difference.
+  Eigen::MatrixXd covariance;
+};
+// `information`: of the whole, with what is known beforehand.
+BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks, const Eigen::MatrixXd& information);
+
+}  // namespace truetriad
