@@ -129,8 +129,8 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   return {};
 }
 
-// Times of readings here may have been shifted since, by less than anything that is excluded
-// spares.
+// Times here may have been shifted by a clock's offset since: what is missing still overlaps with
+// the range unless the offset is longer.
 bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const {
   return std::any_of(excluded_.begin(), excluded_.end(), [&](const ExcludedRange& range) {
     return range.times.start_ns <= to_ns && from_ns <= range.times.end_ns;
