@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
@@ -269,9 +270,10 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   const Triad leading = a.gauge_sensor;
   PresentedSolution in_a = SolutionOf(a);
   PresentedSolution in_b = SolutionOf(b);
-  for (PresentedSolution* solution : {&in_a, &in_b}) {
+  for (const auto& [stated, solution] :
+       {std::pair(&a, &in_a), std::pair(&std::as_const(b), &in_b)}) {
     if (a.gauge_sensor != b.gauge_sensor) break;  // both as they are stated
-    const double sign = solution->models[leading]->sensitivity(0, 0) < 0.0 ? -1.0 : 1.0;
+    const double sign = stated->sensors[leading]->Scale()[0] < 0.0 ? -1.0 : 1.0;
     StateInGauge(gauge, leading, sign, solution);
   }
 

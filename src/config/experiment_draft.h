@@ -82,6 +82,11 @@ struct StatedEarthRate {
   std::optional<double> declination;  ///< Unset: that of the Earth's field at `position`, or zero.
 };
 
+/// `+y+x-z`; unset: `any`.
+struct StatedMounting {
+  std::optional<Eigen::Matrix3d> map;
+};
+
 /// What the documents have said so far. Each document (preset, experiment, override) is read on top
 /// of those before it, so that a later one changes just what it names.
 struct ExperimentDraft {
@@ -91,6 +96,8 @@ struct ExperimentDraft {
   KnownMotionsConfig known_motions;                           ///< Without the files.
   PerTriad<std::string> allan_files;                          ///< As written.
   PerTriad<double> time_offset_s{};
+  PerTriad<std::optional<StatedMounting>> mounting;
+  std::vector<ExcludedSeconds> exclude;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;

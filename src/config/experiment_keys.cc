@@ -15,6 +15,7 @@
 #include "config/yaml_values.h"
 #include "io/yaml_reader.h"
 #include "truetriad/model/earth.h"
+#include "truetriad/model/mounting.h"
 
 // What each key of an experiment says, on top of what was said before.
 
@@ -285,6 +286,55 @@ void ReadSweep(YamlReader reader, Draft* draft, SweepWindows* windows) {
   }
 }
 
+void ReadMounting(YamlReader reader, Draft* draft) {
+  if (!reader) return;
+  for (const Triad triad : kTriads) {
+    YamlReader sensor = reader.Child(TriadName(triad));
+    std::string name;
+    if (!sensor.Read(&name)) continue;
+    StatedMounting stated{AxisMapFromName(name)};
+    if (stated.map || name == "any") {
+      draft->mounting[triad] = stated;
+    } else {
+      sensor.Fail("expected the body axes of sensing x, y, z, such as +y+x-z, or any, but `" +
+                  name + "` is neither");
+    }
+  }
+  reader.RejectUnknown();
+}
+
+std::string PlaceFor(const YamlReader& reader) {
+  const std::string place = reader.Place();
+  return place.substr(0, place.find_last_not_of(": ") + 1);
+}
+
+void ReadExclude(YamlReader reader, std::vector<ExcludedSeconds>* exclude) {
+  if (!reader) return;
+  exclude->clear();
+  for (YamlReader& item : reader.Items()) {
+    ExcludedSeconds& range = exclude->emplace_back();
+    range.stated_in = PlaceFor(item);
+    ReadNumber(item.RequireChild("from_s"), kNotNegative, &range.from_s);
+    if (ReadNumber(item.RequireChild("to_s"), kNotNegative, &range.to_s) &&
+        !(range.to_s > range.from_s)) {
+      item.Fail("expected to_s after from_s");
+    }
+    item.RejectUnknown();
+  }
+}
+
+void ReadExcludePoses(YamlReader reader, Experiment* experiment) {
+  if (!reader) return;
+  experiment->exclude_poses.clear();
+  experiment->exclude_poses_stated = PlaceFor(reader);
+  for (YamlReader& item : reader.Items()) {
+    int number = 0;
+    if (!item.Read(&number)) continue;
+    if (number < 1) item.Fail("expected the number of a pose, from 1 on");
+    experiment->exclude_poses.push_back(number);
+  }
+}
+
 void ReadPoses(YamlReader reader, Draft* draft) {
   if (!reader) return;
   PosesConfig poses;
@@ -461,7 +511,10 @@ void ReadDocument(YamlReader root, Draft* draft) {
     }
     sensors.RejectUnknown();
   }
+  ReadMounting(root.Child("mounting"), draft);
   ReadPoses(root.Child("poses"), draft);
+  ReadExclude(root.Child("exclude"), &draft->exclude);
+  ReadExcludePoses(root.Child("exclude_poses"), &draft->experiment);
   ReadAttitudes(root.Child("attitudes"), draft);
   root.Optional("static", &draft->static_file);
   ReadTurns(root.Child("turns"), draft);

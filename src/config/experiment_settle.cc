@@ -10,6 +10,7 @@
 #include "config/experiment_draft.h"
 #include "config/yaml_values.h"
 #include "truetriad/model/earth.h"
+#include "truetriad/model/mounting.h"
 
 // From what the keys of an experiment say to the experiment: what depends on several of them.
 
@@ -188,6 +189,27 @@ void LeaveModelsOpen(Draft* draft) {
   }
 }
 
+/// What nobody states follows from a matrix that is held or known beforehand; else the axes of
+/// accelerometer and gyroscope are those of the body.
+void SettleMounting(const Draft& draft, CalibrateOptions* options) {
+  for (const Triad triad : kTriads) {
+    TriadOptions& sensor = options->triads[triad];
+    sensor.mounting.reset();
+    if (draft.mounting[triad]) {
+      sensor.mounting = draft.mounting[triad]->map;
+      continue;
+    }
+    const double sign = sensor.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+    if (sensor.fixed_sensitivity) {
+      sensor.mounting = NearestAxisMap(sign * *sensor.fixed_sensitivity);
+    } else if (sensor.prior && sensor.prior->sensitivity_sigma.allFinite()) {
+      sensor.mounting = NearestAxisMap(sign * sensor.prior->sensitivity);
+    } else if (triad != Triad::kMagnetometer) {
+      sensor.mounting = Eigen::Matrix3d::Identity();
+    }
+  }
+}
+
 }  // namespace
 
 void Settle(Draft* draft, std::vector<std::string>* errors) {
@@ -227,6 +249,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     }
   }
   LeaveModelsOpen(draft);
+  SettleMounting(*draft, &options);
   if (!any_enabled) {
     fail("sensors", "is missing; list what to calibrate, as in `sensors: { accelerometer: {} }`");
   }
@@ -241,6 +264,12 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   experiment.poses.known_motions.rates_file = Resolve(draft->rates_file, experiment.path);
   experiment.poses.moves = has_gyroscope;
   experiment.poses.time_offset_s = draft->time_offset_s;
+  experiment.poses.exclude = draft->exclude;
+  const bool has_poses = experiment.poses.kind != PoseSelectionKind::kMotion &&
+                         experiment.poses.kind != PoseSelectionKind::kSweep;
+  if (!has_poses && !experiment.exclude_poses.empty()) {
+    fail("exclude_poses", "motion and a sweep have no poses with numbers; use `exclude:`");
+  }
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {

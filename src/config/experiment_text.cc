@@ -4,6 +4,7 @@
 #include "config/experiment_draft.h"
 #include "config/resolved_text.h"
 #include "io/yaml_text.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -165,6 +166,16 @@ void WriteSensor(ResolvedText& out,
   out.Close();
 }
 
+void WriteMounting(ResolvedText& out, const ExperimentDraft& draft) {
+  out.Open("mounting");
+  for (const Triad triad : kTriads) {
+    const TriadOptions& sensor = draft.experiment.options.triads[triad];
+    if (!sensor.enabled) continue;
+    out.Line(TriadName(triad), sensor.mounting ? AxisMapName(*sensor.mounting) : "any");
+  }
+  out.Close();
+}
+
 void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
   const PosesConfig& poses = draft.experiment.poses;
   if (!poses.given) return;  // Writing the default would overrule what a recording states.
@@ -196,6 +207,19 @@ void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
     out.Close();
   }
   out.Close();
+}
+
+void WriteExcluded(ResolvedText& out, const ExperimentDraft& draft) {
+  YamlText ranges, numbers;
+  for (const ExcludedSeconds& range : draft.exclude) {
+    ranges << (ranges.str().empty() ? " " : ", ") << "{ from_s: " << range.from_s
+           << ", to_s: " << range.to_s << " }";
+  }
+  for (const int number : draft.experiment.exclude_poses) {
+    numbers << (numbers.str().empty() ? "" : ", ") << number;
+  }
+  out.Line("exclude", "[", ranges.str(), draft.exclude.empty() ? "]" : " ]");
+  out.Line("exclude_poses", "[", numbers.str(), "]");
 }
 
 void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
@@ -264,7 +288,9 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
     if (options.triads[triad].enabled) WriteSensor(out, triad, draft, chosen);
   }
   out.Close();
+  WriteMounting(out, draft);
   WritePoses(out, draft);
+  WriteExcluded(out, draft);
   WriteAttitudes(out, draft);
   if (!draft.static_file.empty()) out.Line("static", Quoted{draft.static_file});
   if (options.triads[Triad::kGyroscope].enabled) WriteKnownMotions(out, draft);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "data/detected_poses.h"
+#include "data/excluded_time.h"
 #include "data/given_poses.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
@@ -212,7 +213,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   PerTriad<std::optional<StreamMonitor>> monitors;
   Monitors monitor_of;
   for (const StreamInfo& stream : info.streams) {
-    monitor_of[stream.triad] = &monitors[stream.triad].emplace(stream, info.has_time);
+    monitor_of[stream.triad] =
+        &monitors[stream.triad].emplace(stream, info.has_time, selection.excluded);
   }
   const std::unique_ptr<Collector> collector =
       MakeCollector(selection, options, info, monitor_of, *leading);
@@ -220,11 +222,13 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
 
+  ExcludedTime excluded(selection.excluded);
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
   while (true) {
     TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
     if (!more) break;
+    excluded.Apply(&blocks);
     shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
@@ -241,6 +245,8 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   PoseSet set;
   set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
+  for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
+  TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, monitor_of, *leading, &set));
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   if (progress) progress(1.0);

@@ -109,7 +109,9 @@ Status StreamMonitor::Add(const SampleBlock& block) {
                            "; expected times that never decrease: sort the rows, or split the file "
                            "where the clock was set");
     }
+    const bool is_gap_asked_for = i == 0 && IsExcludedBetween(last_ns, block.time_ns[i]);
     last_ns = block.time_ns[i];
+    if (is_gap_asked_for) continue;
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
     if (median_ns_ > 0.0) {
       if (static_cast<double>(spacing_ns) > kGapSpacings * median_ns_)
@@ -125,6 +127,14 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   last_ns_ = last_ns;
   samples_ += static_cast<std::int64_t>(size);
   return {};
+}
+
+// Times here may have been shifted by a clock's offset since: what is missing still overlaps with
+// the range unless the offset is longer.
+bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const {
+  return std::any_of(excluded_.begin(), excluded_.end(), [&](const ExcludedRange& range) {
+    return range.times.start_ns <= to_ns && from_ns <= range.times.end_ns;
+  });
 }
 
 void StreamMonitor::CountGap(std::int64_t spacing_ns, double median_ns) {

@@ -10,6 +10,7 @@
 #include "data/pose_statistics.h"
 #include "data/window_statistics.h"
 #include "truetriad/base/result.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
 
@@ -18,7 +19,11 @@ namespace truetriad {
 /// Watches one stream pass by: order of time, gaps, range and step of the readings.
 class StreamMonitor {
  public:
-  StreamMonitor(const StreamInfo& info, bool has_time) : info_(info), has_time_(has_time) {}
+  /// What is missing in `excluded` is no gap.
+  StreamMonitor(const StreamInfo& info,
+                bool has_time,
+                const std::vector<ExcludedRange>& excluded = {})
+      : info_(info), has_time_(has_time), excluded_(excluded) {}
 
   /// Error: time goes backwards, or a reading is not finite.
   Status Add(const SampleBlock& block);
@@ -41,10 +46,12 @@ class StreamMonitor {
 
  private:
   void CountGap(std::int64_t spacing_ns, double median_ns);
+  bool IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const;
   Status CheckFinite(const SampleBlock& block) const;
 
   StreamInfo info_;
   bool has_time_;
+  std::vector<ExcludedRange> excluded_;
   std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
   std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0;
   std::vector<std::int64_t> first_spacings_ns_;

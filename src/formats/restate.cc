@@ -145,7 +145,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const Triad leading = restated->held.gauge_sensor;
   if (!restated->held.sensors[leading]) return;
   Eigen::Matrix3d& lead = restated->held.sensors[leading]->model.sensitivity;
-  const double sign = lead.trace() < 0.0 ? -1.0 : 1.0;
+  const double sign = restated->held.sensors[leading]->Scale().sum() < 0.0 ? -1.0 : 1.0;
   const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
   restated->whole.gauge = restated->held.gauge = gauge;
   // Rounding of a rotation matrix: the frame is that of the format already.

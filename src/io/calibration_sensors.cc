@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "io/calibration_values.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -150,8 +151,11 @@ void WriteSensor(YamlText& out, Triad triad, const TriadCalibration& sensor) {
       << "    output_unit: " << Quoted{sensor.output_unit} << "\n"
       << "    bias: " << sensor.model.bias << "\n"
       << "    sensitivity: " << sensor.model.sensitivity << "\n"
-      << "    correction: " << sensor.model.Correction() << "\n"
-      << "    scale: " << sensor.Scale() << "\n"
+      << "    correction: " << sensor.model.Correction() << "\n";
+  if (!sensor.mounting.isIdentity(0.0)) {
+    out << "    mounting: " << AxisMapName(sensor.mounting) << "\n";
+  }
+  out << "    scale: " << sensor.Scale() << "\n"
       << "    misalignment_rad: " << sensor.MisalignmentRad() << "\n";
   for (const AxisTermInfo& info : kAxisTerms) {
     if (!sensor.axis_term_sigma[info.term]) continue;
@@ -185,6 +189,14 @@ void ReadSensor(YamlReader reader, TriadCalibration* sensor) {
   ReadVector(reader.RequireChild("bias"), &sensor->model.bias);
   if (ReadMatrix3(reader.RequireChild("sensitivity"), &sensor->model.sensitivity)) {
     CheckCorrection(reader.RequireChild("correction"), sensor->model);
+  }
+  if (YamlReader mounting = reader.Child("mounting")) {
+    std::string name;
+    if (mounting.Read(&name)) {
+      const std::optional<Eigen::Matrix3d> map = AxisMapFromName(name);
+      if (map) sensor->mounting = *map;
+      if (!map) mounting.Fail("expected signed axes such as +y+x-z, but `" + name + "` is none");
+    }
   }
   // Derived from the sensitivity, for people.
   Eigen::Vector3d scale;

@@ -43,7 +43,7 @@ std::optional<NoiseSource> NoiseSourceFromName(std::string_view name) {
 
 Eigen::Matrix3d TriadCalibration::MisalignmentRad() const {
   const Eigen::Vector3d scale = Scale();
-  return scale.cwiseInverse().asDiagonal() * model.sensitivity - Eigen::Matrix3d::Identity();
+  return scale.cwiseInverse().asDiagonal() * BySensingAxes() - Eigen::Matrix3d::Identity();
 }
 
 }  // namespace truetriad

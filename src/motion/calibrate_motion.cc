@@ -271,8 +271,8 @@ void SayRemarks(const CalibrateOptions& options,
                             .About(triad)
                             .With("offset", ahead_s, run.clock_sigma_s[triad], "s"));
   }
-  const Findings mirrored = CheckHandedness(options, run.graph);
-  findings->insert(findings->end(), mirrored.begin(), mirrored.end());
+  const Findings mounting = CheckMounting(options, run.graph);
+  findings->insert(findings->end(), mounting.begin(), mounting.end());
   if (track.untold() > 0) {
     findings->push_back(
         Finding(FindingCode::kGyroscopeGaps,
@@ -286,7 +286,8 @@ void SayRemarks(const CalibrateOptions& options,
 }
 
 // Why a solution cannot be used; empty when it can.
-Findings WhyUnusable(const MotionTrack& track,
+Findings WhyUnusable(const CalibrateOptions& options,
+                     const MotionTrack& track,
                      const MotionRun& run,
                      const PresentedSolution& solution,
                      const Quality& quality,
@@ -314,9 +315,13 @@ Findings WhyUnusable(const MotionTrack& track,
                                         run.graph.reference(),
                                         kExplainedShare,
                                         "this is no unit turned in one constant field");
-  if (!unexplained.empty() || run.outcome.converged) return unexplained;
-  return {{FindingCode::kDidNotConverge,
-           "the optimiser did not converge: the readings do not fit the model from any start"}};
+  if (!unexplained.empty()) return unexplained;
+  if (!run.outcome.converged) {
+    return {{FindingCode::kDidNotConverge,
+             "the optimiser did not converge: the readings do not fit the model from any start"}};
+  }
+  Findings mounting = CheckMounting(options, run.graph);
+  return OutcomeOf(mounting) == Outcome::kConverged ? Findings() : mounting;
 }
 
 TriadNoise NoiseOf(const MotionTrack& track,
@@ -395,10 +400,10 @@ Status StateMotionVerdict(const PoseSet& poses,
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix());
   PresentedSolution solution =
       SolvedFrame(graph, information.covariance() + left_out.covariance + blocks.covariance);
-  StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
+  StateInGauge(options, &solution);
 
   const bool determined = observability.determined && information.rank() >= information.size();
-  calibration->findings = WhyUnusable(track, *run, solution, quality, determined);
+  calibration->findings = WhyUnusable(options, track, *run, solution, quality, determined);
   if (calibration->findings.empty()) {
     PerTriad<TriadNoise> noise;
     for (const Triad triad : kTriads) {

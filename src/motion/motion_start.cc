@@ -9,6 +9,7 @@
 #include "init/gyro_start.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {

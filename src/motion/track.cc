@@ -56,11 +56,16 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer)
   }
   if (track.time_s_.size() < 2) return missing(Triad::kGyroscope);
   track.spacing_s_[Triad::kGyroscope] = UsualSpacing(track.time_s_);
-  track.FindUntoldSteps(*poses.Find(Triad::kGyroscope));
+  std::vector<Span> excluded;
+  for (const TimeRange& range : poses.excluded) {
+    excluded.push_back({seconds(range.start_ns), seconds(range.end_ns)});
+  }
+  track.FindUntoldSteps(*poses.Find(Triad::kGyroscope), excluded);
   return track;
 }
 
-void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope) {
+void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
+                                  const std::vector<Span>& excluded) {
   const std::size_t steps = time_s_.size() - 1;
   is_untold_.assign(steps, false);
   const double bridged_s = std::max(kBridgedS, kBridgedSpacings * spacing_s_[Triad::kGyroscope]);
@@ -90,7 +95,12 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope) {
     begin = i;
   }
   for (std::size_t i = 0; i < steps; ++i) {
-    if (!is_untold_[i]) continue;
+    const bool is_excluded =
+        std::any_of(excluded.begin(), excluded.end(), [this, i](const Span& span) {
+          return span.from_s < time_s_[i + 1] && time_s_[i] < span.to_s;
+        });
+    // What was left out on request is no fault of the recording.
+    if (!is_untold_[i] || is_excluded) continue;
     untold_s_ += time_s_[i + 1] - time_s_[i];
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }

@@ -76,7 +76,10 @@ class MotionTrack {
   };
   // Every `spacing_s`, and at both ends of what is untold.
   std::vector<MotionNode> NodesEvery(double spacing_s) const;
-  void FindUntoldSteps(const StreamSummary& gyroscope);
+  struct Span {
+    double from_s = 0.0, to_s = 0.0;
+  };
+  void FindUntoldSteps(const StreamSummary& gyroscope, const std::vector<Span>& excluded);
 
   std::vector<double> time_s_;
   std::vector<Eigen::Vector3d> rate_raw_, force_mps2_;

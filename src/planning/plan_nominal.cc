@@ -9,6 +9,7 @@
 #include "noise/deletion.h"
 #include "planning/plan_problem.h"
 #include "problem/graph_builder.h"
+#include "problem/lay_out.h"
 #include "problem/moves.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
@@ -66,8 +67,9 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
                            std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
       const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
-      nominal_.models[triad] = {sign / unit.truth_per_raw * Eigen::Matrix3d::Identity(),
-                                Eigen::Vector3d::Zero()};
+      nominal_.models[triad] = {
+          sign / unit.truth_per_raw * sensor.mounting.value_or(Eigen::Matrix3d::Identity()),
+          Eigen::Vector3d::Zero()};
     }
     if (sensor.fixed_sensitivity) nominal_.models[triad]->sensitivity = *sensor.fixed_sensitivity;
     if (sensor.model == MatrixModel::kBias && !sensor.fixed_sensitivity) {
@@ -76,8 +78,8 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
   }
   const Triad leading = LeadingTriad(calibrate_);
   if (!calibrated && free_attitudes && !calibrate_.triads[leading].fixed_sensitivity) {
-    const Eigen::Matrix3d Q = GaugeRotation(
-        Gauge::kAccelX, nominal_.models[leading]->sensitivity, LeadingAxisSign(calibrate_));
+    const Eigen::Matrix3d Q =
+        LeadingGaugeRotation(calibrate_, Gauge::kAccelX, nominal_.models[leading]->sensitivity);
     for (auto& model : nominal_.models) {
       if (model) model->sensitivity = model->sensitivity * Q;
     }

@@ -367,7 +367,7 @@ Eigen::MatrixXd PlanProblem::Information(const std::vector<ProgramPose>& poses) 
 
 PresentedSolution PlanProblem::Present(const Eigen::MatrixXd& free_covariance) const {
   PresentedSolution solution = SolvedFrame(graph_, free_covariance);
-  StateInGauge(calibrate_.gauge, LeadingTriad(calibrate_), LeadingAxisSign(calibrate_), &solution);
+  StateInGauge(calibrate_, &solution);
   return solution;
 }
 

@@ -10,6 +10,7 @@
 #include "problem/parameter_name.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {

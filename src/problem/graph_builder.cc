@@ -114,7 +114,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const PerTriad<NoiseSource>& sources) {
   std::vector<int> faces(poses.poses.size(), -1);
   if (options.attitudes.kind == AttitudeKind::kSixFace) {
-    auto found = FacesOfPoses(poses, options.triads[Triad::kAccelerometer].sign);
+    auto found = FacesOfPoses(poses, options.triads[Triad::kAccelerometer]);
     if (!found) return found.error();
     faces = std::move(*found);
   }

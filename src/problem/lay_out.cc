@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/world.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -13,8 +14,8 @@ namespace {
 // Which entries of the sensitivity's temperature terms are free, as basis matrices.
 std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
                                                 bool triangular,
+                                                const Eigen::Matrix3d& axis_map,
                                                 const Eigen::Matrix3d& start) {
-  const Eigen::Matrix3d axis_map = NearestAxisMap(start);
   switch (shape) {
     case ThermalMatrix::kFull:
       return SensitivityBasis(MatrixModel::kFull, triangular, axis_map);
@@ -25,7 +26,7 @@ std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
   }
   // In the proportions of the gains at the start: linear, and the gains' own errors are as small
   // against them as the term is against the gains.
-  const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * axis_map;
+  const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * NearestAxisMap(start);
   return {gains / gains.norm()};
 }
 
@@ -126,21 +127,20 @@ void FreeTriad(const CalibrateOptions& options,
                const Eigen::Matrix3d& start,
                FreeColumns* free) {
   const TriadOptions& sensor = options.triads[triad];
-  const bool is_leading = triad == LeadingTriad(options);
-  const bool is_triangular = is_leading && !options.IsBodyKnown();
+  const bool is_triangular = triad == LeadingTriad(options) && !options.IsBodyKnown();
+  const Eigen::Matrix3d axis_map = is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start);
   if (!sensor.fixed_bias) free->Entries(layout.bias[triad], 3);
   const ThermalBlock& thermal = layout.thermal[triad];
   free->Entries(thermal.at, 3 * thermal.vector_count());
   for (int i = 0; i < thermal.terms.matrix_order; ++i) {
     free->Matrices(thermal.matrix_at(i),
-                   ThermalMatrixBasis(thermal.terms.matrix, is_triangular, start));
+                   ThermalMatrixBasis(thermal.terms.matrix, is_triangular, axis_map, start));
   }
   for (const auto& [term, at] : layout.axis_terms[triad]) free->Entries(at, 3);
   if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
     free->Entries(layout.g_sensitivity, 9);
   }
   if (sensor.fixed_sensitivity) return;
-  const Eigen::Matrix3d axis_map = is_leading ? Eigen::Matrix3d::Identity() : NearestAxisMap(start);
   free->Matrices(layout.sensitivity[triad],
                  SensitivityBasis(sensor.model, is_triangular, axis_map));
 }
@@ -182,6 +182,19 @@ Triad LeadingTriad(const CalibrateOptions& options) {
 double LeadingAxisSign(const CalibrateOptions& options) {
   const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
   return accelerometer.enabled && accelerometer.sign == AccelerometerSign::kGravity ? -1.0 : 1.0;
+}
+
+Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options) {
+  if (options.IsBodyKnown()) return Eigen::Matrix3d::Identity();
+  return options.triads[LeadingTriad(options)].mounting.value_or(Eigen::Matrix3d::Identity());
+}
+
+Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
+                                     Gauge gauge,
+                                     const Eigen::Matrix3d& sensitivity) {
+  const Eigen::Matrix3d map = LeadingAxisMap(options);
+  const Eigen::Matrix3d by_sensing_axes = sensitivity * map.transpose();
+  return map.transpose() * GaugeRotation(gauge, by_sensing_axes, LeadingAxisSign(options)) * map;
 }
 
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph) {

@@ -14,6 +14,15 @@ Triad LeadingTriad(const CalibrateOptions& options);
 // Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
 double LeadingAxisSign(const CalibrateOptions& options);
 
+// Where the leading triad's sensing axes lie in a body frame that it defines itself: as stated, or
+// along its axes. Identity where something outside defines the frame.
+Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options);
+
+// GaugeRotation of the leading triad by its sensing axes, wherever they lie in the body.
+Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
+                                     Gauge gauge,
+                                     const Eigen::Matrix3d& sensitivity);
+
 // From the nodes and the start values: where each shared block stands, which of its entries are
 // free, their start values, and the attitudes that nobody gave.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);

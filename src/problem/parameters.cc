@@ -82,7 +82,7 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
         if (row == col) add(entry * axis_map);
       } else if (leading_triangular) {
         // A symmetric leading triad is the full one in another gauge.
-        if (row >= col) add(entry);
+        if (row >= col) add(entry * axis_map);
       } else if (model == MatrixModel::kSymmetric) {
         if (row == col) add(entry * axis_map);
         if (row > col) add((entry + entry.transpose()) * axis_map);
@@ -92,27 +92,6 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
     }
   }
   return basis;
-}
-
-Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix) {
-  const Eigen::Matrix3d unit = matrix.rowwise().normalized();
-  std::array<int, 3> columns = {0, 1, 2};
-  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
-  double best_score = -1.0;
-  do {
-    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
-    double score = 0.0;
-    for (int row = 0; row < 3; ++row) {
-      const int col = columns[static_cast<std::size_t>(row)];
-      map(row, col) = unit(row, col) < 0.0 ? -1.0 : 1.0;
-      score += std::abs(unit(row, col));
-    }
-    if (score > best_score) {
-      best_score = score;
-      best = map;
-    }
-  } while (std::next_permutation(columns.begin(), columns.end()));
-  return best;
 }
 
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared) {

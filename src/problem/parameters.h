@@ -91,15 +91,12 @@ struct SharedLayout {
 
 // Which entries of a triad's sensitivity are free, as basis matrices.
 //
-//   `axis_map`  nearest signed permutation of the start value: a diagonal or symmetric
-//               magnetometer keeps the axis order it was mounted with. Identity for the leading
-//               triad.
+//   `axis_map`  nearest signed permutation of the start value, of a leading triad that defines the
+//               body frame the stated one: models without rotation keep the axis order that the
+//               sensor was mounted with, and a triangular one is so by its sensing axes.
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
                                               bool leading_triangular,
                                               const Eigen::Matrix3d& axis_map);
-
-// The signed permutation nearest to `matrix` (rows scaled to unit length first).
-Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
 
 // Typical size of every entry of the shared vector, by which a direction's σ is judged "large":
 // biases and gains are measured against the triad's own gain and the field it saw.

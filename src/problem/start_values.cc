@@ -30,7 +30,7 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
   return median;
 }
 
-Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign) {
+Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, const TriadOptions& accelerometer) {
   static constexpr std::array<const char*, kFaceCount> kNames = {
       "+x", "-x", "+y", "-y", "+z", "-z"};
   std::vector<int> faces(poses.poses.size(), -1);
@@ -48,13 +48,18 @@ Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign si
     unnamed.push_back(k);
   }
   if (unnamed.empty()) return faces;
+  const Eigen::Matrix3d map = accelerometer.mounting.value_or(Eigen::Matrix3d::Identity());
   const auto assigned = AssignFaces(readings);
   if (!assigned) return assigned.error();
   for (std::size_t i = 0; i < unnamed.size(); ++i) {
     const FacePose& face = (*assigned)[i];
     // A chip that reports gravity reads positive on the axis that points down.
-    const bool up = (face.sign > 0) == (sign == AccelerometerSign::kSpecificForce);
-    faces[unnamed[i]] = 2 * face.axis + (up ? 0 : 1);
+    const bool reads_up =
+        (face.sign > 0) == (accelerometer.sign == AccelerometerSign::kSpecificForce);
+    Eigen::Index axis = 0;
+    map.row(face.axis).cwiseAbs().maxCoeff(&axis);
+    const bool up = reads_up == (map(face.axis, axis) > 0.0);
+    faces[unnamed[i]] = 2 * static_cast<int>(axis) + (up ? 0 : 1);
   }
   return faces;
 }

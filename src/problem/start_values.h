@@ -42,6 +42,6 @@ void SetStartAttitudes(const StartValues& start, PoseGraph* graph);
 void SetStartHeadings(PoseGraph* graph);
 
 // Face of each pose (index in order +x, -x, +y, …), given or found; -1 without accelerometer.
-Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, AccelerometerSign sign);
+Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, const TriadOptions& accelerometer);
 
 }  // namespace truetriad

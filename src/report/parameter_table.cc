@@ -10,6 +10,7 @@
 #include "report/format.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -50,9 +51,10 @@ std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad t
   return unit->truth_per_raw;
 }
 
-/// Gains on the diagonal and small angles off it describe only a chip whose axes are those of the
-/// body; a permuted one is shown as its matrix.
-bool AxesAreAligned(const Eigen::Matrix3d& sensitivity) {
+/// Gains on the diagonal and small angles off it describe only a chip whose axes are about where
+/// they are meant to be; another one is shown as its matrix.
+bool AxesAreAligned(const TriadCalibration& sensor) {
+  const Eigen::Matrix3d sensitivity = sensor.BySensingAxes();
   return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
       .all();
 }
@@ -67,8 +69,9 @@ class ParameterRows {
         truth_unit_(TruthUnit(triad)),
         raw_unit_(DisplayUnit(sensor.input_unit)) {
     table_ = {{"", "x", "y", "z", "unit"}, "lrrrl", {}};
+    AddMounting();
     AddBias();
-    if (AxesAreAligned(sensor.model.sensitivity)) {
+    if (AxesAreAligned(sensor)) {
       AddScale();
       AddMisalignment(1e3, "mrad");
       AddMisalignment(kDegPerRad, "deg");
@@ -105,7 +108,22 @@ class ParameterRows {
     for (int i = 0; i < 3; ++i) AddVector(label + " " + AxisName(i), values.row(i), unit);
   }
 
-  double ScaleSigma(int i) const { return sensor_.sensitivity_sigma(i, i); }
+  /// The body axis along which sensing axis i is meant to point.
+  int BodyAxis(int i) const {
+    Eigen::Index axis = 0;
+    sensor_.mounting.row(i).cwiseAbs().maxCoeff(&axis);
+    return static_cast<int>(axis);
+  }
+
+  std::string ScaleName(int i) const { return SensitivityName(triad_, i, BodyAxis(i)); }
+  double ScaleSigma(int i) const { return sensor_.sensitivity_sigma(i, BodyAxis(i)); }
+
+  void AddMounting() {
+    if (sensor_.mounting.isIdentity(0.0)) return;
+    const std::string map = AxisMapName(sensor_.mounting);
+    Add(
+        "along body", [&](int i) { return map.substr(2 * static_cast<std::size_t>(i), 2); }, "");
+  }
 
   void AddBias() {
     Add(
@@ -114,16 +132,16 @@ class ParameterRows {
         raw_unit_);
     // Of a log in another unit of the same quantity its own is enough.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
-    if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_.model.sensitivity)) return;
+    if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
     Add(
         "bias / scale",
         [&](int i) {
-          const double scale = sensor_.Scale()(i);
+          const double scale = sensor_.model.sensitivity(i, BodyAxis(i));
           const double bias = sensor_.model.bias(i) / scale;
-          return Entry(bias,
+          return Entry(sensor_.model.bias(i) / sensor_.Scale()(i),
                        QuotientSigma(propagation_,
                                      BiasName(triad_, i),
-                                     SensitivityName(triad_, i, i),
+                                     ScaleName(i),
                                      bias,
                                      sensor_.bias_sigma(i),
                                      scale,
@@ -140,7 +158,9 @@ class ParameterRows {
         raw_unit_ == truth_unit_ ? "" : raw_unit_ + " per " + truth_unit_);
     const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
     if (!nominal) return;
-    const Eigen::Vector3d error = (scale.cwiseAbs() * *nominal).array() - 1.0;
+    // A chip that reports gravity reads the other way on all axes.
+    const double sign = (scale.array() < 0.0).all() ? -1.0 : 1.0;
+    const Eigen::Vector3d error = (sign * scale * *nominal).array() - 1.0;
     const bool large = error.cwiseAbs().maxCoeff() >= 0.01;
     const double factor = large ? 1e2 : 1e6;
     Add(
@@ -150,19 +170,22 @@ class ParameterRows {
   }
 
   void AddMisalignment(double per_rad, const std::string& unit) {
-    const Eigen::Vector3d scale = sensor_.Scale();
+    const Eigen::Matrix3d angles = sensor_.MisalignmentRad();
     for (int i = 0; i < 3; ++i) {
       Add(
           "misalignment " + AxisName(i),
           [&](int j) -> std::string {
             if (i == j) return "–";
-            const double angle = sensor_.model.sensitivity(i, j) / scale(i);
+            const double angle = angles(i, j);
+            // The covariance is that of the entries as they stand, with their signs.
+            const double entry = sensor_.model.sensitivity(i, BodyAxis(j));
+            const double gain = sensor_.model.sensitivity(i, BodyAxis(i));
             const double sigma = QuotientSigma(propagation_,
-                                               SensitivityName(triad_, i, j),
-                                               SensitivityName(triad_, i, i),
-                                               angle,
-                                               sensor_.sensitivity_sigma(i, j),
-                                               scale(i),
+                                               SensitivityName(triad_, i, BodyAxis(j)),
+                                               ScaleName(i),
+                                               entry / gain,
+                                               sensor_.sensitivity_sigma(i, BodyAxis(j)),
+                                               gain,
                                                ScaleSigma(i));
             return Entry(angle * per_rad, sigma * per_rad);
           },

@@ -49,18 +49,12 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
 Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
   TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded,
                              LoadPoses(experiment.input, experiment.poses, progress));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSerial(loaded, experiment));
   if (!loaded.not_enough) {
     TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibratePoses(loaded, experiment));
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
-  if (!loaded.poses.serial.empty() && calibration.serial != loaded.poses.serial) {
-    calibration.findings.emplace_back(FindingCode::kOtherSerial,
-                                      "the recording is from unit `" + loaded.poses.serial +
-                                          "`, but the experiment states `" + experiment.serial +
-                                          "`",
-                                      "check which unit this is");
-  }
   calibration.model = experiment.model;
   calibration.software_version = Version();
   calibration.created = TimestampUtc();

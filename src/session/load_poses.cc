@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -89,6 +91,45 @@ Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOpt
   return set;
 }
 
+/// When a recording begins, whichever of its sensors is the first.
+Result<std::int64_t> FirstTime(const std::string& input, const OpenRecordingOptions& options) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(input, options));
+  PerTriad<bool> has_begun{};
+  std::size_t missing = source->info().streams.size();
+  std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
+  std::vector<SampleBlock> blocks;
+  while (missing > 0) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source->Next(&blocks));
+    if (!more) break;
+    for (const SampleBlock& block : blocks) {
+      if (block.time_ns.empty()) continue;
+      first_ns = std::min(first_ns, block.time_ns.front());
+      if (!std::exchange(has_begun[block.triad], true)) --missing;
+    }
+  }
+  return first_ns;
+}
+
+Status SelectExcluded(const std::string& input,
+                      const OpenRecordingOptions& options,
+                      const PosesConfig& config,
+                      bool has_time,
+                      PoseSelection* selection) {
+  if (config.exclude.empty()) return {};
+  if (!has_time) {
+    return BadInputError(config.exclude.front().stated_in + ": " + input +
+                         " has no times; use `exclude_poses:`");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, options));
+  for (const ExcludedSeconds& range : config.exclude) {
+    const TimeRange times{first_ns + std::llround(1e9 * range.from_s),
+                          first_ns + std::llround(1e9 * range.to_s)};
+    selection->excluded.push_back({times, range.stated_in});
+  }
+  return {};
+}
+
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress) {
@@ -101,6 +142,8 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
 
   selection.moves = config.moves;
   selection.time_offset_s = config.time_offset_s;
+  TRUETRIAD_RETURN_IF_ERROR(
+      SelectExcluded(input, options, config, source->info().has_time, &selection));
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
@@ -126,6 +169,10 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_table, IsPoseTable(input));
   if (!is_table) return LoadRecording(input, config, progress);
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
+  if (!config.exclude.empty()) {
+    return BadInputError(config.exclude.front().stated_in + ": " + input +
+                         " is a pose table; use `exclude_poses:`");
+  }
   LoadedPoses loaded;
   loaded.poses = std::move(table.poses);
   loaded.inputs = std::move(table.inputs);

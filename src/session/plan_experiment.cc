@@ -44,6 +44,7 @@ Result<Plan> PlanExperiment(Experiment experiment,
   } else {
     TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses recording,
                                LoadPoses(measured, experiment.poses, progress));
+    TRUETRIAD_RETURN_IF_ERROR(CheckSerial(recording, experiment));
     if (recording.not_enough) return *recording.not_enough;
     loaded = std::move(recording);
     TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
@@ -55,7 +56,9 @@ Result<Plan> PlanExperiment(Experiment experiment,
     const NominalSensor& nominal = config.nominal[triad];
     const StreamSummary* stream = loaded.poses.Find(triad);
     if (stream == nullptr || (!nominal.sensitivity && nominal.bias.isZero(0.0))) continue;
-    const Eigen::Matrix3d own_scale = Eigen::Matrix3d::Identity() / stream->unit.truth_per_raw;
+    const Eigen::Matrix3d own_scale =
+        experiment.options.triads[triad].mounting.value_or(Eigen::Matrix3d::Identity()) /
+        stream->unit.truth_per_raw;
     options.nominal[triad] = {nominal.sensitivity.value_or(own_scale), nominal.bias};
   }
   options.nominal_field_ut = config.nominal_strength_ut;

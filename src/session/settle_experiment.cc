@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/settle_experiment.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
+#include "verdict/checks/soak.h"
 
 namespace truetriad {
 namespace {
@@ -67,7 +69,7 @@ Status ReadKnownForces(const std::string& file,
       });
 }
 
-/// The sensitivity of a perfect chip: truth = raw, in true units.
+/// The sensitivity of a perfect chip, as it is mounted: truth = raw, in true units.
 Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
                                             Triad triad,
                                             const TriadOptions& options) {
@@ -82,7 +84,7 @@ Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
   }
   const bool reports_gravity =
       triad == Triad::kAccelerometer && options.sign == AccelerometerSign::kGravity;
-  return Eigen::Matrix3d(Eigen::Matrix3d::Identity() *
+  return Eigen::Matrix3d(options.mounting.value_or(Eigen::Matrix3d::Identity()) *
                          ((reports_gravity ? -1.0 : 1.0) / *truth_per_raw));
 }
 
@@ -169,8 +171,44 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
                          "; its sensitivity is valid only with its own: remove reference.gravity, "
                          "or repeat that calibration with the gravity at its site");
   }
+  for (const Triad triad : kTriads) {
+    if (known.sensors[triad]) options.triads[triad].mounting = known.sensors[triad]->mounting;
+  }
   options.sweep->static_calibration = std::move(known);
   options.sweep->static_file = experiment->static_file;
+  return {};
+}
+
+/// Leaves out the poses that the experiment names, with what files say of them.
+Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
+  const std::vector<int>& excluded = experiment->exclude_poses;
+  if (excluded.empty()) return {};
+  for (const int number : excluded) {
+    const bool is_there = std::any_of(poses->poses.begin(),
+                                      poses->poses.end(),
+                                      [&](const auto& pose) { return pose.number == number; });
+    if (is_there) continue;
+    return BadInputError(experiment->exclude_poses_stated + ": there is no pose " +
+                         std::to_string(number) + " in " + poses->source +
+                         "; `truetriad inspect` lists the poses");
+  }
+  std::vector<Eigen::Vector3d>& forces = experiment->options.initialise.known_forces;
+  std::vector<Eigen::Vector3d> kept_forces;
+  std::vector<std::size_t> kept;
+  for (std::size_t k = 0; k < poses->poses.size(); ++k) {
+    const int number = poses->poses[k].number;
+    if (std::find(excluded.begin(), excluded.end(), number) != excluded.end()) continue;
+    kept.push_back(k);
+    if (!forces.empty()) kept_forces.push_back(forces[k]);
+  }
+  const std::size_t count = poses->poses.size() - kept.size();
+  *poses = PosesAmong(*poses, kept);
+  forces = std::move(kept_forces);
+  poses->findings.push_back(Finding(FindingCode::kExcluded,
+                                    std::to_string(count) +
+                                        (count == 1 ? " pose is" : " poses are") +
+                                        " left out, as `exclude_poses:` asks")
+                                .With("poses", static_cast<double>(count)));
   return {};
 }
 
@@ -213,11 +251,20 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
+Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment) {
+  const std::string& serial = loaded.poses.serial;
+  if (serial.empty() || experiment.serial.empty() || serial == experiment.serial) return {};
+  return BadInputError(experiment.path + ": device.serial is `" + experiment.serial +
+                       "`, but the recording " + loaded.poses.source + " is of unit `" + serial +
+                       "`; give that unit's recording, or correct the number");
+}
+
 Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
   if (experiment->options.sweep) return SettleSweep(*loaded, experiment);
   TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
   TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(
       experiment->forces_file, &loaded->poses, &experiment->options.initialise.known_forces));
+  TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
   TRUETRIAD_RETURN_IF_ERROR(HoldMatrices(*loaded, experiment));
   return SettleAllanNoise(loaded->poses, experiment);
 }

@@ -8,6 +8,9 @@
 
 namespace truetriad {
 
+/// Error (bad input): the recording is of another unit than the experiment states.
+Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment);
+
 /// Fills in what the experiment leaves to files and to the recording: attitudes and forces of the
 /// poses, matrices that are held, noise from an Allan deviation, what a sweep starts from.
 /// Error (bad input): files that contradict the experiment or the recording.

@@ -18,11 +18,13 @@
 #include "math/dense/qr.h"
 #include "math/distributions.h"
 #include "problem/known_motion_rows.h"
+#include "problem/lay_out.h"
 #include "problem/moves.h"
 #include "problem/pose_state.h"
 #include "start/triad_fits.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/math/rotation.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -154,7 +156,7 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
     return FitKnownField(readings, forces);
   }
   if (options.attitudes.kind == AttitudeKind::kSixFace) {
-    const auto faces = FacesOfPoses(poses, triad.sign);
+    const auto faces = FacesOfPoses(poses, triad);
     if (!faces) return faces.error();
     std::vector<Eigen::Vector3d> forces;
     for (const int face : *faces) {
@@ -174,6 +176,16 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   model->sensitivity *= sign;
   // Lower triangular: the gauge of the solution. A diagonal matrix already is.
   model->sensitivity *= GaugeRotation(Gauge::kAccelX, model->sensitivity, sign);
+  return model;
+}
+
+// Of a unit in unknown attitudes: the body frame lies as the accelerometer's mounting says.
+Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
+                                                     const CalibrateOptions& options) {
+  auto model = AccelerometerStart(poses, options);
+  const bool is_given = options.triads[Triad::kAccelerometer].fixed_sensitivity ||
+                        !options.initialise.known_forces.empty();
+  if (model && !is_given) model->sensitivity *= LeadingAxisMap(options);
   return model;
 }
 
@@ -477,7 +489,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
       *model = fit.model;
     }
     if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
-      model = AccelerometerStart(poses, options);
+      model = MountedAccelerometerStart(poses, options);
     }
     if (!model) return model.error();
     TRUETRIAD_RETURN_IF_ERROR(
@@ -503,7 +515,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     return std::vector<StartValues>{start};
   }
   if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
-    own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity);
+    own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity) * LeadingAxisMap(options);
   }
   start.models[Triad::kMagnetometer] = *own;
   return std::vector<StartValues>{start};

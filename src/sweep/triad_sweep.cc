@@ -277,6 +277,7 @@ Status TriadSweep::Run(Calibration* calibration) {
     const TriadOptions& wanted = options_.triads[triad_];
     sensor.model.bias = wanted.fixed_bias.value_or(Eigen::Vector3d::Zero());
     sensor.model.sensitivity = wanted.fixed_sensitivity.value_or(Eigen::Matrix3d::Identity());
+    sensor.mounting = wanted.mounting.value_or(Eigen::Matrix3d::Identity());
   }
   sensor.input_unit = unit;
   sensor.output_unit = TruthUnitName(triad_);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "problem/lay_out.h"
 #include "problem/pose_node.h"
 #include "truetriad/math/rotation.h"
 #include "truetriad/model/thermal.h"
@@ -38,6 +39,27 @@ std::vector<ListedMatrix> MatricesOf(Triad triad, PresentedSolution* solution) {
          PlaceOf(solution->covariance, {triad, ParameterKind::kGSensitivity, 0, 0, 0})});
   }
   return matrices;
+}
+
+// Names the axes of the body frame anew: S' = S map.
+void ExchangeAxes(const Eigen::Matrix3d& map, PresentedSolution* solution) {
+  if (map.isIdentity(0.0)) return;
+  const Eigen::Index size = solution->covariance.matrix.rows();
+  Eigen::MatrixXd entries = Eigen::MatrixXd::Identity(size, size);
+  for (const Triad triad : kTriads) {
+    if (!solution->models[triad]) continue;
+    for (const auto& [matrix, first] : MatricesOf(triad, solution)) {
+      *matrix = *matrix * map;
+      if (first < 0) continue;
+      for (int row = 0; row < 3; ++row) {
+        entries.block<3, 3>(first + 3 * row, first + 3 * row) = map.transpose();
+      }
+    }
+  }
+  solution->rotation = solution->rotation * map;
+  NamedCovariance& covariance = solution->covariance;
+  covariance.matrix = entries * covariance.matrix * entries.transpose();
+  if (solution->from_free.size() > 0) solution->from_free = entries * solution->from_free;
 }
 
 }  // namespace
@@ -186,6 +208,13 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
   }
   covariance.matrix = map * covariance.matrix * map.transpose();
   if (solution->from_free.size() > 0) solution->from_free = map * solution->from_free;
+}
+
+void StateInGauge(const CalibrateOptions& options, PresentedSolution* solution) {
+  const Eigen::Matrix3d axis_map = LeadingAxisMap(options);
+  ExchangeAxes(axis_map.transpose(), solution);
+  StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), solution);
+  ExchangeAxes(axis_map, solution);
 }
 
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 #include "problem/parameter_name.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/gauge.h"
+#include "truetriad/problem/options.h"
 
 namespace truetriad {
 
@@ -38,5 +39,9 @@ int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 // goes through the full derivative of this map, dQ/dS_lead included, for all triads and their cross
 // terms. Entries that the gauge fixes or ties are exactly so. docs/method.md, "Gauge".
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
+
+// The same in the gauge that the options ask for, whose form is that of the leading sensitivity by
+// its sensing axes: S_lead transpose(M), M being how the leading triad is mounted.
+void StateInGauge(const CalibrateOptions& options, PresentedSolution* solution);
 
 }  // namespace truetriad

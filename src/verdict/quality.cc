@@ -12,6 +12,7 @@
 #include "problem/parameters.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 

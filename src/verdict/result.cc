@@ -6,8 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
+#include "truetriad/model/mounting.h"
 #include "verdict/quality.h"
 
 namespace truetriad {
@@ -39,6 +41,13 @@ TriadCalibration SensorOf(Triad triad, const PoseSet& poses, const PresentedSolu
 }
 
 }  // namespace
+
+Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
+                           Triad triad,
+                           const Eigen::Matrix3d& sensitivity) {
+  const double sign = triad == Triad::kAccelerometer ? LeadingAxisSign(options) : 1.0;
+  return options.triads[triad].mounting.value_or(NearestAxisMap(sign * sensitivity));
+}
 
 // A sensor with nothing but its units.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses) {
@@ -84,6 +93,7 @@ void StateSolution(const CalibrateOptions& options,
     TriadCalibration& sensor =
         calibration->sensors[triad].emplace(SensorOf(triad, poses, solution));
     sensor.noise = noise[triad];
+    sensor.mounting = MountingOf(options, triad, sensor.model.sensitivity);
   }
 }
 

@@ -20,6 +20,11 @@ void StateReference(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     ReferenceValues* stated);
 
+// Body axes along which the sensing axes point: as stated, else as found.
+Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
+                           Triad triad,
+                           const Eigen::Matrix3d& sensitivity);
+
 // The sensors that were asked for with their σ, and the covariance.
 void StateSolution(const CalibrateOptions& options,
                    const PoseSet& poses,

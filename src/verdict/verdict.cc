@@ -26,16 +26,16 @@ namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
 // else; along a direction that is not determined the optimiser only creeps.
-constexpr std::array<Check, 8> kUsability = {&CheckFinite,
+constexpr std::array<Check, 9> kUsability = {&CheckFinite,
                                              &CheckMagnetometerChange,
                                              &CheckNoiseKnown,
                                              &CheckExplained,
                                              &CheckTemperatureModelled,
                                              &CheckOutliers,
                                              &CheckDetermined,
-                                             &CheckConverged};
-constexpr std::array<Check, 12> kRemarks = {&CheckDegreesOfFreedom,
-                                            &CheckHandedness,
+                                             &CheckConverged,
+                                             &CheckMounting};
+constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,
                                             &CheckNoiseFree,
@@ -199,7 +199,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.weak_directions = std::move(observability.weak_directions);
 
   PresentedSolution solution = SolvedFrame(graph, covariance);
-  StateInGauge(options.gauge, LeadingTriad(options), LeadingAxisSign(options), &solution);
+  StateInGauge(options, &solution);
   const TurnErrors turns = FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);
@@ -240,12 +240,13 @@ void StateStart(const PoseSet& poses,
                 const PoseGraph& graph,
                 Calibration* calibration) {
   const double unknown = std::numeric_limits<double>::quiet_NaN();
-  const Eigen::Matrix3d Q = GaugeRotation(
-      options.gauge, start.models[LeadingTriad(options)]->sensitivity, LeadingAxisSign(options));
+  const Eigen::Matrix3d Q = LeadingGaugeRotation(
+      options, options.gauge, start.models[LeadingTriad(options)]->sensitivity);
   for (const Triad triad : kTriads) {
     if (!start.models[triad]) continue;
     TriadCalibration sensor = InUnits(triad, poses);
     sensor.model = {start.models[triad]->sensitivity * Q, start.models[triad]->bias};
+    sensor.mounting = MountingOf(options, triad, sensor.model.sensitivity);
     sensor.bias_sigma.setConstant(unknown);
     sensor.sensitivity_sigma.setConstant(unknown);
     sensor.noise.sigma.setConstant(unknown);

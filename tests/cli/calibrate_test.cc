@@ -311,5 +311,93 @@ INSTANTIATE_TEST_SUITE_P(
                   "plane"}),
     [](const auto& test) { return test.param.name; });
 
+TEST_F(CalibrateVerb, LeavesNoResultOfAnotherRunWhereItFailed) {
+  EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
+  const std::string first = TemporaryFolder::Read(folder_.Path("result/calibration.yaml"));
+  const Finished failed = Calibrate("time[s],accel_x[m/s^2]\n0,1\n");
+  EXPECT_EQ(failed.exit_code, 2);
+  EXPECT_THAT(failed.err,
+              AllOf(HasSubstr("calibration.previous.yaml"), HasSubstr("report.previous.html")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.Path("result/calibration.yaml")));
+  EXPECT_FALSE(HasReport());
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("result/calibration.previous.yaml")), first);
+  EXPECT_TRUE(std::filesystem::exists(folder_.Path("result/report.previous.html")));
+  // Nor the page of an earlier run beside a result that comes without one.
+  EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
+  EXPECT_TRUE(HasReport());
+  EXPECT_EQ(Calibrate(LogText(kEnough), {"--report=false"}).exit_code, 0);
+  EXPECT_FALSE(HasReport());
+}
+
+TEST_F(CalibrateVerb, ReplacesAnotherUnitsResultsOnlyWhereItIsTold) {
+  EXPECT_EQ(Calibrate(LogText(kEnough)).exit_code, 0);
+  const std::vector<std::string> other = {"--set=device.serial=T2"};
+  const Finished refused = Calibrate(LogText(kEnough), other);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("T1"), HasSubstr("T2"), HasSubstr("--overwrite")));
+  EXPECT_EQ(Written()["device"]["serial"].as<std::string>(), "T1");
+  EXPECT_EQ(Calibrate(LogText(kEnough), {other[0], "--overwrite"}).exit_code, 0);
+  EXPECT_EQ(Written()["device"]["serial"].as<std::string>(), "T2");
+  // The same unit, and one without a number, as before.
+  EXPECT_EQ(Calibrate(LogText(kEnough), other).exit_code, 0);
+  EXPECT_EQ(Calibrate(LogText(kEnough), {"--set=device.serial=\"\""}).exit_code, 0);
+}
+
+TEST(Serials, ThatDifferAreAnErrorOfEveryVerb) {
+  const TemporaryFolder folder;
+  const std::string demo = "--input=datasets/demo/recording.yaml";
+  const std::string config = "--config=configs/experiments/accelerometer-only.yaml";
+  const std::string result = folder.Path("other");
+  const auto expect_error = [](const Finished& run) {
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("A0001"), HasSubstr("T2")));
+  };
+  expect_error(RunTruetriad(
+      {"calibrate", config, demo, "--output=" + folder.Path("a"), "--set=device.serial=T2"}));
+  // The log itself names no unit.
+  const Finished other = RunTruetriad({"calibrate",
+                                       config,
+                                       "--input=datasets/demo/recording.csv",
+                                       "--output=" + result,
+                                       "--set=device.serial=T2"});
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  const std::string calibration = "--calibration=" + result + "/calibration.yaml";
+  expect_error(RunTruetriad({"evaluate", calibration, demo}));
+  expect_error(RunTruetriad({"apply", calibration, demo, "--output=" + folder.Path("x.csv")}));
+  EXPECT_EQ(RunTruetriad({"calibrate", config, demo, "--output=" + folder.Path("a")}).exit_code, 0);
+  expect_error(RunTruetriad({"compare",
+                             "--a=" + folder.Path("a") + "/calibration.yaml",
+                             "--b=" + result + "/calibration.yaml"}));
+}
+
+TEST_F(CalibrateVerb, LeavesOutWhatItIsToldTo) {
+  // Rests of 2.5 s and moves of 1 s at 50 Hz: the second rest is from 3.5 to 6 s.
+  const auto run = [this](const std::string& set) {
+    return Calibrate(LogText(kEnough), {"--set=" + set});
+  };
+  const auto poses = [this] { return Written()["quality"]["poses"].as<int>(); };
+  const auto value = [this](const std::string& name) {
+    for (const YAML::Node& finding : Written()["status"]["findings"]) {
+      if (finding["code"].as<std::string>() != "excluded" || !finding["values"][name]) continue;
+      return finding["values"][name]["value"].as<double>();
+    }
+    return 0.0;
+  };
+  EXPECT_EQ(run("exclude=[{from_s: 3.505, to_s: 6.005}]").exit_code, 0);
+  EXPECT_EQ(poses(), kEnough.rests - 1);
+  EXPECT_EQ(value("readings"), 125.0);
+  for (const YAML::Node& finding : Written()["status"]["findings"]) {
+    EXPECT_NE(finding["code"].as<std::string>(), "time-gaps");
+  }
+  EXPECT_EQ(run("exclude_poses=[2, 5]").exit_code, 0);
+  EXPECT_EQ(poses(), kEnough.rests - 2);
+  EXPECT_EQ(value("poses"), 2.0);
+  for (const std::string set : {"exclude=[{from_s: 1000, to_s: 1001}]", "exclude_poses=[40]"}) {
+    const Finished bad = run(set);
+    EXPECT_EQ(bad.exit_code, 2);
+    EXPECT_THAT(bad.err, HasSubstr("exclude"));
+  }
+}
+
 }  // namespace
 }  // namespace truetriad

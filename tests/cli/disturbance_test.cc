@@ -202,7 +202,7 @@ TEST_F(DisturbedRun, LeavesOutARestInWhichAMagnetPasses) {
 
 TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
   Simulate("moved-magnet");
-  const Finished run = CalibrateIt("joint.yaml");
+  const Finished run = CalibrateIt("joint.yaml", "device.serial=A0007");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
   const Calibration found = Result();
   const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);
@@ -213,7 +213,7 @@ TEST_F(DisturbedRun, SaysThatAMagnetMovedOnTheUnit) {
 
 TEST_F(DisturbedRun, SaysThatTheFieldChangedAroundTheUnit) {
   Simulate("changed-field");
-  const Finished run = CalibrateIt("joint.yaml");
+  const Finished run = CalibrateIt("joint.yaml", "device.serial=A0008");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
   const Calibration found = Result();
   const Finding* change = Find(found.findings, FindingCode::kMagnetometerChanged);

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 namespace {
@@ -93,7 +94,10 @@ sensors:
     model: bias
     noise: { excess: none }
     fixed: { matrix: identity }
+mounting: { accelerometer: -x+y+z, magnetometer: +y+x-z }
 poses: { every: 100 }
+exclude: [{ from_s: 1.5, to_s: 2 }, { from_s: 30, to_s: 40 }]
+exclude_poses: [3, 7]
 attitudes: { six_face: { tilt_sigma_deg: 0.7, seat_sigma_deg: 0 } }
 robust: { loss: none, scale: 2.5 }
 initialise: { method: six-position, only: true, forces: forces.csv }
@@ -148,8 +152,14 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_EQ(accelerometer.fixed_bias, Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_TRUE(experiment.fixed_identity[Triad::kMagnetometer]);
   EXPECT_EQ(options.triads[Triad::kMagnetometer].excess, ExcessNoise::kNone);
+  EXPECT_EQ(accelerometer.mounting, AxisMapFromName("-x+y+z"));
+  EXPECT_EQ(options.triads[Triad::kMagnetometer].mounting, AxisMapFromName("+y+x-z"));
   EXPECT_EQ(experiment.poses.kind, PoseSelectionKind::kEveryN);
   EXPECT_EQ(experiment.poses.every, 100);
+  ASSERT_THAT(experiment.poses.exclude, SizeIs(2));
+  EXPECT_EQ(experiment.poses.exclude[0].from_s, 1.5);
+  EXPECT_EQ(experiment.poses.exclude[0].to_s, 2.0);
+  EXPECT_EQ(experiment.exclude_poses, (std::vector<int>{3, 7}));
   EXPECT_EQ(options.attitudes.kind, AttitudeKind::kSixFace);
   EXPECT_EQ(options.attitudes.tilt_sigma_deg, 0.7);
   EXPECT_FALSE(options.robust.enabled);
@@ -158,6 +168,34 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_THAT(options.limits.limits, SizeIs(2));
   EXPECT_EQ(options.limits.guard_band_k, 2.0);
   EXPECT_EQ(options.cross_validation_folds, 0);
+}
+
+TEST_F(ExperimentConfig, MountsSensorsAlongTheBodyUnlessTold) {
+  const std::string all = "experiment: 1\nsensors: { accelerometer: {}, magnetometer: {} }\n";
+  const auto mounting = [this](const std::string& text, Triad triad) {
+    return LoadWell(text).options.triads[triad].mounting;
+  };
+  EXPECT_EQ(mounting(all, Triad::kAccelerometer), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  EXPECT_FALSE(mounting(all, Triad::kMagnetometer));
+  EXPECT_FALSE(mounting(all + "mounting: { accelerometer: any }\n", Triad::kAccelerometer));
+  // A matrix that is held says it, too.
+  EXPECT_EQ(mounting("experiment: 1\nsensors: { accelerometer: { sign: gravity, fixed: { matrix: "
+                     "[[0, 1, 0], [-1, 0, 0], [0, 0, -1]] } } }\n",
+                     Triad::kAccelerometer),
+            AxisMapFromName("-y+x+z"));
+}
+
+TEST_F(ExperimentConfig, RefusesAxesAndRangesThatAreNone) {
+  for (const auto& [text, place] :
+       {std::pair("mounting: { accelerometer: +x+x+z }\n", "experiment.yaml:3: mounting."),
+        std::pair("mounting: { thermometer: +x+y+z }\n", "mounting.thermometer"),
+        std::pair("exclude: [{ from_s: 3, to_s: 3 }]\n", "experiment.yaml:3: exclude[0]"),
+        std::pair("exclude: [{ from_s: -1, to_s: 3 }]\n", "exclude[0].from_s"),
+        std::pair("exclude: [{ from_s: 1 }]\n", "exclude[0].to_s"),
+        std::pair("exclude_poses: [0]\n", "experiment.yaml:3: exclude_poses[0]"),
+        std::pair("poses: { sweep: auto }\nexclude_poses: [1]\n", "exclude_poses")}) {
+    EXPECT_THAT(ErrorOf(kMinimal + std::string(text)), HasSubstr(place)) << text;
+  }
 }
 
 /// The text without the marks of defaults, which are gone once they are written out.
@@ -332,7 +370,8 @@ TEST_F(ExperimentConfig, RejectsHalfAPrior) {
 TEST_F(ExperimentConfig, AsksForSensorsAndVersion) {
   EXPECT_THAT(ErrorOf("experiment: 1\n"), HasSubstr("sensors: is missing; list what"));
   EXPECT_THAT(ErrorOf("sensors: { accelerometer: {} }\n"), HasSubstr("experiment: is missing"));
-  EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"), HasSubstr("reads version 1"));
+  EXPECT_THAT(ErrorOf("experiment: 2\nsensors: { accelerometer: {} }\n"),
+              HasSubstr("reads version 1"));
 }
 
 TEST_F(ExperimentConfig, ReadsMotionWithoutRests) {
@@ -471,11 +510,14 @@ TEST_F(ExperimentConfig, RejectsTemperatureTermsThatDoNotExistWithTheirLines) {
   EXPECT_THAT(
       ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    thermal:\n      bias_order: 8\n"
               "      matrix_order: -1\n      matrix: upper\n      rate: [cubic]\n      order: 3\n"),
-      AllOf(HasSubstr(":5: sensors.accelerometer.thermal.bias_order: expected an order of 0 (none) to 7"),
-            HasSubstr(":6: sensors.accelerometer.thermal.matrix_order: expected an order of 0 (none) to 3"),
-            HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
-            HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
-            HasSubstr("thermal.order")));
+      AllOf(
+          HasSubstr(
+              ":5: sensors.accelerometer.thermal.bias_order: expected an order of 0 (none) to 7"),
+          HasSubstr(
+              ":6: sensors.accelerometer.thermal.matrix_order: expected an order of 0 (none) to 3"),
+          HasSubstr(":7: sensors.accelerometer.thermal.matrix"),
+          HasSubstr("`cubic` is unknown; expected one of linear, quadratic, cross"),
+          HasSubstr("thermal.order")));
 }
 
 TEST_F(ExperimentConfig, AppliesOverridesBeforeChecking) {

@@ -16,4 +16,41 @@ Status CheckCanWriteBelow(std::filesystem::path directory) {
   return EnsureWritableDirectory(directory.string());
 }
 
+Result<std::string> MoveAside(const std::filesystem::path& directory,
+                              const std::vector<std::string>& names) {
+  std::string moved;
+  for (const std::string& name : names) {
+    const std::filesystem::path from = directory / name;
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(from, failure)) continue;
+    const std::filesystem::path to =
+        directory / (from.stem().string() + ".previous" + from.extension().string());
+    std::filesystem::rename(from, to, failure);
+    if (failure) {
+      return BadInputError(from.string() + ": is the result of an earlier run and cannot be " +
+                           "renamed to " + to.string() + ": " + failure.message());
+    }
+    moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
+  }
+  if (moved.empty()) return moved;
+  return directory.string() + ": results of an earlier run are moved: " + moved;
+}
+
+Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial) {
+  const std::filesystem::path file = directory / "calibration.yaml";
+  std::error_code failure;
+  if (serial.empty() || !std::filesystem::is_regular_file(file, failure)) return {};
+  const Result<Calibration> there = ReadCalibration(file.string());
+  if (!there || there->serial.empty() || there->serial == serial) return {};
+  return BadInputError(file.string() + ": is the calibration of unit `" + there->serial +
+                       "`, and this one is of `" + serial +
+                       "`; choose another --output, or replace it with --overwrite");
+}
+
+Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of) {
+  if (serial.empty() || of.serial.empty() || serial == of.serial) return {};
+  return BadInputError(what + " is of unit `" + serial + "`, but the calibration is of `" +
+                       of.serial + "`; give those of one unit");
+}
+
 }  // namespace truetriad

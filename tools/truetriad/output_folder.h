@@ -2,12 +2,28 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "truetriad/base/result.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 
 /// Finds out before the work starts that the result could not be written, and creates nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
+
+/// Takes the results of an earlier run out of the way, so that nobody takes them for those of the
+/// one that failed: `names` in `directory`, calibration.yaml becoming calibration.previous.yaml.
+/// What was done, for people; empty where there was none.
+Result<std::string> MoveAside(const std::filesystem::path& directory,
+                              const std::vector<std::string>& names);
+
+/// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
+/// serial number is nobody's, nor is a file that is no calibration.
+Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial);
+
+/// Error (bad input): both numbers are known and differ. `what`: "log.csv: the recording".
+Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of);
 
 }  // namespace truetriad

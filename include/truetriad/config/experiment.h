@@ -25,6 +25,12 @@ struct KnownMotionsConfig {
   double rate_axis_sigma_deg = 0.0;
 };
 
+/// One item of `exclude:`.
+struct ExcludedSeconds {
+  double from_s = 0.0, to_s = 0.0;  ///< From the recording's first sample.
+  std::string stated_in;            ///< "experiment.yaml:12: exclude", for messages.
+};
+
 /// `poses:` of an experiment.
 struct PosesConfig {
   /// Detect unless said; kRanges reads `file`.
@@ -37,6 +43,7 @@ struct PosesConfig {
   SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
+  std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
   /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
   PerTriad<double> time_offset_s{};
 };
@@ -70,9 +77,11 @@ struct Experiment {
   std::string no_earth_field;
   CalibrateOptions options;
   PosesConfig poses;
-  std::string static_file;       ///< `static:`, resolved; empty when not given.
-  bool reference_given = false;  ///< `reference.temperature_degc` is stated, not the default.
-  std::string attitudes_file;    ///< `attitudes: {file: …}`, resolved; empty when not given.
+  std::vector<int> exclude_poses;    ///< Numbers of poses that are left out.
+  std::string exclude_poses_stated;  ///< Where, for messages.
+  std::string static_file;           ///< `static:`, resolved; empty when not given.
+  bool reference_given = false;      ///< `reference.temperature_degc` is stated, not the default.
+  std::string attitudes_file;        ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
   /// `fixed: {matrix: identity}`: the sensitivity is held at truth = raw in true units, which needs
   /// the recording's unit.

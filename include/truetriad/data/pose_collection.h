@@ -41,6 +41,12 @@ struct SweepWindows {
   bool ambient = false;             ///< The ambient temperature is wanted beside the unit's own.
 };
 
+/// Readings with times in here are left out, before anything else.
+struct ExcludedRange {
+  TimeRange times;        ///< As stamped, both ends included.
+  std::string stated_in;  ///< "experiment.yaml:12: exclude[0]", for messages.
+};
+
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;  ///< Rows a pose, for kEveryN. Range: >= 1.
@@ -54,6 +60,7 @@ struct PoseSelection {
   /// rate was held is not used: its readings count once.
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
+  std::vector<ExcludedRange> excluded;
   /// By how much the times of each triad are later than when its readings were taken: is taken off
   /// them first of all. Needs times where it is not zero.
   PerTriad<double> time_offset_s{};

@@ -64,6 +64,8 @@ struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
   TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), axis terms.
+  /// Body axes along which the sensing axes point, model/mounting.h: as stated, else as found.
+  Eigen::Matrix3d mounting = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
   /// Set where the model has the term.
@@ -73,9 +75,11 @@ struct TriadCalibration {
   std::optional<double> si_per_count;  ///< True units per count, when the recording stated it.
   TriadNoise noise;
 
-  /// Gains: the diagonal of the sensitivity.
-  Eigen::Vector3d Scale() const { return model.sensitivity.diagonal(); }
-  /// K^-1 S - I with K = diag S, rad.
+  /// The sensitivity by the directions that the sensing axes are meant to have: S transpose(M).
+  Eigen::Matrix3d BySensingAxes() const { return model.sensitivity * mounting.transpose(); }
+  /// Gains: its diagonal, negative for an axis that reads the other way.
+  Eigen::Vector3d Scale() const { return BySensingAxes().diagonal(); }
+  /// K^-1 S transpose(M) - I with K = diag(S transpose(M)), rad.
   Eigen::Matrix3d MisalignmentRad() const;
 };
 

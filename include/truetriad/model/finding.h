@@ -28,6 +28,7 @@ enum class FindingCode : int {
   kMessage,
   // The recording.
   kNoReadings,
+  kExcluded,
   kTimeGaps,
   kEqualTimes,
   kConstantAxis,
@@ -85,6 +86,9 @@ enum class FindingCode : int {
   kNoiseFree,
   kCorrelatedResiduals,
   // Axes, scales, clocks and directions.
+  kMountingContradicted,
+  kMountingNotStated,
+  kMountingFound,
   kLeftHanded,
   kOddGain,
   kNominalField,

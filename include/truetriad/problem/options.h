@@ -138,6 +138,9 @@ struct TriadOptions {
   /// Calibrate this triad at all.
   bool enabled = false;
   MatrixModel model = MatrixModel::kFull;
+  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. Of the triad that
+  /// defines the body frame it says where that frame is, of the others what a fit must find.
+  std::optional<Eigen::Matrix3d> mounting;
   /// Accelerometer only.
   AccelerometerSign sign = AccelerometerSign::kSpecificForce;
   /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,

@@ -52,10 +52,10 @@ Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
+Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);  // mounting.cc
 
 // What the reader of a usable result should know besides its numbers; none of these refuses.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
-Findings CheckHandedness(const SettledRun& run, const SolvedRun& solved);
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
 Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved);
@@ -84,7 +84,7 @@ Findings CheckExplained(const Quality& quality,
 Findings FindingsOf(const LeftOutTerms& terms);
 // Stretches of the recording that differ.
 Findings FindingsOf(const BlockScatter& blocks);
-// Axes that came out mirrored.
-Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph);
+// How the sensors stand to each other and to what is known of the body, against what is stated.
+Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -35,32 +35,6 @@ Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
   return CheckDegreesOfFreedom(solved.stated.quality.effective_dof, "add poses");
 }
 
-Findings CheckHandedness(const CalibrateOptions& options, const PoseGraph& graph) {
-  Findings findings;
-  if (options.triads[Triad::kMagnetometer].enabled &&
-      options.triads[Triad::kAccelerometer].enabled &&
-      graph.sensitivity(Triad::kMagnetometer).determinant() < 0.0) {
-    findings.push_back(
-        Finding(FindingCode::kLeftHanded,
-                "the magnetometer's axes came out left-handed (determinant < 0); a wrong "
-                "accelerometer `sign` or `hemisphere` would explain the data as well")
-            .About(Triad::kMagnetometer));
-  }
-  if (options.triads[Triad::kGyroscope].enabled &&
-      graph.sensitivity(Triad::kGyroscope).determinant() < 0.0) {
-    findings.push_back(Finding(FindingCode::kLeftHanded,
-                               "the gyroscope's axes came out left-handed (determinant < 0): its "
-                               "log, the accelerometer's, or what was stated of its turns "
-                               "exchanges two axes or reverses one")
-                           .About(Triad::kGyroscope));
-  }
-  return findings;
-}
-
-Findings CheckHandedness(const SettledRun& run, const SolvedRun&) {
-  return CheckHandedness(run.options, run.graph);
-}
-
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
   constexpr double kHardlyMore = 2.0;
   Findings findings;

@@ -10,6 +10,7 @@
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
+#include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/corrected_log.h"
@@ -64,6 +65,8 @@ Result<int> RunApply(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(FLAGS_input));
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSameUnit(FLAGS_input + ": the recording", source->info().serial, calibration));
   TRUETRIAD_RETURN_IF_ERROR(CheckOutput(source->info()));
   NoteInterruptions();
   const Result<CorrectedLogSummary> summary = [&] {

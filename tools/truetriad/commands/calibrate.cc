@@ -13,6 +13,7 @@
 #include "truetriad/session/session.h"
 
 DEFINE_bool(report, true, "whether to write the HTML report");
+DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
               "eliminated, or ceres: poses or motion by Ceres as they are, slower, for comparison");
@@ -25,6 +26,13 @@ std::string ShortPath(const std::string& path) {
   const std::string shorter = std::filesystem::path(path).lexically_normal().string();
   std::error_code failure;
   return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
+}
+
+/// Results of an earlier run, which are not those of this one.
+Status PutAside(const std::vector<std::string>& names) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string moved, MoveAside(FLAGS_output, names));
+  if (!moved.empty()) std::fprintf(stderr, "%s\n", moved.c_str());
+  return {};
 }
 
 Status WriteResult(const Calibration& calibration) {
@@ -40,6 +48,7 @@ Status WriteResult(const Calibration& calibration) {
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
   std::string written = "\nCalibration: " + file + '\n';
+  if (!FLAGS_report) TRUETRIAD_RETURN_IF_ERROR(PutAside({"report.html"}));
   if (FLAGS_report) {
     const std::string page = (directory / "report.html").string();
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
@@ -55,8 +64,8 @@ Result<Solver> StatedSolver() {
   return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
 }
 
-Result<int> RunCalibrate(const std::vector<std::string>&) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+/// The calibration, or why there is none. What another unit's folder holds stays there.
+Result<Calibration> CalibrateAsAsked(Solver solver, bool* is_of_another) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   experiment.options.solver = solver;
   experiment.input = FLAGS_input.empty() ? ShortPath(experiment.input) : FLAGS_input;
@@ -65,12 +74,32 @@ Result<int> RunCalibrate(const std::vector<std::string>&) {
                       " has no `input:`; add it or give --input=LOG");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  const Result<Calibration> calibration = [&] {
+  const auto check_unit = [&](const std::string& serial) -> Status {
+    const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(FLAGS_output, serial);
+    *is_of_another = !status;
+    return status;
+  };
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(experiment.serial));
+  Result<Calibration> calibration = [&] {
     ProgressLine progress("reading " + experiment.input);
     return CalibrateExperiment(std::move(experiment), progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
   TRUETRIAD_RETURN_IF_ERROR(WriteResult(*calibration));
+  return calibration;
+}
+
+Result<int> RunCalibrate(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+  bool is_of_another = false;
+  const Result<Calibration> calibration = CalibrateAsAsked(solver, &is_of_another);
+  if (!calibration) {
+    if (!is_of_another) {
+      TRUETRIAD_RETURN_IF_ERROR(PutAside({"calibration.yaml", "report.html"}));
+    }
+    return calibration.error();
+  }
   if (!calibration->IsUsable()) return static_cast<int>(ErrorCode::kNotEnough);
   return calibration->within_limits.value_or(true) ? kExitGood : kExitOutsideLimits;
 }
@@ -89,6 +118,7 @@ Command CalibrateCommand() {
                     {"output", "DIR", true},
                     {"set", "KEY=VALUE,..."},
                     {"report", "true|false"},
+                    {"overwrite", "true|false"},
                     {"solver", "eliminated|ceres"}},
           .run = RunCalibrate};
 }

@@ -7,6 +7,7 @@
 #include <gflags/gflags.h>
 
 #include "tools/truetriad/command.h"
+#include "tools/truetriad/output_folder.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
@@ -29,15 +30,12 @@ void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
                  "separate recordings would\n",
                  file.file.c_str());
   }
-  if (a.serial != b.serial && !a.serial.empty() && !b.serial.empty()) {
-    std::fprintf(
-        stderr, "note: different units: a is %s, b is %s\n", a.serial.c_str(), b.serial.c_str());
-  }
 }
 
 Result<int> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
+  TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(FLAGS_a, a.serial, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
   std::fputs(ComparisonText(comparison).c_str(), stdout);
   WarnOfCommonGround(a, b);

@@ -6,6 +6,7 @@
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/config/experiment.h"
@@ -41,6 +42,8 @@ Result<int> RunEvaluate(const std::vector<std::string>&) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
   if (loaded->not_enough) return *loaded->not_enough;
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSameUnit(FLAGS_input + ": the recording", loaded->poses.serial, calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation,
                              Evaluate(calibration, loaded->poses));
   std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);

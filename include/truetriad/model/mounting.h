@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+/// How a triad is mounted: a signed exchange of axes whose row i is the body axis along which
+/// sensing axis i points, so that sensitivity = gains * map but for misalignment. In files and for
+/// people "+y+x-z": sensing x along body +y, y along +x, z along -z.
+std::string AxisMapName(const Eigen::Matrix3d& map);
+std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name);
+
+/// All 48 of them, identity first; the right-handed ones have determinant +1.
+std::vector<Eigen::Matrix3d> AllAxisMaps();
+
+/// The signed permutation of axes nearest to `matrix`, row by row.
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
+
+/// Rows of two maps that differ.
+int AxesThatDiffer(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+}  // namespace truetriad

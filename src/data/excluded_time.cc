@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/excluded_time.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "base/messages.h"
+
+namespace truetriad {
+namespace {
+
+SampleBlock Piece(const SampleBlock& block, std::size_t begin, std::size_t end) {
+  const auto part = [&](const auto& span) {
+    return span.empty() ? span : span.subspan(begin, end - begin);
+  };
+  SampleBlock piece = block;
+  piece.time_ns = part(block.time_ns);
+  piece.x = part(block.x), piece.y = part(block.y), piece.z = part(block.z);
+  piece.temperature_degc = part(block.temperature_degc);
+  piece.pose = part(block.pose);
+  piece.row = part(block.row);
+  piece.ambient_degc = part(block.ambient_degc);
+  return piece;
+}
+
+}  // namespace
+
+ExcludedTime::ExcludedTime(const std::vector<ExcludedRange>& ranges)
+    : ranges_(ranges), readings_(ranges.size(), 0) {}
+
+void ExcludedTime::Apply(std::vector<SampleBlock>* blocks) {
+  if (ranges_.empty()) return;
+  std::vector<SampleBlock> pieces;
+  for (const SampleBlock& block : *blocks) {
+    const std::size_t size = block.time_ns.size();
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < size; ++i) {
+      const std::int64_t time_ns = block.time_ns[i];
+      const auto range =
+          std::find_if(ranges_.begin(), ranges_.end(), [time_ns](const ExcludedRange& each) {
+            return each.times.start_ns <= time_ns && time_ns <= each.times.end_ns;
+          });
+      if (range == ranges_.end()) continue;
+      if (begin < i) pieces.push_back(Piece(block, begin, i));
+      begin = i + 1;
+      ++readings_[static_cast<std::size_t>(std::distance(ranges_.begin(), range))];
+    }
+    if (begin < size) pieces.push_back(Piece(block, begin, size));
+  }
+  *blocks = std::move(pieces);
+}
+
+Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
+  if (ranges_.empty()) return {};
+  double readings = 0.0, seconds = 0.0;
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    const TimeRange& times = ranges_[i].times;
+    readings += static_cast<double>(readings_[i]);
+    seconds += 1e-9 * static_cast<double>(times.end_ns - times.start_ns);
+    if (readings_[i] > 0) continue;
+    return BadInputError(ranges_[i].stated_in + ": no reading of " + info.path +
+                         " lies in it, or another range has them already; expected seconds from "
+                         "the recording's first sample");
+  }
+  findings->push_back(Finding(FindingCode::kExcluded,
+                              Format("%.0f readings", readings) + Format(" in %.6g s", seconds) +
+                                  " are left out, as `exclude:` asks")
+                          .With("readings", readings)
+                          .With("duration", seconds, "s"));
+  return {};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/mounting.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+std::string AxisMapName(const Eigen::Matrix3d& map) {
+  std::string name;
+  for (int row = 0; row < 3; ++row) {
+    Eigen::Index axis = 0;
+    map.row(row).cwiseAbs().maxCoeff(&axis);
+    name += map(row, axis) < 0.0 ? '-' : '+';
+    name += AxisLetter(axis);
+  }
+  return name;
+}
+
+std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name) {
+  for (const Eigen::Matrix3d& map : AllAxisMaps()) {
+    if (AxisMapName(map) == name) return map;
+  }
+  return std::nullopt;
+}
+
+std::vector<Eigen::Matrix3d> AllAxisMaps() {
+  constexpr int kSigns = 8;
+  std::vector<Eigen::Matrix3d> maps;
+  std::array<int, 3> columns = {0, 1, 2};
+  do {
+    for (int signs = 0; signs < kSigns; ++signs) {
+      Eigen::Matrix3d& map = maps.emplace_back(Eigen::Matrix3d::Zero());
+      for (int row = 0; row < 3; ++row) {
+        map(row, columns[static_cast<std::size_t>(row)]) = (signs >> row & 1) != 0 ? -1.0 : 1.0;
+      }
+    }
+  } while (std::next_permutation(columns.begin(), columns.end()));
+  return maps;
+}
+
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix) {
+  const Eigen::Matrix3d unit = matrix.rowwise().normalized();
+  std::array<int, 3> columns = {0, 1, 2};
+  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
+  double best_score = -1.0;
+  do {
+    Eigen::Matrix3d map = Eigen::Matrix3d::Zero();
+    double score = 0.0;
+    for (int row = 0; row < 3; ++row) {
+      const int col = columns[static_cast<std::size_t>(row)];
+      map(row, col) = unit(row, col) < 0.0 ? -1.0 : 1.0;
+      score += std::abs(unit(row, col));
+    }
+    if (score > best_score) {
+      best_score = score;
+      best = map;
+    }
+  } while (std::next_permutation(columns.begin(), columns.end()));
+  return best;
+}
+
+int AxesThatDiffer(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
+  int count = 0;
+  for (int row = 0; row < 3; ++row) count += a.row(row) != b.row(row) ? 1 : 0;
+  return count;
+}
+
+}  // namespace truetriad

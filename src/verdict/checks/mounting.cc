@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/mounting.h"
+
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "problem/lay_out.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+// One way to see how the sensors stand: the body frame as it was solved, or named anew.
+struct MountingView {
+  PerTriad<std::optional<Eigen::Matrix3d>> maps;
+  std::vector<Triad> against;   // what is stated of them
+  std::vector<Triad> mirrored;  // left-handed, and nothing is stated of them
+  bool blames_attitudes = false;
+  int axes = 0;   // that are not as stated
+  int other = 0;  // axes that are not those of the body, where nothing is stated
+
+  std::size_t faults() const { return against.size() + mirrored.size() + blames_attitudes; }
+  bool Contradicts() const { return blames_attitudes || !against.empty(); }
+};
+
+// The fit with the axes of the body frame named anew by T: S' = S T. Rates are axial vectors, which
+// a mirror reverses: of a gyroscope det(T) S T explains what S did.
+MountingView ViewOf(const CalibrateOptions& options,
+                    const PoseGraph& graph,
+                    const Eigen::Matrix3d& T) {
+  MountingView view;
+  view.blames_attitudes = options.IsBodyKnown() && !T.isIdentity(0.0);
+  if (view.blames_attitudes) view.axes = 3;
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled) continue;
+    Eigen::Matrix3d map = NearestAxisMap(graph.sensitivity(triad)) * T;
+    if (triad == Triad::kGyroscope) map *= T.determinant();
+    if (triad == Triad::kAccelerometer) map *= LeadingAxisSign(options);
+    view.maps[triad] = map;
+    const std::optional<Eigen::Matrix3d>& stated = options.triads[triad].mounting;
+    if (stated && map != *stated) {
+      view.against.push_back(triad);
+      view.axes += AxesThatDiffer(map, *stated);
+    }
+    if (!stated && map.determinant() < 0.0) view.mirrored.push_back(triad);
+    if (!stated) view.other += AxesThatDiffer(map, Eigen::Matrix3d::Identity());
+  }
+  return view;
+}
+
+// Those that contradict the least, each blaming others, and of those that blame the same the one
+// that changes the fewest axes; the simplest first.
+std::vector<MountingView> LikeliestViews(const CalibrateOptions& options, const PoseGraph& graph) {
+  std::vector<MountingView> views;
+  for (const Eigen::Matrix3d& T : AllAxisMaps()) views.push_back(ViewOf(options, graph, T));
+  std::stable_sort(views.begin(), views.end(), [](const MountingView& a, const MountingView& b) {
+    return std::tuple(a.faults(), a.axes, a.other) < std::tuple(b.faults(), b.axes, b.other);
+  });
+  std::vector<MountingView> likeliest;
+  for (const MountingView& view : views) {
+    if (view.faults() > views.front().faults()) break;
+    const bool is_new =
+        std::none_of(likeliest.begin(), likeliest.end(), [&](const MountingView& other) {
+          return view.against == other.against && view.mirrored == other.mirrored &&
+                 view.blames_attitudes == other.blames_attitudes;
+        });
+    if (is_new) likeliest.push_back(view);
+  }
+  return likeliest;
+}
+
+// "mounting: { accelerometer: -x+y+z }", for the experiment.
+std::string MountingLine(const MountingView& view, const std::vector<Triad>& triads) {
+  std::string line;
+  for (const Triad triad : triads) {
+    line += line.empty() ? "`mounting: { " : ", ";
+    line += std::string(TriadName(triad)) + ": " + AxisMapName(*view.maps[triad]);
+  }
+  return line + " }`";
+}
+
+std::string NamesOf(const std::vector<Triad>& triads) {
+  std::string names;
+  for (const Triad triad : triads) {
+    names += (names.empty() ? "" : " and ") + std::string(TriadName(triad));
+  }
+  return names;
+}
+
+Finding Contradiction(const CalibrateOptions& options, const std::vector<MountingView>& views) {
+  const std::string outside =
+      options.HasGyroscopeAlone() ? "the stated turns and rates" : "the stated attitudes or faces";
+  std::string who, lines;
+  for (const MountingView& view : views) {
+    const std::string blamed = view.against.empty() ? outside : NamesOf(view.against);
+    who += (who.empty() ? "" : ", or ") + blamed;
+    if (view.against.empty()) continue;
+    lines += (lines.empty() ? "" : " or ") + MountingLine(view, view.against);
+  }
+  Finding finding(FindingCode::kMountingContradicted,
+                  who + ": axes are swapped or reversed against " +
+                      (options.IsBodyKnown() ? "what is stated" : "those of the other sensors"),
+                  lines.empty() ? "correct the labels or attitudes"
+                                : "correct columns or labels, or state how it is built: " + lines);
+  const MountingView& first = views.front();
+  const bool is_certain = views.size() == 1 || first.axes < views[1].axes || options.IsBodyKnown();
+  if (is_certain && first.against.size() == 1) finding.About(first.against.front());
+  return finding;
+}
+
+// Sensors whose mounting nobody stated.
+Findings FoundMountings(const CalibrateOptions& options, const MountingView& view) {
+  Findings findings;
+  for (const Triad triad : kTriads) {
+    if (!view.maps[triad] || options.triads[triad].mounting) continue;
+    const Eigen::Matrix3d& map = *view.maps[triad];
+    if (map.isIdentity(0.0)) continue;
+    const bool is_judged = !options.limits.limits.empty();
+    const std::string text =
+        std::string(TriadName(triad)) + ": its sensing axes x, y, z lie along " + AxisMapName(map) +
+        " of the body" + (is_judged ? ", which must be stated where limits are to be judged" : "");
+    findings.push_back(
+        Finding(is_judged ? FindingCode::kMountingNotStated : FindingCode::kMountingFound,
+                text,
+                "if it is built so, state " + MountingLine(view, {triad}))
+            .About(triad));
+  }
+  return findings;
+}
+
+// One of the sensors is mirrored, and nothing says which.
+Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
+  const Triad triad = view.mirrored.front();
+  const bool is_relative = !options.IsBodyKnown() && triad == Triad::kMagnetometer;
+  const std::string against = is_relative ? " against the accelerometer's" : "";
+  Finding finding(FindingCode::kLeftHanded,
+                  std::string(TriadName(triad)) + ": its axes came out left-handed" + against +
+                      ", " + AxisMapName(*view.maps[triad]) +
+                      ": one log swaps two axes or reverses one" +
+                      (is_relative ? ", or `sign` or `hemisphere` is wrong" : ""));
+  // Which of the two it is, only a gyroscope would say.
+  if (!is_relative || options.triads[Triad::kGyroscope].enabled) finding.About(triad);
+  return finding;
+}
+
+}  // namespace
+
+Findings CheckMounting(const CalibrateOptions& options, const PoseGraph& graph) {
+  const std::vector<MountingView> views = LikeliestViews(options, graph);
+  const auto good = std::find_if(
+      views.begin(), views.end(), [](const MountingView& view) { return !view.Contradicts(); });
+  if (good == views.end()) return {Contradiction(options, views)};
+  Findings findings = FoundMountings(options, *good);
+  if (!good->mirrored.empty() && OutcomeOf(findings) == Outcome::kConverged) {
+    // It says more than that the axes are not those of the body.
+    findings = {LeftHanded(options, *good)};
+  }
+  return findings;
+}
+
+Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
+  return CheckMounting(run.options, run.graph);
+}
+
+}  // namespace truetriad

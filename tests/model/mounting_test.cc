@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/mounting.h"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace truetriad {
+namespace {
+
+TEST(AxisMaps, AreFortyEightHalfOfThemMirrored) {
+  std::set<std::string> names;
+  double determinants = 0.0;
+  for (const Eigen::Matrix3d& map : AllAxisMaps()) {
+    names.insert(AxisMapName(map));
+    determinants += map.determinant();
+    EXPECT_EQ(map * map.transpose(), Eigen::Matrix3d::Identity());
+    EXPECT_EQ(AxisMapFromName(AxisMapName(map)), map);
+    EXPECT_EQ(NearestAxisMap(Eigen::Vector3d(3.0, 1.0, 0.2).asDiagonal() * map), map);
+  }
+  EXPECT_EQ(names.size(), 48U);
+  EXPECT_EQ(determinants, 0.0);
+  EXPECT_EQ(AllAxisMaps().front(), Eigen::Matrix3d::Identity());
+}
+
+TEST(AxisMaps, AreNamedByTheBodyAxisOfEachSensingAxis) {
+  Eigen::Matrix3d map;
+  map << 0, 1, 0, 1, 0, 0, 0, 0, -1;
+  EXPECT_EQ(AxisMapName(map), "+y+x-z");
+  for (const char* none : {"", "x+y+z", "+x+x+z", "+x+y", "+x+y+z ", "+X+Y+Z"}) {
+    EXPECT_FALSE(AxisMapFromName(none)) << none;
+  }
+}
+
+}  // namespace
+}  // namespace truetriad
