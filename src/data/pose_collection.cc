@@ -10,6 +10,7 @@
 
 #include "data/detected_poses.h"
 #include "data/given_poses.h"
+#include "data/impossible_rows.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -220,11 +221,16 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(CheckTimeOffsets(info, selection));
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
 
+  ImpossibleRows impossible;
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
-  while (true) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
-    if (!more) break;
+  for (bool more = true; more;) {
+    TRUETRIAD_ASSIGN_OR_RETURN(more, source.Next(&blocks));
+    if (more) {
+      impossible.Apply(&blocks);
+    } else {
+      impossible.Flush(&blocks);
+    }
     shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
@@ -241,6 +247,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   PoseSet set;
   set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
+  set.findings = impossible.Left();
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, monitor_of, *leading, &set));
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   if (progress) progress(1.0);

@@ -32,6 +32,7 @@ enum class FindingCode : int {
   kEqualTimes,
   kConstantAxis,
   kStuckReadings,
+  kImpossibleRows,
   kClippedPoses,
   kRepeatedRows,
   kRowsLeftOver,
@@ -46,6 +47,8 @@ enum class FindingCode : int {
   kTurnTooLong,
   kTurnAtKnownRate,
   kOtherSerial,
+  kWrongUnit,
+  kNotRaw,
   // The temperature of a sweep's recording.
   kTemperatureMissing,
   kTemperatureRangeTooSmall,
