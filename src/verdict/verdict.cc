@@ -26,14 +26,16 @@ namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
 // else; along a direction that is not determined the optimiser only creeps.
-constexpr std::array<Check, 8> kUsability = {&CheckFinite,
-                                             &CheckMagnetometerChange,
-                                             &CheckNoiseKnown,
-                                             &CheckExplained,
-                                             &CheckTemperatureModelled,
-                                             &CheckOutliers,
-                                             &CheckDetermined,
-                                             &CheckConverged};
+constexpr std::array<Check, 10> kUsability = {&CheckFinite,
+                                              &CheckMagnetometerChange,
+                                              &CheckNoiseKnown,
+                                              &CheckExplained,
+                                              &CheckTemperatureModelled,
+                                              &CheckOutliers,
+                                              &CheckDetermined,
+                                              &CheckConverged,
+                                              &CheckTurnsTold,
+                                              &CheckGains};
 constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHandedness,
                                             &CheckHeldGyroscope,

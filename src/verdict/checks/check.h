@@ -50,6 +50,8 @@ Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
 Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
+Findings CheckTurnsTold(const SettledRun& run, const SolvedRun& solved);  // turn_units.cc
+Findings CheckGains(const SettledRun& run, const SolvedRun& solved);      // units.cc
 
 // What the reader of a usable result should know besides its numbers; none of these refuses.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
