@@ -27,6 +27,7 @@
 #include "truetriad/verdict/summary.h"
 #include "verdict/checks/held_gyroscope.h"
 #include "verdict/checks/soak.h"
+#include "verdict/checks/units.h"
 #include "verdict/observability.h"
 #include "verdict/verdict.h"
 
@@ -216,6 +217,10 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
     return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
                          " is enabled but missing from the recording");
+  }
+  if (auto refusal = WhyNotAsStated(poses, options)) {
+    calibration.mode = options.motion ? Mode::kMotion : options.sweep ? Mode::kSweep : Mode::kPoses;
+    return Refuse(*std::move(refusal), std::move(summary));
   }
   if (options.motion) {
     calibration.mode = Mode::kMotion;

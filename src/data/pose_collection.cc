@@ -11,6 +11,7 @@
 #include "data/detected_poses.h"
 #include "data/excluded_time.h"
 #include "data/given_poses.h"
+#include "data/impossible_rows.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -223,12 +224,17 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
 
   ExcludedTime excluded(selection.excluded);
+  ImpossibleRows impossible;
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
-  while (true) {
-    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
-    if (!more) break;
-    excluded.Apply(&blocks);
+  for (bool more = true; more;) {
+    TRUETRIAD_ASSIGN_OR_RETURN(more, source.Next(&blocks));
+    if (more) {
+      excluded.Apply(&blocks);
+      impossible.Apply(&blocks);
+    } else {
+      impossible.Flush(&blocks);
+    }
     shift.Apply(&blocks);
     for (const SampleBlock& block : blocks) {
       TRUETRIAD_RETURN_IF_ERROR(monitor_of[block.triad]->Add(block));
@@ -245,6 +251,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   PoseSet set;
   set.time_offset_s = selection.time_offset_s;
   set.how = HowOf(selection);
+  set.findings = impossible.Left();
   for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, monitor_of, *leading, &set));

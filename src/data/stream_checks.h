@@ -60,6 +60,7 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
+  double squares_raw_ = 0.0, fourth_powers_raw_ = 0.0;  // Sums over |reading|.
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };
 

@@ -19,6 +19,7 @@
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
 #include "verdict/checks/check.h"
+#include "verdict/checks/units.h"
 #include "verdict/observability.h"
 #include "verdict/presentation.h"
 #include "verdict/quality.h"
@@ -286,7 +287,9 @@ void SayRemarks(const CalibrateOptions& options,
 }
 
 // Why a solution cannot be used; empty when it can.
-Findings WhyUnusable(const CalibrateOptions& options,
+Findings WhyUnusable(const PoseSet& poses,
+                     const CalibrateOptions& options,
+                     const ReferenceValues& reference,
                      const MotionTrack& track,
                      const MotionRun& run,
                      const PresentedSolution& solution,
@@ -311,6 +314,12 @@ Findings WhyUnusable(const CalibrateOptions& options,
                 .About(Triad::kGyroscope)
                 .With("duration", track.untold_s(), "s")};
   }
+  PerTriad<Eigen::Matrix3d> sensitivity;
+  for (const Triad triad : kTriads) {
+    if (options.triads[triad].enabled) sensitivity[triad] = run.graph.sensitivity(triad);
+  }
+  Findings gains = CheckGains(poses, options, sensitivity, reference);
+  if (OutcomeOf(gains) != Outcome::kConverged) return gains;
   Findings unexplained = CheckExplained(quality,
                                         run.graph.reference(),
                                         kExplainedShare,
@@ -403,7 +412,8 @@ Status StateMotionVerdict(const PoseSet& poses,
   StateInGauge(options, &solution);
 
   const bool determined = observability.determined && information.rank() >= information.size();
-  calibration->findings = WhyUnusable(options, track, *run, solution, quality, determined);
+  calibration->findings = WhyUnusable(
+      poses, options, calibration->reference, track, *run, solution, quality, determined);
   if (calibration->findings.empty()) {
     PerTriad<TriadNoise> noise;
     for (const Triad triad : kTriads) {

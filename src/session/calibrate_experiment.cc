@@ -7,6 +7,7 @@
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
+#include "verdict/checks/units.h"
 
 namespace truetriad {
 namespace {
@@ -32,6 +33,11 @@ Calibration NotEnough(const Experiment& experiment, const Error& reason) {
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
   if (loaded.not_enough) {
     Calibration calibration = NotEnough(experiment, *loaded.not_enough);
+    // A wrong unit of time leaves no rest.
+    if (auto reason = WhyNotAsStated(loaded.poses, experiment.options)) {
+      calibration.findings = {*std::move(reason)};
+      calibration.outcome = OutcomeOf(calibration.findings);
+    }
     calibration.config_yaml = experiment.resolved_yaml;
     return calibration;
   }

@@ -67,10 +67,11 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
 
 // Gravity that is off by a large factor in a log that states its unit.
 Status CheckAccelerometerUnit(const PoseSet& poses,
+                              const CalibrateOptions& options,
                               const std::vector<Eigen::Vector3d>& readings,
                               const TriadModel<double>& model) {
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
-  if (stream == nullptr || stream->unit.is_counts) return {};
+  if (stream == nullptr || stream->unit.is_counts || !options.check_units) return {};
   const double gain =
       std::cbrt(std::abs(model.sensitivity.determinant())) * stream->unit.truth_per_raw;
   if (gain < kLargestSiGain && gain > 1.0 / kLargestSiGain) return {};
@@ -493,7 +494,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     }
     if (!model) return model.error();
     TRUETRIAD_RETURN_IF_ERROR(
-        CheckAccelerometerUnit(poses, ReadingsOf(poses, Triad::kAccelerometer), *model));
+        CheckAccelerometerUnit(poses, options, ReadingsOf(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
   }
   if (options.triads[Triad::kGyroscope].enabled) {

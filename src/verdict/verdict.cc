@@ -26,15 +26,17 @@ namespace {
 
 // In this order: what a change in the middle of the run does to the fit may look like anything
 // else; along a direction that is not determined the optimiser only creeps.
-constexpr std::array<Check, 9> kUsability = {&CheckFinite,
-                                             &CheckMagnetometerChange,
-                                             &CheckNoiseKnown,
-                                             &CheckExplained,
-                                             &CheckTemperatureModelled,
-                                             &CheckOutliers,
-                                             &CheckDetermined,
-                                             &CheckConverged,
-                                             &CheckMounting};
+constexpr std::array<Check, 11> kUsability = {&CheckFinite,
+                                              &CheckMagnetometerChange,
+                                              &CheckNoiseKnown,
+                                              &CheckExplained,
+                                              &CheckTemperatureModelled,
+                                              &CheckOutliers,
+                                              &CheckDetermined,
+                                              &CheckConverged,
+                                              &CheckTurnsTold,
+                                              &CheckGains,
+                                              &CheckMounting};
 constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,

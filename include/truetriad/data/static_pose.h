@@ -108,6 +108,10 @@ struct StreamSummary {
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
+  /// Length of a reading over the whole recording: its mean, and its scatter as a share of that.
+  double mean_length_raw = 0.0;
+  double length_scatter = 0.0;
+  Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();  ///< Smallest step; zero when unknown.
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
   /// Long-run over white variance inside rests (1 = white); multiplies the variance of means.

@@ -33,6 +33,7 @@ enum class FindingCode : int {
   kEqualTimes,
   kConstantAxis,
   kStuckReadings,
+  kImpossibleRows,
   kClippedPoses,
   kRepeatedRows,
   kRowsLeftOver,
@@ -47,6 +48,8 @@ enum class FindingCode : int {
   kTurnTooLong,
   kTurnAtKnownRate,
   kOtherSerial,
+  kWrongUnit,
+  kNotRaw,
   // The temperature of a sweep's recording.
   kTemperatureMissing,
   kTemperatureRangeTooSmall,

@@ -283,6 +283,9 @@ struct CalibrateOptions {
   LimitOptions limits;
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
+  /// Refuse readings, times and temperatures that cannot be in their unit. Off: what is stated is
+  /// taken at its word (a field in coils, a normalised strength).
+  bool check_units = true;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
   /// Largest σ along any direction of parameter space, as a share of the signal, at which the

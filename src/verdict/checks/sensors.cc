@@ -14,8 +14,6 @@ namespace {
 constexpr double kFewDof = 10.0;
 // A cap this wide without a pose is half of the sphere.
 constexpr double kOneSidedGapDeg = 90.0;
-// A magnetometer's gain this far from its unit is worth a word; normalised fields are used, too.
-constexpr double kOddGain = 5.0;
 
 }  // namespace
 
@@ -76,22 +74,8 @@ Findings CheckCoverage(const SettledRun&, const SolvedRun& solved) {
   return findings;
 }
 
-Findings CheckMagnetometerScale(const SettledRun& run, const SolvedRun& solved) {
-  const auto& magnetometer = solved.stated.sensors[Triad::kMagnetometer];
+Findings CheckMagnetometerScale(const SettledRun&, const SolvedRun& solved) {
   Findings findings;
-  if (magnetometer && run.options.reference.field_ut.known()) {
-    const Unit& unit = run.poses.Find(Triad::kMagnetometer)->unit;
-    const double gain =
-        std::cbrt(std::abs(magnetometer->model.sensitivity.determinant())) * unit.truth_per_raw;
-    if (!unit.is_counts && (gain > kOddGain || gain < 1.0 / kOddGain)) {
-      findings.push_back(Finding(FindingCode::kOddGain,
-                                 Format("the magnetometer's gain is %.4g times what ", gain) +
-                                     unit.name + " means at the stated field strength",
-                                 "check the unit and strength_ut")
-                             .About(Triad::kMagnetometer)
-                             .With("gain", gain));
-    }
-  }
   const ReferenceValues& reference = solved.stated.reference;
   if (reference.field_nominal) {
     findings.push_back(

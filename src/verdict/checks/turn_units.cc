@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// The unit of a gyroscope, from how gravity turned in the body while it counted: without a fit,
+// which finds some way through turns that wrap around.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "model/gyro_increment.h"
+#include "problem/moves.h"
+#include "problem/start_values.h"
+#include "truetriad/base/units.h"
+#include "verdict/checks/check.h"
+#include "verdict/checks/units.h"
+
+namespace truetriad {
+namespace {
+
+// As many turns tell; by chance half of so few fit one factor in 1 of 1e5 runs.
+constexpr std::size_t kMostTurns = 24;
+constexpr std::size_t kFewestTurns = 4;
+// A turn that shows a factor.
+constexpr double kTurnedRad = 0.35;
+// Half of the turns are explained so well by a gyroscope before calibration: gains off by a tenth
+// in half a turn. A factor that explains them thrice as well as what is stated is the right one.
+constexpr double kExplainedRad = 0.3;
+constexpr double kBetterBy = 3.0;
+// Factors from 1e-6 to 1e4 in steps that are half of what kExplainedRad leaves at a right angle,
+// none of them within what a gain may be.
+constexpr double kStep = 1.06;
+constexpr double kFineStep = 1.01;
+constexpr double kSmallestFactor = 1e-6, kLargestFactor = 1e4;
+constexpr double kNoGain = 1.8;
+// Turns that scatter more tell nothing of a gyroscope: they wrap around.
+constexpr double kMostTurnScatterRad = 0.3;
+// Of a unit that never rests: means of the accelerometer over this time, so far apart.
+constexpr double kMeanNs = 5e7;
+constexpr std::array<double, 4> kPiecesS = {0.25, 0.5, 1.0, 2.0};
+
+// What the gyroscope read while up turned from one direction in the body to another.
+struct SeenTurn {
+  Eigen::Vector3d before, after;
+  GyroMove move;
+};
+
+// Up as the accelerometer shows it, before any calibration.
+Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
+  // In counts the middle of the range is nearer to zero force than zero.
+  const Eigen::Vector3d zero =
+      stream.unit.is_counts ? Eigen::Vector3d(0.5 * (stream.minimum_raw + stream.maximum_raw))
+                            : Eigen::Vector3d::Zero();
+  return (reading_raw - zero).normalized();
+}
+
+void AddTurn(SeenTurn turn, std::vector<SeenTurn>* turns) {
+  if (turn.before.dot(turn.after) > std::cos(kTurnedRad) || turn.move.time_s.size() < 3) return;
+  turns->push_back(std::move(turn));
+}
+
+std::vector<SeenTurn> TurnsBetweenRests(const PoseSet& poses, const StreamSummary& stream) {
+  std::vector<SeenTurn> turns;
+  for (const RecordedMove& move : poses.moves) {
+    const auto& before = poses.poses[move.from].triads[Triad::kAccelerometer];
+    const auto& after = poses.poses[move.from + 1].triads[Triad::kAccelerometer];
+    if (move.fault || !before || !after) continue;
+    AddTurn({RoughUp(stream, before->mean_raw),
+             RoughUp(stream, after->mean_raw),
+             MoveOf(move, nullptr)},
+            &turns);
+  }
+  return turns;
+}
+
+// Mean of a track about a time; zero without readings there.
+Eigen::Vector3d MeanAbout(const ReadingTrack& track, std::int64_t time_ns) {
+  const auto reach = static_cast<std::int64_t>(kMeanNs);
+  const auto begin = std::lower_bound(track.time_ns.begin(), track.time_ns.end(), time_ns - reach);
+  const auto end = std::upper_bound(begin, track.time_ns.end(), time_ns + reach);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (auto at = begin; at != end; ++at) {
+    sum += track.reading_raw[static_cast<std::size_t>(at - track.time_ns.begin())];
+  }
+  return sum / std::max(1.0, static_cast<double>(end - begin));
+}
+
+std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
+                                    const StreamSummary& stream,
+                                    double piece_s) {
+  const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
+  const ReadingTrack& accelerometer = poses.tracks[Triad::kAccelerometer];
+  std::vector<SeenTurn> turns;
+  if (gyroscope.time_ns.empty()) return turns;
+  const auto length = static_cast<std::int64_t>(1e9 * piece_s);
+  const std::int64_t duration = gyroscope.time_ns.back() - gyroscope.time_ns.front();
+  const std::int64_t every = std::max(length, duration / static_cast<std::int64_t>(4 * kMostTurns));
+  for (std::int64_t from = gyroscope.time_ns.front(); from + length <= gyroscope.time_ns.back();
+       from += every) {
+    const auto begin = std::lower_bound(gyroscope.time_ns.begin(), gyroscope.time_ns.end(), from);
+    const auto end = std::upper_bound(begin, gyroscope.time_ns.end(), from + length);
+    if (end - begin < 3) continue;
+    SeenTurn turn{RoughUp(stream, MeanAbout(accelerometer, *begin)),
+                  RoughUp(stream, MeanAbout(accelerometer, *(end - 1))),
+                  {}};
+    for (auto at = begin; at != end; ++at) {
+      turn.move.time_s.push_back(1e-9 * static_cast<double>(*at - *begin));
+      turn.move.reading_raw.push_back(
+          gyroscope.reading_raw[static_cast<std::size_t>(at - gyroscope.time_ns.begin())]);
+    }
+    AddTurn(std::move(turn), &turns);
+  }
+  return turns;
+}
+
+// The length of piece that shows most turns.
+std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& stream) {
+  std::vector<SeenTurn> most;
+  for (const double piece_s : kPiecesS) {
+    std::vector<SeenTurn> turns = TurnsOfLength(poses, stream, piece_s);
+    if (turns.size() > most.size()) most = std::move(turns);
+    if (most.size() >= 2 * kMostTurns) break;
+  }
+  return most;
+}
+
+// Half of the turns end nearer to where gravity did, if one raw unit is so many rad/s.
+double TurnErrorAt(const std::vector<SeenTurn>& turns,
+                   const Eigen::Vector3d& bias_raw,
+                   double truth_per_raw) {
+  GyroModel model;
+  model.triad.bias = bias_raw;
+  model.triad.sensitivity = Eigen::Matrix3d::Identity() / truth_per_raw;
+  std::vector<double> errors;
+  for (const SeenTurn& turn : turns) {
+    const Eigen::Quaterniond rotation = IntegrateRotation(
+        {turn.move.time_s, turn.move.reading_raw, {}}, model, RateSampling::kInstantaneous);
+    const double cosine = turn.after.dot(rotation.conjugate() * turn.before);
+    errors.push_back(std::acos(std::clamp(cosine, -1.0, 1.0)));
+  }
+  return Median(std::move(errors));
+}
+
+struct Explanation {
+  double factor = 1.0;
+  double error = kExplainedRad;
+};
+
+// The smallest factor on the readings that explains the turns: a larger one may do so with whole
+// turns more, all the more where all turns are quarters.
+Explanation SmallestFactor(const std::vector<SeenTurn>& turns,
+                           const Eigen::Vector3d& bias_raw,
+                           double stated) {
+  Explanation best;
+  double first = kLargestFactor;
+  const auto consider = [&](double factor) {
+    const double error = TurnErrorAt(turns, bias_raw, factor * stated);
+    if (!(error < best.error)) return;
+    best = {factor, error};
+    first = std::min(first, factor);
+  };
+  for (double factor = kSmallestFactor; factor < std::min(kLargestFactor, kNoGain * first);
+       factor *= kStep) {
+    if (factor >= kNoGain || factor <= 1.0 / kNoGain) consider(factor);
+  }
+  if (best.error >= kExplainedRad) return best;
+  const double about = best.factor;
+  for (double fine = 1.0 / kStep; fine < kStep; fine *= kFineStep) consider(fine * about);
+  return best;
+}
+
+}  // namespace
+
+std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
+                                              const CalibrateOptions& options) {
+  const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
+  const StreamSummary* accelerometer = poses.Find(Triad::kAccelerometer);
+  const TriadOptions& sensor = options.triads[Triad::kGyroscope];
+  if (!sensor.enabled || sensor.fixed_sensitivity || gyroscope == nullptr ||
+      gyroscope->unit.is_counts || accelerometer == nullptr) {
+    return std::nullopt;
+  }
+  std::vector<SeenTurn> turns = options.motion ? TurnsInMotion(poses, *accelerometer)
+                                               : TurnsBetweenRests(poses, *accelerometer);
+  if (turns.size() < kFewestTurns) return std::nullopt;
+  if (turns.size() > kMostTurns) {
+    for (std::size_t k = 0; k < kMostTurns; ++k) {
+      std::swap(turns[k], turns[k * turns.size() / kMostTurns]);
+    }
+    turns.resize(kMostTurns);
+  }
+  const Eigen::Vector3d bias_raw = MedianReading(poses, Triad::kGyroscope);
+  const double stated = gyroscope->unit.truth_per_raw;
+  const double error = TurnErrorAt(turns, bias_raw, stated);
+  if (error < kExplainedRad) return std::nullopt;
+  const Explanation best = SmallestFactor(turns, bias_raw, stated);
+  if (best.error >= kExplainedRad || kBetterBy * best.error > error) return std::nullopt;
+  const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated, gyroscope->unit);
+  return Finding(FindingCode::kWrongUnit,
+                 "the gyroscope's turns miss those of gravity by " +
+                     Format("%.0f deg, but by ", error * kDegPerRad) +
+                     Format("%.1f deg with ", best.error * kDegPerRad) +
+                     Format("readings times %.3g: looks like ", best.factor) +
+                     unit.value_or("another unit or counts") + " labelled " + gyroscope->unit.name,
+                 "state the unit of the gyroscope, or that of the times; `units: trust` takes them "
+                 "as they are")
+      .About(Triad::kGyroscope)
+      .With("factor", best.factor);
+}
+
+Findings CheckTurnsTold(const SettledRun& run, const SolvedRun&) {
+  const double scatter = std::sqrt(run.noise.excess[NoiseComponent::kTurn]);
+  if (!run.options.triads[Triad::kGyroscope].enabled || !(scatter > kMostTurnScatterRad)) return {};
+  return {Finding(FindingCode::kTurnsUnexplained,
+                  Format("the turns that the gyroscope counted miss those of the other sensors by "
+                         "%.0f deg: they say nothing of it",
+                         scatter * kDegPerRad),
+                  "check the gyroscope's unit, axes and clock")
+              .About(Triad::kGyroscope)
+              .With("scatter", scatter, "rad")};
+}
+
+}  // namespace truetriad

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/checks/units.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "base/messages.h"
+#include "math/distributions.h"
+#include "problem/graph_builder.h"
+#include "problem/start_values.h"
+#include "truetriad/base/units.h"
+#include "verdict/checks/check.h"
+
+namespace truetriad {
+namespace {
+
+// What a sensor's maker and mounting leave of its gain; soft iron seldom more.
+constexpr double kMostGain = 1.3;
+// A magnetometer whose unit is taken at its word: from here on it is said.
+constexpr double kOddGain = 5.0;
+// Bias and hand leave this much of gravity's length.
+constexpr double kMostForce = 3.0;
+// A unit is recognised this near.
+constexpr double kUnitFactor = 1.25;
+// The Earth's field at its surface is 22 to 67 uT; in a building it may be half or double that.
+constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
+constexpr double kIndoors = 2.0;
+constexpr double kTypicalFieldUt = 50.0;
+// No hand turns a unit so slowly that fewer readings a second follow it, no gyroscope is read
+// oftener.
+constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
+// Nobody holds a unit for ten minutes an attitude, but in a chamber.
+constexpr double kEndlessRestS = 600.0;
+constexpr std::size_t kManyRests = 6;
+// What electronics are used at.
+constexpr double kColdestDegc = -100.0, kHottestDegc = 200.0;
+// Lengths that noise, bias and gains scatter less than this are computed ones: a hundredth of what
+// the best sensors leave raw. Where readings are rounded, up to ten times as much.
+constexpr double kConstantLength = 1e-4;
+constexpr double kRoundedLength = 1e-3;
+// Readings of one length that turn have this share of it between the ends of each axis.
+constexpr double kTurnedShare = 0.5;
+
+struct KnownUnit {
+  Triad triad;
+  double truth_per_raw;
+  std::string_view name;
+};
+constexpr double kDeg = kRadPerDeg;
+constexpr auto kKnownUnits = std::to_array<KnownUnit>({
+    {Triad::kAccelerometer, 1.0, "m/s^2"},
+    {Triad::kAccelerometer, kStandardGravityMps2, "g"},
+    {Triad::kAccelerometer, 1e-3 * kStandardGravityMps2, "mg"},
+    {Triad::kAccelerometer, 1e-2, "cm/s^2"},
+    {Triad::kAccelerometer, 1e-3, "mm/s^2"},
+    {Triad::kAccelerometer, kStandardGravityMps2 / 16384.0, "counts of a range of 2 g"},
+    {Triad::kAccelerometer, kStandardGravityMps2 / 8192.0, "counts of a range of 4 g"},
+    {Triad::kAccelerometer, kStandardGravityMps2 / 4096.0, "counts of a range of 8 g"},
+    {Triad::kAccelerometer, kStandardGravityMps2 / 2048.0, "counts of a range of 16 g"},
+    {Triad::kMagnetometer, 1.0, "uT"},
+    {Triad::kMagnetometer, 1e-3, "nT"},
+    {Triad::kMagnetometer, 1e3, "mT"},
+    {Triad::kMagnetometer, 1e6, "T"},
+    {Triad::kMagnetometer, 1e2, "G"},
+    {Triad::kMagnetometer, 1e-1, "mG"},
+    {Triad::kGyroscope, 1.0, "rad/s"},
+    {Triad::kGyroscope, kDeg, "deg/s"},
+    {Triad::kGyroscope, 1e-3, "mrad/s"},
+    {Triad::kGyroscope, 1e-3 * kDeg, "mdeg/s"},
+    {Triad::kGyroscope, 360.0 * kDeg, "turns/s"},
+    {Triad::kGyroscope, kDeg / 131.0, "counts of a range of 250 deg/s"},
+    {Triad::kGyroscope, kDeg / 65.5, "counts of a range of 500 deg/s"},
+    {Triad::kGyroscope, kDeg / 32.8, "counts of a range of 1000 deg/s"},
+    {Triad::kGyroscope, kDeg / 16.4, "counts of a range of 2000 deg/s"},
+});
+
+std::string StrengthText(double strength_ut) { return Format("%.4g uT", strength_ut); }
+
+bool IsEarthly(double strength_ut, double margin) {
+  return strength_ut >= kWeakestFieldUt / margin && strength_ut <= kStrongestFieldUt * margin;
+}
+
+// "; this looks like mG labelled uT".
+std::string Guess(const std::optional<std::string>& unit, const std::string& stated) {
+  return unit ? ": looks like " + *unit + " labelled " + stated : "";
+}
+
+const char* Remedy() { return "state the right unit; `units: trust` takes it as it is"; }
+
+std::optional<Finding> WhyFieldIsNotAsStated(const CalibrateOptions& options) {
+  const Knowledge& field = options.reference.field_ut;
+  if (!options.triads[Triad::kMagnetometer].enabled || !field.known()) return std::nullopt;
+  if (IsEarthly(*field.value, 1.0)) return std::nullopt;
+  std::string guess;
+  for (const KnownUnit& unit : kKnownUnits) {
+    if (unit.triad != Triad::kMagnetometer || unit.truth_per_raw == 1.0) continue;
+    if (IsEarthly(*field.value * unit.truth_per_raw, 1.0)) {
+      guess = Guess(std::string(unit.name), "uT");
+    }
+  }
+  return Finding(FindingCode::kWrongUnit,
+                 "reference.field.strength_ut is " + StrengthText(*field.value) +
+                     Format(", but the Earth's field is %g", kWeakestFieldUt) +
+                     Format(" to %g uT", kStrongestFieldUt) + guess,
+                 "state it in uT; in coils, or for a normalised result, `units: trust`")
+      .About(Triad::kMagnetometer)
+      .With("strength", *field.value, "uT");
+}
+
+// Rests that last so long while hardly anything is read are no rests of seconds.
+bool AreRestsEndless(const PoseSet& poses) {
+  std::vector<double> durations_s;
+  for (const StaticPose& pose : poses.poses) durations_s.push_back(pose.duration_s());
+  return durations_s.size() >= kManyRests && Median(std::move(durations_s)) > kEndlessRestS;
+}
+
+std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
+                                              const CalibrateOptions& options) {
+  const bool follows = !poses.moves.empty() || !poses.turns.empty() || poses.poses.empty() ||
+                       options.motion.has_value();
+  const bool is_endless = !options.HasThermal() && AreRestsEndless(poses);
+  for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const StreamSummary* stream = poses.Find(triad);
+    if (!options.triads[triad].enabled || stream == nullptr) continue;
+    const double rate_hz = stream->rate_hz;
+    const bool is_slow = rate_hz < kSlowestHz;
+    const bool matters = is_slow ? is_endless || (follows && triad == Triad::kGyroscope)
+                                 : rate_hz > kFastestHz && follows;
+    if (!(rate_hz > 0.0) || !matters) continue;
+    return Finding(FindingCode::kWrongUnit,
+                   "the " + std::string(TriadName(triad)) +
+                       Format(" is read at %.4g Hz over ", rate_hz) +
+                       Format("%.4g s, which is too ", poses.duration_s) +
+                       (is_slow ? "slow for turns and rests: looks like ms labelled s"
+                                : "fast for any turn: looks like s labelled ms"),
+                   "state the unit of the times; `units: trust` takes them as they are")
+        .About(triad)
+        .With("rate", rate_hz, "Hz");
+  }
+  return std::nullopt;
+}
+
+std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
+  if (!poses.temperature_range_degc) return std::nullopt;
+  const Eigen::Vector2d& range = *poses.temperature_range_degc;
+  // All of them: one may be a disturbance.
+  if (range[0] <= kHottestDegc && range[1] >= kColdestDegc) return std::nullopt;
+  const bool is_kelvin =
+      range[0] + kAbsoluteZeroDegc > kColdestDegc && range[1] + kAbsoluteZeroDegc < kHottestDegc;
+  return Finding(FindingCode::kWrongUnit,
+                 Format("the temperature is %.6g", range[0]) + Format(" to %.6g degC: ", range[1]) +
+                     (is_kelvin ? "looks like K labelled degC" : "looks like counts labelled degC"),
+                 "state its unit, or leave the column out; `units: trust` takes it as it is")
+      .With("lowest", range[0], "degC")
+      .With("highest", range[1], "degC");
+}
+
+// Gravity at rest, or over a motion.
+std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
+                                             const CalibrateOptions& options) {
+  const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
+  const TriadOptions& sensor = options.triads[Triad::kAccelerometer];
+  if (!sensor.enabled || sensor.fixed_sensitivity || stream == nullptr || stream->unit.is_counts) {
+    return std::nullopt;
+  }
+  std::vector<double> lengths;
+  for (const Eigen::Vector3d& reading : ReadingsOf(poses, Triad::kAccelerometer)) {
+    lengths.push_back(reading.norm());
+  }
+  const double length = lengths.empty() ? stream->mean_length_raw : Median(std::move(lengths));
+  const double gravity = *options.reference.gravity_mps2.value;
+  const double gain = length * stream->unit.truth_per_raw / gravity;
+  if (!(gain > 0.0) || (gain < kMostForce && gain > 1.0 / kMostForce)) return std::nullopt;
+  return Finding(FindingCode::kWrongUnit,
+                 Format("the accelerometer reads %.4g ", length) + stream->unit.name +
+                     (options.motion ? " on the whole" : " at rest") +
+                     Format(", %.3g times gravity", gain) +
+                     Guess(LooksLike(Triad::kAccelerometer, gravity / length, stream->unit),
+                           stream->unit.name),
+                 Remedy())
+      .About(Triad::kAccelerometer)
+      .With("gain", gain);
+}
+
+// Of a table the lengths of its rows.
+StreamSummary WithLengths(const PoseSet& poses, StreamSummary stream) {
+  if (stream.mean_length_raw > 0.0) return stream;
+  double count = 0.0, sum = 0.0, squares = 0.0;
+  for (const StaticPose& pose : poses.poses) {
+    const auto& seen = pose.triads[stream.triad];
+    if (!seen) continue;
+    const double length = seen->mean_raw.norm();
+    count += 1.0, sum += length, squares += length * length;
+  }
+  if (!(sum > 0.0)) return stream;
+  stream.mean_length_raw = sum / count;
+  stream.length_scatter = std::sqrt(std::max(0.0, squares * count / (sum * sum) - 1.0));
+  return stream;
+}
+
+// Readings that turn and always have the same length.
+std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
+  if (poses.Find(triad) == nullptr) return std::nullopt;
+  const StreamSummary stream = WithLengths(poses, *poses.Find(triad));
+  if (!(stream.mean_length_raw > 0.0)) return std::nullopt;
+  const double length = stream.mean_length_raw;
+  const Eigen::Vector3d extent = (stream.maximum_raw - stream.minimum_raw) / length;
+  if (extent.minCoeff() < kTurnedShare) return std::nullopt;
+  const double rounding = stream.resolution_raw.maxCoeff() / length;
+  if (stream.length_scatter > std::clamp(rounding, kConstantLength, kRoundedLength)) {
+    return std::nullopt;
+  }
+  return Finding(FindingCode::kNotRaw,
+                 std::string(TriadName(triad)) +
+                     Format(": every reading has the length %.6g ", length) + stream.unit.name +
+                     Format(" to %.1e of it", stream.length_scatter) +
+                     ", whichever way it points: it was normalised, so bias and gains are lost",
+                 "record the sensor's raw readings")
+      .About(triad)
+      .With("length", length, stream.unit.name)
+      .With("scatter", stream.length_scatter);
+}
+
+std::optional<Finding> WhyGainIsOdd(Triad triad,
+                                    const Eigen::Matrix3d& sensitivity,
+                                    const Unit& unit,
+                                    bool is_checked) {
+  const double gain = std::cbrt(std::abs(sensitivity.determinant())) * unit.truth_per_raw;
+  const double most = is_checked ? kMostGain : kOddGain;
+  if (!is_checked && triad != Triad::kMagnetometer) return std::nullopt;
+  if (gain < most && gain > 1.0 / most) return std::nullopt;
+  const auto guess = LooksLike(triad, unit.truth_per_raw / gain, unit);
+  Finding finding(guess && is_checked ? FindingCode::kWrongUnit : FindingCode::kOddGain,
+                  "the " + std::string(TriadName(triad)) +
+                      Format("'s gain is %.4g times what ", gain) + unit.name + " means" +
+                      (triad == Triad::kMagnetometer ? " at the stated field strength" : "") +
+                      Guess(guess, unit.name),
+                  triad == Triad::kMagnetometer ? "check the unit and strength_ut" : Remedy());
+  if (is_checked) finding.As(Severity::kRefusal);
+  return finding.About(triad).With("gain", gain);
+}
+
+}  // namespace
+
+std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated) {
+  const KnownUnit* nearest = nullptr;
+  double least = std::log(kUnitFactor);
+  for (const KnownUnit& unit : kKnownUnits) {
+    const double off = std::abs(std::log(truth_per_raw / unit.truth_per_raw));
+    if (unit.triad != triad || off >= least) continue;
+    nearest = &unit;
+    least = off;
+  }
+  if (nearest == nullptr || nearest->truth_per_raw == stated.truth_per_raw) return std::nullopt;
+  return std::string(nearest->name);
+}
+
+std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options) {
+  for (const Triad triad : {Triad::kMagnetometer, Triad::kAccelerometer}) {
+    if (!options.triads[triad].enabled || options.sweep) continue;
+    if (auto not_raw = WhyNotRaw(poses, triad)) return not_raw;
+  }
+  if (!options.check_units) return std::nullopt;
+  if (auto temperature = WhyTemperaturesAreNotAsStated(poses)) return temperature;
+  if (options.sweep) return std::nullopt;
+  if (auto force = WhyForceIsNotAsStated(poses, options)) return force;
+  if (auto field = WhyFieldIsNotAsStated(options)) return field;
+  if (auto times = WhyTimesAreNotAsStated(poses, options)) return times;
+  return WhyTurnsAreNotAsStated(poses, options);
+}
+
+Findings CheckGains(const PoseSet& poses,
+                    const CalibrateOptions& options,
+                    const PerTriad<Eigen::Matrix3d>& sensitivity,
+                    const ReferenceValues& reference) {
+  Findings findings;
+  for (const Triad triad : kTriads) {
+    const StreamSummary* stream = poses.Find(triad);
+    const TriadOptions& sensor = options.triads[triad];
+    if (!sensor.enabled || stream == nullptr || stream->unit.is_counts) continue;
+    if (sensor.fixed_sensitivity) continue;
+    if (triad == Triad::kMagnetometer && reference.field_nominal) {
+      const double strength = *reference.field_ut;
+      if (!options.check_units || IsEarthly(strength, kIndoors)) continue;
+      const double truth_per_raw = stream->unit.truth_per_raw * kTypicalFieldUt / strength;
+      findings.push_back(
+          Finding(FindingCode::kWrongUnit,
+                  "the magnetometer sees a field of " + StrengthText(strength) +
+                      ", but the Earth's is 20 to 70 uT" +
+                      Guess(LooksLike(triad, truth_per_raw, stream->unit), stream->unit.name),
+                  Remedy())
+              .About(triad)
+              .With("strength", strength, "uT"));
+      continue;
+    }
+    if (auto odd = WhyGainIsOdd(triad, sensitivity[triad], stream->unit, options.check_units)) {
+      findings.push_back(*std::move(odd));
+    }
+  }
+  return findings;
+}
+
+Findings CheckGains(const SettledRun& run, const SolvedRun& solved) {
+  PerTriad<Eigen::Matrix3d> sensitivity;
+  for (const Triad triad : kTriads) {
+    if (run.options.triads[triad].enabled) sensitivity[triad] = run.graph.sensitivity(triad);
+  }
+  return CheckGains(run.poses, run.options, sensitivity, solved.stated.reference);
+}
+
+}  // namespace truetriad
