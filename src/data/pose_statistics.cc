@@ -13,6 +13,13 @@
 namespace truetriad {
 namespace {
 
+// One-sided readings: windows that tell of them, by so many σ, and by this share of the noise of
+// one reading; what they shift the mean by at most, of what they shift the middle by.
+constexpr double kFewestOneSided = 50.0;
+constexpr double kOneSidedSigmas = 7.0;
+constexpr double kOneSidedShare = 0.1;
+constexpr double kOneSidedMean = 0.5;
+
 // Below this many degrees of freedom a variance is not compared with another.
 constexpr double kEnoughDof = 8.0;
 // A longer batch counts when white noise would show as much more once in this many sets.
@@ -149,6 +156,32 @@ double RoundingVariance(double variance, double step) {
   return rounding * std::exp(-4.0 * kPi * kPi * before_rounding / (step * step));
 }
 
+// A reading in a window that is off to one side moves the middle between the extremes by half of
+// that and the mean by a part: over all windows the mean is off by the less of the two, and where
+// such readings are rare by less still. Noise, however long its tails, moves the middle to both
+// sides alike.
+Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
+                              const Eigen::Vector3d& sigma_raw) {
+  double windows = 0.0;
+  Eigen::Array3d sum = Eigen::Array3d::Zero(), square = sum;
+  for (const TriadPoseMoments* pose : poses) {
+    windows += static_cast<double>(pose->windows);
+    sum += pose->off_middle;
+    square += pose->off_middle_square;
+  }
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+  if (windows < kFewestOneSided) return shift;
+  const Eigen::Array3d mean = sum / windows;
+  const Eigen::Array3d variance = (square / windows - mean.square()).max(0.0) / windows;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double size = std::abs(mean[axis]);
+    if (size < kOneSidedSigmas * std::sqrt(variance[axis])) continue;
+    if (size < kOneSidedShare * sigma_raw[axis]) continue;
+    shift[axis] = kOneSidedMean * mean[axis];
+  }
+  return shift;
+}
+
 void FillTriad(Triad triad,
                const std::vector<PerTriad<TriadPoseMoments>>& moments,
                const Eigen::Vector3d& step_raw,
@@ -174,6 +207,7 @@ void FillTriad(Triad triad,
     stream->noise_sigma_raw[axis] = std::sqrt(axis_noise.white_variance());
     stream->correlation_inflation[axis] = axis_noise.inflation();
   }
+  stream->one_sided_raw = OneSidedShift(present, stream->noise_sigma_raw);
   for (std::size_t i = 0; i < present.size(); ++i) {
     const bool own = present[i]->window_dof >= kEnoughDof;
     const Eigen::Matrix3d& shape = own ? present[i]->window_scatter_raw : scatter;
@@ -211,6 +245,10 @@ void TriadPoseAccumulator::Add(const TriadWindow& window) {
   if (window.count == 0) return;
   moments_.window_scatter_raw += window.scatter_raw;
   moments_.window_dof += static_cast<double>(window.count - 1);
+  const Eigen::Array3d off_middle =
+      (0.5 * (window.minimum_raw + window.maximum_raw) - window.mean_raw).array();
+  moments_.off_middle += off_middle;
+  moments_.off_middle_square += off_middle.square();
   for (int axis = 0; axis < 3; ++axis) {
     const bool first = total_.count == 0;
     const double low = window.minimum_raw[axis], high = window.maximum_raw[axis];

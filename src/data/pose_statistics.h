@@ -41,6 +41,9 @@ struct TriadPoseMoments {
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
+  /// Middle between a window's extreme readings less its mean: sums of it and of its square.
+  Eigen::Array3d off_middle = Eigen::Array3d::Zero();
+  Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
   /// Windows that reach the pose's own extreme reading exactly, per axis.
   Eigen::Array3d at_minimum = Eigen::Array3d::Zero();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "problem/graph_rows.h"
@@ -172,6 +173,73 @@ MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* sha
   // the change.
   if (!(squared > 0.0)) return {};
   return {along / squared, 1.0 / std::sqrt(squared)};
+}
+
+std::optional<MotionChain::Turning> MotionChain::TurningAt(
+    std::size_t k, const TriadModel<double>& gyroscope) const {
+  if (k == 0 || k + 1 >= nodes_.size() || !nodes_[k - 1].is_linked || !nodes_[k].is_linked) {
+    return std::nullopt;
+  }
+  const double time_s = track_.TimeOf(nodes_[k + 1]) - track_.TimeOf(nodes_[k - 1]);
+  const Eigen::Matrix3d correction = gyroscope.Correction();
+  return Turning{
+      correction * (track_.RateAt(nodes_[k]) - gyroscope.bias),
+      correction * (track_.RateAt(nodes_[k + 1]) - track_.RateAt(nodes_[k - 1])) / time_s};
+}
+
+MotionChain::LeverArm MotionChain::LeverArmOf(const double* shared) const {
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
+  const TriadModel<double> model = ModelOf(layout_, Triad::kAccelerometer, shared);
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
+  const Eigen::Vector3d world = WorldVector(Triad::kAccelerometer, reference);
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero(), sum = information;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const GatheredReadings& seen = nodes_[k].accelerometer;
+    const std::optional<Turning> turning = TurningAt(k, gyroscope);
+    if (seen.count == 0 || !turning) continue;
+    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
+    const Eigen::Matrix3d W = Skew(turning->rate_radps);
+    const Eigen::Matrix3d by_arm = Skew(turning->acceleration_radps2) + W * W;
+    const Eigen::Vector3d root = VectorRoot(Triad::kAccelerometer, seen);
+    const Eigen::Matrix3d change = root.asDiagonal() * model.sensitivity * by_arm;
+    information += change.transpose() * change;
+    along += change.transpose() * root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field));
+    sum += by_arm;
+    count += 1.0;
+  }
+  LeverArm arm;
+  if (!(information.diagonal().minCoeff() > 0.0)) return arm;
+  arm.arm_m = information.ldlt().solve(along);
+  arm.chi2 = arm.arm_m.dot(along);
+  arm.mean_mps2 = sum / count * arm.arm_m;
+  return arm;
+}
+
+MotionChain::LowPass MotionChain::LowPassOf(Triad triad, const double* shared) const {
+  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
+  const TriadModel<double> model = ModelOf(layout_, triad, shared);
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
+  const Eigen::Vector3d world = WorldVector(triad, reference);
+  double along = 0.0, squared = 0.0, lost = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const GatheredReadings& seen = nodes_[k].seen(triad);
+    const std::optional<Turning> turning = TurningAt(k, gyroscope);
+    if (seen.count == 0 || !turning) continue;
+    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
+    const Eigen::Vector3d second = field.cross(turning->rate_radps).cross(turning->rate_radps) +
+                                   field.cross(turning->acceleration_radps2);
+    const Eigen::Vector3d root = VectorRoot(triad, seen);
+    const Eigen::Vector3d change = root.cwiseProduct(model.sensitivity * (0.5 * second));
+    along += change.dot(root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field)));
+    squared += change.squaredNorm();
+    lost -= 0.5 * second.dot(field) / field.squaredNorm();
+    count += 1.0;
+  }
+  if (!(squared > 0.0)) return {};
+  const double found = along / squared;
+  return {found, 1.0 / std::sqrt(squared), found * lost / count};
 }
 
 }  // namespace truetriad

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -62,7 +63,32 @@ class MotionChain {
   };
   ClockError ClockErrorOf(Triad triad, const double* shared) const;
 
+  // What the residuals of the accelerometer say of its place: r from the point about which the unit
+  // is turned, body frame, by f = ... + alpha x r + omega x (omega x r).
+  struct LeverArm {
+    Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
+    double chi2 = 0.0;  // of three degrees of freedom
+    // Mean of what it adds to the specific force, as a bias does.
+    Eigen::Vector3d mean_mps2 = Eigen::Vector3d::Zero();
+  };
+  LeverArm LeverArmOf(const double* shared) const;
+
+  // What the residuals of a vector sensor say of a first-order low-pass beyond its delay: half the
+  // square of its time constant t times the second derivative of the field in the body.
+  struct LowPass {
+    double squared_s2 = 0.0;  // t^2
+    double sigma_s2 = 0.0;
+    double lost_gain = 0.0;  // the share that it leaves out of the gain, on average
+  };
+  LowPass LowPassOf(Triad triad, const double* shared) const;
+
  private:
+  // Rate and angular acceleration at a node, body frame; unset where the chain is broken.
+  struct Turning {
+    Eigen::Vector3d rate_radps, acceleration_radps2;
+  };
+  std::optional<Turning> TurningAt(std::size_t k, const TriadModel<double>& gyroscope) const;
+
   // The problem, and which sensor and node each row but those of priors and headings is of.
   struct Source {
     Triad triad = Triad::kAccelerometer;

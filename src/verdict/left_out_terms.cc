@@ -13,6 +13,7 @@
 #include "problem/graph_builder.h"
 #include "solve/linearised_graph.h"
 #include "verdict/checks/constancy.h"
+#include "verdict/lost_rows.h"
 #include "verdict/own_residuals.h"
 
 namespace truetriad {
@@ -20,6 +21,8 @@ namespace {
 
 // Of what an entry would be known to if all else were known: less is not seen apart from the rest.
 constexpr double kSeenApart = 1e-6;
+// Rows that tell of a low-pass.
+constexpr std::size_t kFewestTurned = 100;
 // Poses in a row that tell of a drift.
 constexpr std::size_t kFewestInARow = 8;
 
@@ -55,6 +58,30 @@ bool PutTimeForTemperature(PoseGraph* graph) {
     edge.temperature_degc = 0.5 * (graph->nodes[edge.from].temperature_degc +
                                    graph->nodes[edge.from + 1].temperature_degc);
     edge.temperature_rate_degcps = 0.0;
+  }
+  return true;
+}
+
+// Rows of a sensor that is turned about: the square of its rate, as its own readings show it, takes
+// the place of temperature. A first-order low-pass of time constant t leaves (1 - (t w)^2) of what
+// turns at the rate w.
+bool PutSquaredRateForTemperature(PoseGraph* graph) {
+  const std::size_t count = graph->nodes.size();
+  if (count < kFewestTurned) return false;
+  std::vector<Eigen::Vector3d> directions;
+  for (const PoseNode& node : graph->nodes) {
+    if (node.kind != PoseKind::kDirection) return false;
+    const Observation& seen = node.observations.front();
+    const TriadModel<double> model{graph->sensitivity(seen.triad), graph->bias(seen.triad)};
+    directions.push_back(model.TruthFromRaw(seen.mean_raw).normalized());
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, count - 1);
+    const double step_s = graph->nodes[after].time_s - graph->nodes[before].time_s;
+    if (!(step_s > 0.0)) return false;
+    graph->nodes[k].temperature_degc =
+        (directions[after] - directions[before]).squaredNorm() / (step_s * step_s);
+    graph->nodes[k].temperature_rate_degcps = 0.0;
   }
   return true;
 }
@@ -101,7 +128,7 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayou
     }
     const ThermalBlock& thermal = whole.thermal[triad];
     if (!whole.Has(triad) || thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
-    add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
+    if (thermal.vector_count() > 0) add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
     add(triad, LeftOutKind::kGainDrift, {}, thermal.matrix_at(0), 9);
   }
   if (whole.g_sensitivity >= 0 && has.g_sensitivity < 0) {
@@ -261,6 +288,31 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   return result;
 }
 
+void AddLowPass(const PoseGraph& graph,
+                const ReducedSystem& system,
+                CalibrateOptions options,
+                const PerTriad<OwnResiduals>& own,
+                LeftOutTerms* terms) {
+  PoseGraph turned = graph;
+  if (options.HasThermal() || !PutSquaredRateForTemperature(&turned)) return;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    options.triads[triad].thermal.matrix_order = 1;
+    options.triads[triad].thermal.matrix = ThermalMatrix::kScale;
+  }
+  options.reference.temperature_degc = 0.0;
+  const PoseGraph larger = WithTermsOf(options, turned);
+  LinearisedGraph whole(larger);
+  whole.Eliminate(larger);
+  const LeftOutTerms found =
+      SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
+  terms->covariance += found.covariance;
+  for (LeftOutTerm term : found.found) {
+    term.kind = LeftOutKind::kLowPass;
+    terms->found.push_back(term);
+  }
+}
+
 }  // namespace
 
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLayout& has) {
@@ -299,6 +351,7 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   }
   result =
       SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
+  AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     const auto step = FindBiasStep(graph, system, noise, triad);
     if (!step || step->p_value > kLeftOutLevel) continue;
@@ -310,6 +363,75 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     result.found.push_back(term);
   }
   return result;
+}
+
+namespace {
+
+// Of the vector sensor that shows it best: a magnetometer feels no hand.
+double ShareOfLostRows(const PoseSet& poses, const PoseGraph& graph) {
+  const Triad vector =
+      graph.layout.Has(Triad::kMagnetometer) ? Triad::kMagnetometer : Triad::kAccelerometer;
+  const StreamSummary* stream = poses.Find(vector);
+  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector) || stream == nullptr) {
+    return 0.0;
+  }
+  const TriadModel<double> model{graph.sensitivity(vector), graph.bias(vector)};
+  const double field = WorldVector(vector, graph.reference()).norm();
+  const double sigma = (model.Correction() * stream->noise_sigma_raw).norm() / field;
+  LostRowCounter counter(
+      {graph.sensitivity(Triad::kGyroscope), graph.bias(Triad::kGyroscope)}, model, sigma);
+  for (const RecordedMove& move : poses.moves) {
+    counter.Add(move.time_ns,
+                move.gyroscope_raw,
+                vector == Triad::kMagnetometer ? move.magnetometer_raw : move.accelerometer_raw);
+  }
+  const ReadingTrack& rates = poses.tracks[Triad::kGyroscope];
+  const ReadingTrack& fields = poses.tracks[vector];
+  if (rates.time_ns == fields.time_ns) {
+    counter.Add(rates.time_ns, rates.reading_raw, fields.reading_raw);
+  }
+  return counter.Share();
+}
+
+}  // namespace
+
+void AddShift(const PoseGraph& graph,
+              const Eigen::MatrixXd& covariance,
+              int at,
+              const Eigen::VectorXd& shift,
+              LeftOutTerm term,
+              LeftOutTerms* terms) {
+  const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
+  terms->covariance += moved * moved.transpose();
+  term.effect_sigmas = LargestInSigmas(graph, covariance, moved);
+  term.p_value = 0.0;
+  terms->found.push_back(term);
+}
+
+void AddFaultsOfRecording(const PoseSet& poses,
+                          const PoseGraph& graph,
+                          const Eigen::MatrixXd& covariance,
+                          LeftOutTerms* terms) {
+  for (const StreamSummary& stream : poses.streams) {
+    if (!graph.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
+    AddShift(graph,
+             covariance,
+             graph.layout.bias[stream.triad],
+             stream.one_sided_raw,
+             {stream.triad, LeftOutKind::kOneSided},
+             terms);
+  }
+  const double share = ShareOfLostRows(poses, graph);
+  if (!(share > 0.0)) return;
+  LeftOutTerm term{Triad::kGyroscope, LeftOutKind::kLostRows};
+  term.share = share;
+  const Eigen::Matrix3d shift = share / (1.0 - share) * graph.sensitivity(Triad::kGyroscope);
+  AddShift(graph,
+           covariance,
+           graph.layout.sensitivity[Triad::kGyroscope],
+           shift.reshaped(),
+           term,
+           terms);
 }
 
 }  // namespace truetriad

@@ -9,6 +9,7 @@
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/data/static_pose.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
@@ -20,6 +21,10 @@ enum class LeftOutKind {
   kDrift,         // the bias goes on with time
   kGainDrift,     // each gain does
   kStep,          // the bias is another from a pose on
+  kLowPass,       // reads less the faster it is turned
+  kLeverArm,      // of the accelerometer: is not where the unit is turned about
+  kOneSided,      // single readings are off to one side
+  kLostRows,      // of the gyroscope, whose turns are too short by them
 };
 
 // A term that is not in the model and that the residuals show.
@@ -30,7 +35,8 @@ struct LeftOutTerm {
   double p_value = 1.0;
   // By how many σ some parameter is off because the term is not there.
   double effect_sigmas = 0.0;
-  int pose = 0;  // of a step: the first after it
+  int pose = 0;        // of a step: the first after it
+  double share = 0.0;  // of lost rows: how many; of a lever arm: its length, m
 };
 
 struct LeftOutTerms {
@@ -67,5 +73,20 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const SharedLayout& larger,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient);
+
+// Adds a term by which the shared entries from `at` on are off by `shift`.
+void AddShift(const PoseGraph& graph,
+              const Eigen::MatrixXd& covariance,
+              int at,
+              const Eigen::VectorXd& shift,
+              LeftOutTerm term,
+              LeftOutTerms* terms);
+
+// What the recording itself shows to be off, which no residual does: one-sided readings
+// (StreamSummary), lost rows (lost_rows.h). Is added to `terms`.
+void AddFaultsOfRecording(const PoseSet& poses,
+                          const PoseGraph& graph,
+                          const Eigen::MatrixXd& covariance,
+                          LeftOutTerms* terms);
 
 }  // namespace truetriad

@@ -19,6 +19,41 @@ constexpr double kDifferentLevel = 1e-4;
 // Of the whole's information about a direction: what a stretch has less of it does not tell.
 constexpr double kToldShare = 1e-3;
 
+// Columns of the basis that move entries of a block.
+std::vector<Eigen::Index> ColumnsAt(const SharedLayout& layout, int at, int size) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index column = 0; column < layout.basis.cols(); ++column) {
+    if (!layout.basis.col(column).segment(at, size).isZero(0.0)) columns.push_back(column);
+  }
+  return columns;
+}
+
+std::vector<std::vector<Eigen::Index>> GroupsOf(const SharedLayout& layout) {
+  std::vector<std::vector<Eigen::Index>> groups = {
+      ColumnsAt(layout, layout.reference, kReferenceSize)};
+  for (const Triad triad : kTriads) {
+    if (layout.Has(triad)) groups.push_back(ColumnsAt(layout, layout.bias[triad], 3));
+  }
+  std::erase_if(groups, [](const auto& group) { return group.empty(); });
+  return groups;
+}
+
+// Chance that the stretches differ by so much in some coordinates, all others being as they are.
+double ChanceIn(const std::vector<Eigen::Index>& group,
+                const std::vector<TimeBlock>& blocks,
+                const Cholesky& whole) {
+  double chi2 = 0.0, dof = 0.0;
+  for (const TimeBlock& block : blocks) {
+    const Cholesky own(block.information(group, group));
+    if (!own.is_positive()) continue;
+    const Eigen::VectorXd gradient = block.gradient(group);
+    chi2 += gradient.dot(own.SolveVector(gradient));
+    const Eigen::MatrixXd half = whole.SolveLower(block.information(Eigen::all, group));
+    dof += static_cast<double>(group.size()) - own.Solve(TransposeTimes(half, half)).trace();
+  }
+  return dof >= 1.0 ? 1.0 - ChiSquareCdf(chi2, dof) : 1.0;
+}
+
 }  // namespace
 
 std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
@@ -39,7 +74,9 @@ std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
   return blocks;
 }
 
-BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks, const Eigen::MatrixXd& information) {
+BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
+                       const Eigen::MatrixXd& information,
+                       const SharedLayout& layout) {
   const Eigen::Index n = information.rows();
   BlockScatter scatter;
   scatter.covariance = Eigen::MatrixXd::Zero(n, n);
@@ -69,6 +106,9 @@ BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks, const Eigen::Matrix
   if (!(dof >= 1.0)) return scatter;
   scatter.ratio = chi2 / dof;
   scatter.p_value = 1.0 - ChiSquareCdf(chi2, dof);
+  for (const std::vector<Eigen::Index>& group : GroupsOf(layout)) {
+    scatter.p_value = std::min(scatter.p_value, ChanceIn(group, blocks, whole));
+  }
   if (scatter.p_value > kDifferentLevel) return scatter;
   const auto count = static_cast<double>(blocks.size());
   scatter.covariance = (count - 1.0) / count * jackknife;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "problem/parameters.h"
 #include "solve/reduced_system.h"
 
 namespace truetriad {
@@ -35,7 +36,11 @@ struct BlockScatter {
   // may make the difference.
   Eigen::MatrixXd covariance;
 };
-// `information`: of the whole, with what is known beforehand.
-BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks, const Eigen::MatrixXd& information);
+// `information`: of the whole, with what is known beforehand. The stretches are compared in all
+// coordinates at once, and in the biases of each triad and in the reference by themselves, where a
+// change of one thing shows best.
+BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
+                       const Eigen::MatrixXd& information,
+                       const SharedLayout& layout);
 
 }  // namespace truetriad

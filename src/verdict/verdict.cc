@@ -188,8 +188,9 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
   const DriftCovariance drift =
       FindDriftCovariance(graph, system, quality.rests.temperature_settings);
-  const LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
-  const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information());
+  LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
+  AddFaultsOfRecording(run.poses, graph, system.covariance(), &left_out);
+  const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph.layout);
   quality.effective_dof = std::min(joint.dof, drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
   const Eigen::MatrixXd covariance = AdjustedCovariance(run.noise.estimate, system) / joint.scale +

@@ -337,6 +337,12 @@ void BiasStep(const Strike& strike, Recording* recording) {
     return time_s < at_s ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : whole;
   });
 }
+// Severity: uT.
+void HardIronMoved(const Strike& strike, Recording* recording) {
+  Strike share = strike;
+  share.severity /= Full(strike.triad);
+  BiasStep(share, recording);
+}
 void Wandering(const Strike& strike, Recording* recording) {
   // A random walk from knot to knot, straight in between.
   constexpr int kKnots = 100;
@@ -480,10 +486,6 @@ DisturbanceTime Sometime(const Strike& strike, Scenario* scenario) {
             .offset_s = strike.random->Uniform(0.0, 3.0)};
   }
   return {.rest = {}, .offset_s = strike.random->Uniform(10.0, 100.0)};
-}
-void HardIronMoved(const Strike& strike, Scenario* scenario) {
-  scenario->disturbances.push_back(HardIronStep{
-      .when = Sometime(strike, scenario), .change_ut = strike.severity * Direction(strike.random)});
 }
 void FieldMoved(const Strike& strike, Scenario* scenario) {
   scenario->disturbances.push_back(FieldStep{
@@ -733,8 +735,8 @@ std::span<const Fault> Faults() {
        {kM},
        {kHand, kMotion, kRows, kAttitudes},
        kEither,
-       HardIronMoved,
-       nullptr},
+       nullptr,
+       HardIronMoved},
       {"field moved",
        0.01,
        30,

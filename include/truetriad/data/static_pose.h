@@ -116,6 +116,8 @@ struct StreamSummary {
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
   /// Long-run over white variance inside rests (1 = white); multiplies the variance of means.
   Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
+  /// What readings that are off to one side (spikes) may shift all means by; zero without.
+  Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
 /// All rests of one unit: what the estimator reads.

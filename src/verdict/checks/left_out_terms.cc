@@ -21,6 +21,17 @@ std::string WordsOf(const LeftOutTerm& term) {
       return "has gains that drift over the run";
     case LeftOutKind::kStep:
       return "has another bias from pose " + std::to_string(term.pose) + " on";
+    case LeftOutKind::kLeverArm:
+      return Format("sits %.2g m from the point about which the unit is turned", term.share);
+    case LeftOutKind::kLowPass:
+      return "reads less the faster it is turned (low-pass)";
+    case LeftOutKind::kOneSided:
+      return "has readings that are off to one side, which the means follow";
+    case LeftOutKind::kLostRows:
+      return Format(
+          "turned further than its readings say: %.2g %% of the rows are missing, though "
+          "their times are regular",
+          100.0 * term.share);
   }
   return {};
 }
@@ -40,6 +51,14 @@ std::string RemedyOf(const LeftOutTerm& term) {
       return "let the unit warm up first, or state temperature terms";
     case LeftOutKind::kStep:
       return "look what happened to the unit then; take the run again, or the poses of one side";
+    case LeftOutKind::kLeverArm:
+      return "turn the unit about the sensor, or more slowly";
+    case LeftOutKind::kLowPass:
+      return "turn the unit more slowly, or set a wider bandwidth";
+    case LeftOutKind::kOneSided:
+      return "look for spikes in the log";
+    case LeftOutKind::kLostRows:
+      return "log the times at which readings were taken, and all of them";
   }
   return {};
 }
@@ -56,9 +75,8 @@ Findings FindingsOf(const LeftOutTerms& terms) {
     findings.push_back(
         Finding(FindingCode::kLeftOutTerm,
                 "the " + std::string(TriadName(term.triad)) + " " + WordsOf(term) +
-                    Format(" that the model leaves out (by chance: %.1g), which shifts parameters ",
-                           term.p_value) +
-                    Format("by up to %.2g σ of what is stated without it; σ allow for that",
+                    Format("; leaving that out shifts parameters by up to %.2g σ of what is stated "
+                           "without it; σ allow for it",
                            term.effect_sigmas),
                 RemedyOf(term))
             .About(term.triad)
