@@ -96,12 +96,6 @@ INSTANTIATE_TEST_SUITE_P(
                  for (LogRow& row : *rows) row[kAccelX] = std::clamp(row[kAccelX], -0.5, 0.5);
                }),
                {"log.csv", "x axis at its limit of 0.5 m/s^2", "full-scale range"}},
-        BadLog{"GravityOffByAThousand",
-               LogText("time[s],accel_x[g],accel_y[g],accel_z[g]\n",
-                       LogRows({.rests = 12,
-                                .magnetometer = false,
-                                .accel_raw_per_mps2 = 1000.0 / 9.80665})),
-               {"log.csv", " g ", "unit", "mg"}},
         BadLog{"TimeGoingBackwards",
                Spoiled([](auto* rows) { std::swap((*rows)[100], (*rows)[200]); }),
                {"log.csv:", "backwards"}},
