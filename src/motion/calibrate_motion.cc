@@ -440,7 +440,12 @@ Status StateMotionVerdict(const PoseSet& poses,
                                            larger.layout,
                                            solved_bent.information(),
                                            solved_bent.gradient());
-  AddFaultsOfRecording(poses, graph, information.covariance(), &left_out);
+  PerTriad<Eigen::Vector3d> sigma_raw{};
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    if (!graph.layout.Has(triad)) continue;
+    sigma_raw[triad] = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
+  }
+  AddFaultsOfRecording(poses, sigma_raw, graph, information.covariance(), &left_out);
   AddFaultsOfMotion(chain, graph, information.covariance(), &left_out);
   const BlockScatter blocks =
       ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph.layout);

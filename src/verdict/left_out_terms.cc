@@ -367,17 +367,15 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
 
 namespace {
 
-// Of the vector sensor that shows it best: a magnetometer feels no hand.
-double ShareOfLostRows(const PoseSet& poses, const PoseGraph& graph) {
-  const Triad vector =
-      graph.layout.Has(Triad::kMagnetometer) ? Triad::kMagnetometer : Triad::kAccelerometer;
-  const StreamSummary* stream = poses.Find(vector);
-  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector) || stream == nullptr) {
-    return 0.0;
-  }
+// As one vector sensor shows it.
+double ShareOfLostRows(const PoseSet& poses,
+                       const PoseGraph& graph,
+                       const Eigen::Vector3d& sigma_raw,
+                       Triad vector) {
+  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector)) return 0.0;
   const TriadModel<double> model{graph.sensitivity(vector), graph.bias(vector)};
   const double field = WorldVector(vector, graph.reference()).norm();
-  const double sigma = (model.Correction() * stream->noise_sigma_raw).norm() / field;
+  const double sigma = (model.Correction() * sigma_raw).norm() / std::sqrt(3.0) / field;
   LostRowCounter counter(
       {graph.sensitivity(Triad::kGyroscope), graph.bias(Triad::kGyroscope)}, model, sigma);
   for (const RecordedMove& move : poses.moves) {
@@ -409,6 +407,7 @@ void AddShift(const PoseGraph& graph,
 }
 
 void AddFaultsOfRecording(const PoseSet& poses,
+                          const PerTriad<Eigen::Vector3d>& sigma_raw,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms) {
@@ -421,7 +420,9 @@ void AddFaultsOfRecording(const PoseSet& poses,
              {stream.triad, LeftOutKind::kOneSided},
              terms);
   }
-  const double share = ShareOfLostRows(poses, graph);
+  const double share = std::max(
+      ShareOfLostRows(poses, graph, sigma_raw[Triad::kAccelerometer], Triad::kAccelerometer),
+      ShareOfLostRows(poses, graph, sigma_raw[Triad::kMagnetometer], Triad::kMagnetometer));
   if (!(share > 0.0)) return;
   LeftOutTerm term{Triad::kGyroscope, LeftOutKind::kLostRows};
   term.share = share;

@@ -83,8 +83,9 @@ void AddShift(const PoseGraph& graph,
               LeftOutTerms* terms);
 
 // What the recording itself shows to be off, which no residual does: one-sided readings
-// (StreamSummary), lost rows (lost_rows.h). Is added to `terms`.
+// (StreamSummary), lost rows (lost_rows.h). Is added to `terms`. `sigma_raw`: of one reading.
 void AddFaultsOfRecording(const PoseSet& poses,
+                          const PerTriad<Eigen::Vector3d>& sigma_raw,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms);

@@ -12,9 +12,10 @@ namespace truetriad {
 
 // Rows that were lost from a log whose times were made regular afterwards. From one row to the next
 // the field v in the body turns by what the gyroscope reads, v' = v x w dt; where a row is missing
-// it turns by twice that. As many steps must read near twice as near nothing where none is: noise
-// and clumsy hands do both. A gyroscope's gain is off by a few percent at most, which a whole step
-// is not.
+// it turns by twice that. With k what it turns by beyond what it does in the steps beside it, as a
+// share of what it should, the mean of k^3, |k| <= 2, tells the share of rows that are missing:
+// noise is as often positive as negative, and gains, delays and hands change little from step to
+// step.
 class LostRowCounter {
  public:
   // `sigma`: of one reading of the vector sensor, as a share of its field.
@@ -32,9 +33,18 @@ class LostRowCounter {
   double Share() const;
 
  private:
+  struct Step {
+    double more = 0.0;   // than the gyroscope says, as a share of it
+    double noise = 0.0;  // of that
+    bool is_told = false;
+  };
+  void AddStep(double beyond, double noise);
+
   TriadModel<double> gyroscope_, vector_;
   double sigma_;
-  double steps_ = 0.0, twice_ = 0.0, none_ = 0.0;
+  // Sums of weights, of weight times k^3, and of the squares of both.
+  double weight_ = 0.0, cube_ = 0.0, weight_square_ = 0.0, cross_ = 0.0, cube_square_ = 0.0;
+  double steps_ = 0.0;
 };
 
 }  // namespace truetriad

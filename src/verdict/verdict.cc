@@ -189,7 +189,11 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   const DriftCovariance drift =
       FindDriftCovariance(graph, system, quality.rests.temperature_settings);
   LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
-  AddFaultsOfRecording(run.poses, graph, system.covariance(), &left_out);
+  PerTriad<Eigen::Vector3d> sigma_raw{};
+  for (const StreamSummary& stream : run.poses.streams) {
+    sigma_raw[stream.triad] = stream.noise_sigma_raw;
+  }
+  AddFaultsOfRecording(run.poses, sigma_raw, graph, system.covariance(), &left_out);
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph.layout);
   quality.effective_dof = std::min(joint.dof, drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.

@@ -120,9 +120,14 @@ void LostStamped(const Strike& strike, Recording* recording) {
 }
 
 void LostRegular(const Strike& strike, Recording* recording) {
+  // Rows of one log: all sensors lose the same.
+  std::size_t rows = 0;
+  Each(recording, [&](std::vector<Sample>* samples) { rows = std::max(rows, samples->size()); });
+  std::vector<bool> lost(rows);
+  for (std::size_t i = 0; i < rows; ++i) lost[i] = strike.random->Uniform() < strike.severity;
   Each(recording, [&](std::vector<Sample>* samples) {
     const double spacing_s = SpacingS(*samples);
-    Lose([&](std::size_t) { return strike.random->Uniform() < strike.severity; }, samples);
+    Lose([&](std::size_t i) { return lost[i]; }, samples);
     MakeRegular(spacing_s, samples);
   });
 }

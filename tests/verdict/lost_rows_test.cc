@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/lost_rows.h"
+
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+
+namespace truetriad {
+namespace {
+
+constexpr double kField = 48.0, kSigma = 0.25, kSpacingS = 0.02;
+
+// A unit that turns at 1.5 rad/s about an axis that wanders; `lost` of its rows are missing while
+// the times are regular.
+double ShareFound(double lost, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
+  std::vector<std::int64_t> time_ns;
+  std::vector<Eigen::Vector3d> rate, field;
+  for (int i = 0; i < 6000; ++i) {
+    const double t = kSpacingS * i;
+    const Eigen::Vector3d omega =
+        1.5 *
+        Eigen::Vector3d(std::cos(0.3 * t), std::sin(0.3 * t), std::sin(0.17 * t)).normalized();
+    attitude = attitude *
+               Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm() * kSpacingS, omega.normalized()));
+    if (random.Uniform() < lost) continue;
+    time_ns.push_back(std::llround(1e9 * kSpacingS * static_cast<double>(time_ns.size())));
+    rate.push_back(omega);
+    field.push_back(attitude.conjugate() * Eigen::Vector3d(0.5 * kField, 0.0, -0.866 * kField) +
+                    kSigma * random.Normal3());
+  }
+  LostRowCounter counter({}, {}, kSigma / kField);
+  counter.Add(time_ns, rate, field);
+  return counter.Share();
+}
+
+TEST(LostRows, NoneAreFoundWhereNoneAreLost) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) EXPECT_EQ(ShareFound(0.0, seed), 0.0);
+}
+
+TEST(LostRows, TheirShareIsFound) {
+  for (const double lost : {0.03, 0.1, 0.2}) {
+    // Of those that are lost some lie next to each other: k is 2 there and counts eightfold.
+    EXPECT_GT(ShareFound(lost, 7), 0.8 * lost);
+    EXPECT_LT(ShareFound(lost, 7), 3.0 * lost);
+  }
+}
+
+}  // namespace
+}  // namespace truetriad
