@@ -273,6 +273,18 @@ Result<Calibration> ReadCalibration(const std::string& path) {
   return CalibrationFromYaml(*text, path);
 }
 
+Result<std::string> ReadSerial(const std::string& path) {
+  Result<std::string> text = ReadSmallFile(path);
+  TRUETRIAD_RETURN_IF_ERROR(text);
+  text->resize(std::min(text->find("\ninputs:"), text->size()));
+  Result<YamlReader> reader = YamlReader::FromText(*text, path);
+  TRUETRIAD_RETURN_IF_ERROR(reader);
+  std::string serial;
+  if (YamlReader device = reader->RequireChild("device")) device.Require("serial", &serial);
+  TRUETRIAD_RETURN_IF_ERROR(reader->status());
+  return serial;
+}
+
 std::string TimestampUtc() {
   std::time_t seconds = std::time(nullptr);
   if (const char* const epoch = std::getenv("SOURCE_DATE_EPOCH")) {

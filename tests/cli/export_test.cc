@@ -27,7 +27,7 @@ TEST(ExportVerb, WritesTheFileAndSaysWhatIsLost) {
                     HasSubstr("at most"),
                     HasSubstr("gyroscope: dropped: gains and misalignment")));
   EXPECT_THAT(run.err, IsEmpty());
-  EXPECT_THAT(TemporaryFolder::Read(file), HasSubstr("CAL_ACC0_XOFF\t0.31\t9"));
+  EXPECT_THAT(TemporaryFolder::Read(file), HasSubstr("CAL_MAG0_XOFF\t0.124\t9"));
 }
 
 TEST(ExportVerb, RefusesMoreLossThanAllowedAndWritesNothing) {

@@ -98,7 +98,8 @@ struct Row {
     blames_other += trial.blames_other;
     longest_s = std::max(longest_s, trial.seconds);
     if (trial.verdict == Verdict::kWrong) worst = std::max(worst, trial.worst_sigmas);
-    if (trial.verdict == Verdict::kRefused) ++reasons[trial.refusal.substr(0, 40)];
+    if (trial.verdict == Verdict::kRefused)
+      ++reasons[trial.refusal.find(' ') == std::string::npos ? trial.refusal : "bad input"];
   }
 };
 

@@ -15,6 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// A stride that no number of kinds shares lets a slice meet all of them.
+constexpr std::uint64_t kStride = 101;
+
 std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
                           std::uint64_t first,
                           std::uint64_t count) {
@@ -24,7 +27,7 @@ std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
   std::atomic<std::uint64_t> next = 0;
   {
     std::vector<std::jthread> workers;
-    for (int i = 0; i < 2; ++i) {
+    for (int worker = 0; worker < 2; ++worker) {
       workers.emplace_back([&] {
         for (std::uint64_t i; (i = next++) < count;) {
           const std::uint64_t seed = first + kStride * i;

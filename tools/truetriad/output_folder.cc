@@ -40,9 +40,9 @@ Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& 
   const std::filesystem::path file = directory / "calibration.yaml";
   std::error_code failure;
   if (serial.empty() || !std::filesystem::is_regular_file(file, failure)) return {};
-  const Result<Calibration> there = ReadCalibration(file.string());
-  if (!there || there->serial.empty() || there->serial == serial) return {};
-  return BadInputError(file.string() + ": is the calibration of unit `" + there->serial +
+  const Result<std::string> there = ReadSerial(file.string());
+  if (!there || there->empty() || *there == serial) return {};
+  return BadInputError(file.string() + ": is the calibration of unit `" + *there +
                        "`, and this one is of `" + serial +
                        "`; choose another --output, or replace it with --overwrite");
 }

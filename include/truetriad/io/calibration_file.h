@@ -19,6 +19,10 @@ std::string CalibrationToYaml(const Calibration& calibration);
 Result<Calibration> ReadCalibration(const std::string& path);
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name);
 
+/// The serial in a calibration.yaml, of which no more than its first keys is looked at. Errors (bad
+/// input): unreadable, another kind of file.
+Result<std::string> ReadSerial(const std::string& path);
+
 /// Now, or the time in the environment's SOURCE_DATE_EPOCH (whole seconds since 1970) so that the
 /// same input gives the same bytes: "2026-01-31T12:00:00Z". A malformed variable counts as unset.
 std::string TimestampUtc();
