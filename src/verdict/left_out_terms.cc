@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "math/dense/cholesky.h"
+#include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "problem/graph_builder.h"
 #include "solve/linearised_graph.h"
@@ -21,6 +22,8 @@ namespace {
 
 // Of what an entry would be known to if all else were known: less is not seen apart from the rest.
 constexpr double kSeenApart = 1e-6;
+// A direction of a term that shows is off by so many σ.
+constexpr double kShownSigmas = 3.0;
 // Rows that tell of a low-pass.
 constexpr std::size_t kFewestTurned = 100;
 // Poses in a row that tell of a drift.
@@ -202,26 +205,28 @@ class TermSearch {
     return test;
   }
 
-  // The others are tested beside it from now on. Returns how it moves the solution by itself.
+  // The others are tested beside it from now on. Of its directions those are taken in that show:
+  // what does not would only add what it is unknown by. Returns how they move the solution.
   Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at) {
-    const std::vector<Eigen::Index> seen = SeenOf(at);
-    taken_.insert(taken_.end(), seen.begin(), seen.end());
-    const Cholesky factor(information_(seen, seen));
-    const Eigen::MatrixXd across = information_(Eigen::all, seen);
-    const Eigen::VectorXd step = factor.SolveVector(gradient_(seen));
+    const Eigen::MatrixXd shown = ShownOf(SeenOf(at));
+    taken_.conservativeResize(information_.rows(), taken_.cols() + shown.cols());
+    taken_.rightCols(shown.cols()) = shown;
+    const Eigen::MatrixXd across = Times(information_, shown);
+    const Cholesky factor(TransposeTimes(shown, across));
+    const Eigen::VectorXd step = factor.SolveVector(shown.transpose() * gradient_);
     gradient_ -= across * step;
-    information_ -= across * factor.Solve(across.transpose());
-    return given_.gain(Eigen::all, seen) * step;
+    information_ -= Times(across, factor.Solve(across.transpose()));
+    return given_.gain * (shown * step);
   }
 
   // d d^T + V of all that was taken in.
   Eigen::MatrixXd Covariance() const {
-    const Eigen::MatrixXd gain = given_.gain(Eigen::all, taken_);
-    const Cholesky factor(given_.information(taken_, taken_));
-    const Eigen::VectorXd moved = gain * factor.SolveVector(given_.gradient(taken_));
+    const Eigen::MatrixXd gain = Times(given_.gain, taken_);
+    const Cholesky factor(TransposedCongruence(taken_, given_.information));
+    const Eigen::VectorXd moved = gain * factor.SolveVector(taken_.transpose() * given_.gradient);
     return moved * moved.transpose() + Times(gain, factor.Solve(gain.transpose()));
   }
-  bool is_empty() const { return taken_.empty(); }
+  bool is_empty() const { return taken_.cols() == 0; }
 
  private:
   std::vector<Eigen::Index> SeenOf(const std::vector<Eigen::Index>& at) const {
@@ -232,10 +237,33 @@ class TermSearch {
     return seen;
   }
 
+  // The directions of some entries, each scaled by what it would be known to, that are off by so
+  // many σ; the clearest in any case.
+  Eigen::MatrixXd ShownOf(const std::vector<Eigen::Index>& at) const {
+    const Eigen::VectorXd scale = given_.full(at).cwiseSqrt().cwiseInverse();
+    const SymmetricEigen spectrum =
+        EigenOfSymmetric(scale.asDiagonal() * information_(at, at) * scale.asDiagonal());
+    const Eigen::VectorXd along =
+        TransposeTimesVector(spectrum.vectors, scale.cwiseProduct(gradient_(at)));
+    const Eigen::VectorXd z2 = along.cwiseAbs2().cwiseQuotient(spectrum.values.cwiseMax(1e-300));
+    const double least = std::min(kShownSigmas * kShownSigmas, z2.maxCoeff());
+    Eigen::MatrixXd shown(information_.rows(), 0);
+    for (Eigen::Index i = 0; i < z2.size(); ++i) {
+      if (z2[i] < least) continue;
+      shown.conservativeResize(Eigen::NoChange, shown.cols() + 1);
+      shown.rightCols(1).setZero();
+      for (std::size_t k = 0; k < at.size(); ++k) {
+        const auto entry = static_cast<Eigen::Index>(k);
+        shown(at[k], shown.cols() - 1) = scale[entry] * spectrum.vectors(entry, i);
+      }
+    }
+    return shown;
+  }
+
   Conditional given_;
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
-  std::vector<Eigen::Index> taken_;
+  Eigen::MatrixXd taken_;  // a direction a column
 };
 
 // The terms that `larger` has and the graph has not, of which information and gradient tell.
