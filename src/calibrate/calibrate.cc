@@ -208,6 +208,7 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   CalibrationSummary summary;
   summary.options = options;
   Calibration& calibration = summary.calibration;
+  calibration.mode = options.mode();
   calibration.gauge = options.gauge;
   calibration.gauge_sensor = LeadingTriad(options);
   calibration.serial = poses.serial;
@@ -219,16 +220,13 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                          " is enabled but missing from the recording");
   }
   if (auto refusal = WhyNotAsStated(poses, options)) {
-    calibration.mode = options.motion ? Mode::kMotion : options.sweep ? Mode::kSweep : Mode::kPoses;
     return Refuse(*std::move(refusal), std::move(summary));
   }
   if (options.motion) {
-    calibration.mode = Mode::kMotion;
     TRUETRIAD_RETURN_IF_ERROR(CalibrateMotion(poses, options, &summary));
     return summary;
   }
   if (options.sweep) {
-    calibration.mode = Mode::kSweep;
     TRUETRIAD_RETURN_IF_ERROR(CalibrateSweep(poses, options, &summary));
     return summary;
   }

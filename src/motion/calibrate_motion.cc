@@ -23,6 +23,7 @@
 #include "verdict/observability.h"
 #include "verdict/presentation.h"
 #include "verdict/quality.h"
+#include "verdict/recording_faults.h"
 #include "verdict/result.h"
 
 namespace truetriad {
@@ -386,7 +387,7 @@ void AddFaultsOfMotion(const MotionChain& chain,
   const MotionChain::LeverArm arm = chain.LeverArmOf(graph.shared.data());
   if (arm.chi2 > kClearArm) {
     LeftOutTerm term{Triad::kAccelerometer, LeftOutKind::kLeverArm};
-    term.share = arm.arm_m.norm();
+    term.arm_m = arm.arm_m.norm();
     AddShift(graph,
              covariance,
              graph.layout.bias[Triad::kAccelerometer],

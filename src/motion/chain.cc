@@ -152,23 +152,39 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd
   return all;
 }
 
-MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
+template <typename Visit>
+void MotionChain::VisitReadings(Triad triad, const double* shared, const Visit& visit) const {
   const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   const TriadModel<double> model = ModelOf(layout_, triad, shared);
-  const GyroModel gyroscope = GyroscopeOf(layout_, shared);
-  const Eigen::Matrix3d correction = gyroscope.triad.Correction();
   const Eigen::Vector3d world = WorldVector(triad, reference);
-  double along = 0.0, squared = 0.0;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     const GatheredReadings& seen = nodes_[k].seen(triad);
     if (seen.count == 0) continue;
-    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
-    const Eigen::Vector3d rate = correction * (track_.RateAt(nodes_[k]) - gyroscope.triad.bias);
     const Eigen::Vector3d root = VectorRoot(triad, seen);
-    const Eigen::Vector3d change = root.cwiseProduct(model.sensitivity * field.cross(rate));
-    along += change.dot(root.cwiseProduct(model.RawFromTruth(field) - seen.mean_raw));
-    squared += change.squaredNorm();
+    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
+    visit(k,
+          field,
+          Eigen::Matrix3d(root.asDiagonal() * model.sensitivity),
+          Eigen::Vector3d(root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field))));
   }
+}
+
+MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
+  const Eigen::Matrix3d correction = gyroscope.Correction();
+  double along = 0.0, squared = 0.0;
+  VisitReadings(triad,
+                shared,
+                [&](std::size_t k,
+                    const Eigen::Vector3d& field,
+                    const Eigen::Matrix3d& sensitivity,
+                    const Eigen::Vector3d& off) {
+                  const Eigen::Vector3d rate =
+                      correction * (track_.RateAt(nodes_[k]) - gyroscope.bias);
+                  const Eigen::Vector3d change = sensitivity * field.cross(rate);
+                  along -= change.dot(off);
+                  squared += change.squaredNorm();
+                });
   // A reading that is stamped too late by t shows the field of t earlier: the residual is t times
   // the change.
   if (!(squared > 0.0)) return {};
@@ -188,27 +204,26 @@ std::optional<MotionChain::Turning> MotionChain::TurningAt(
 }
 
 MotionChain::LeverArm MotionChain::LeverArmOf(const double* shared) const {
-  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
-  const TriadModel<double> model = ModelOf(layout_, Triad::kAccelerometer, shared);
   const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
-  const Eigen::Vector3d world = WorldVector(Triad::kAccelerometer, reference);
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero(), sum = information;
   Eigen::Vector3d along = Eigen::Vector3d::Zero();
   double count = 0.0;
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const GatheredReadings& seen = nodes_[k].accelerometer;
-    const std::optional<Turning> turning = TurningAt(k, gyroscope);
-    if (seen.count == 0 || !turning) continue;
-    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
-    const Eigen::Matrix3d W = Skew(turning->rate_radps);
-    const Eigen::Matrix3d by_arm = Skew(turning->acceleration_radps2) + W * W;
-    const Eigen::Vector3d root = VectorRoot(Triad::kAccelerometer, seen);
-    const Eigen::Matrix3d change = root.asDiagonal() * model.sensitivity * by_arm;
-    information += change.transpose() * change;
-    along += change.transpose() * root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field));
-    sum += by_arm;
-    count += 1.0;
-  }
+  VisitReadings(Triad::kAccelerometer,
+                shared,
+                [&](std::size_t k,
+                    const Eigen::Vector3d&,
+                    const Eigen::Matrix3d& sensitivity,
+                    const Eigen::Vector3d& off) {
+                  const std::optional<Turning> turning = TurningAt(k, gyroscope);
+                  if (!turning) return;
+                  const Eigen::Matrix3d W = Skew(turning->rate_radps);
+                  const Eigen::Matrix3d by_arm = Skew(turning->acceleration_radps2) + W * W;
+                  const Eigen::Matrix3d change = sensitivity * by_arm;
+                  information += change.transpose() * change;
+                  along += change.transpose() * off;
+                  sum += by_arm;
+                  count += 1.0;
+                });
   LeverArm arm;
   if (!(information.diagonal().minCoeff() > 0.0)) return arm;
   arm.arm_m = information.ldlt().solve(along);
@@ -218,25 +233,25 @@ MotionChain::LeverArm MotionChain::LeverArmOf(const double* shared) const {
 }
 
 MotionChain::LowPass MotionChain::LowPassOf(Triad triad, const double* shared) const {
-  const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
-  const TriadModel<double> model = ModelOf(layout_, triad, shared);
   const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
-  const Eigen::Vector3d world = WorldVector(triad, reference);
   double along = 0.0, squared = 0.0, lost = 0.0, count = 0.0;
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const GatheredReadings& seen = nodes_[k].seen(triad);
-    const std::optional<Turning> turning = TurningAt(k, gyroscope);
-    if (seen.count == 0 || !turning) continue;
-    const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
-    const Eigen::Vector3d second = field.cross(turning->rate_radps).cross(turning->rate_radps) +
-                                   field.cross(turning->acceleration_radps2);
-    const Eigen::Vector3d root = VectorRoot(triad, seen);
-    const Eigen::Vector3d change = root.cwiseProduct(model.sensitivity * (0.5 * second));
-    along += change.dot(root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field)));
-    squared += change.squaredNorm();
-    lost -= 0.5 * second.dot(field) / field.squaredNorm();
-    count += 1.0;
-  }
+  VisitReadings(triad,
+                shared,
+                [&](std::size_t k,
+                    const Eigen::Vector3d& field,
+                    const Eigen::Matrix3d& sensitivity,
+                    const Eigen::Vector3d& off) {
+                  const std::optional<Turning> turning = TurningAt(k, gyroscope);
+                  if (!turning) return;
+                  const Eigen::Vector3d second =
+                      field.cross(turning->rate_radps).cross(turning->rate_radps) +
+                      field.cross(turning->acceleration_radps2);
+                  const Eigen::Vector3d change = sensitivity * (0.5 * second);
+                  along += change.dot(off);
+                  squared += change.squaredNorm();
+                  lost -= 0.5 * second.dot(field) / field.squaredNorm();
+                  count += 1.0;
+                });
   if (!(squared > 0.0)) return {};
   const double found = along / squared;
   return {found, 1.0 / std::sqrt(squared), found * lost / count};

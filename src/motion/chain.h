@@ -89,6 +89,12 @@ class MotionChain {
   };
   std::optional<Turning> TurningAt(std::size_t k, const TriadModel<double>& gyroscope) const;
 
+  // Calls visit(node, field, sensitivity, off) for each mean reading of a vector sensor: the field
+  // in the body as the attitude has it, and over its noise the sensitivity and what the reading is
+  // off by.
+  template <typename Visit>
+  void VisitReadings(Triad triad, const double* shared, const Visit& visit) const;
+
   // The problem, and which sensor and node each row but those of priors and headings is of.
   struct Source {
     Triad triad = Triad::kAccelerometer;

@@ -83,6 +83,10 @@ bool CalibrateOptions::IsBodyKnown() const {
   return attitudes.kind != AttitudeKind::kNone || HasGyroscopeAlone();
 }
 
+Mode CalibrateOptions::mode() const {
+  return motion ? Mode::kMotion : sweep ? Mode::kSweep : Mode::kPoses;
+}
+
 bool CalibrateOptions::HasThermal() const {
   return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
     return triad.enabled && triad.thermal.any();

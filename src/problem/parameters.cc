@@ -56,14 +56,16 @@ void SharedLayout::SetModelJacobian(Triad triad,
   }
 }
 
-Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
-  const Eigen::MatrixXd rows = basis.middleRows(offset, block_size);
-  Eigen::MatrixXd block(block_size, rows.cols());
-  int used = 0;
-  for (Eigen::Index col = 0; col < rows.cols(); ++col) {
-    if (!rows.col(col).isZero(0.0)) block.col(used++) = rows.col(col);
+std::vector<Eigen::Index> SharedLayout::ColumnsOf(int offset, int block_size) const {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index column = 0; column < basis.cols(); ++column) {
+    if (!basis.col(column).segment(offset, block_size).isZero(0.0)) columns.push_back(column);
   }
-  return block.leftCols(used);
+  return columns;
+}
+
+Eigen::MatrixXd SharedLayout::BlockBasis(int offset, int block_size) const {
+  return basis(Eigen::seqN(offset, block_size), ColumnsOf(offset, block_size));
 }
 
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,

@@ -85,6 +85,8 @@ struct SharedLayout {
                         const Eigen::Matrix<double, 3, 9>& by_sensitivity,
                         Eigen::Ref<Eigen::MatrixXd> rows) const;
 
+  // The free coordinates that move entries of one block.
+  std::vector<Eigen::Index> ColumnsOf(int offset, int block_size) const;
   // The basis restricted to one block: its own rows, only the columns that touch it.
   Eigen::MatrixXd BlockBasis(int offset, int block_size) const;
 };

@@ -16,9 +16,7 @@ Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   Calibration calibration;
   calibration.findings = {RefusalOf(reason)};
   calibration.outcome = OutcomeOf(calibration.findings);
-  calibration.mode = experiment.options.motion  ? Mode::kMotion
-                     : experiment.options.sweep ? Mode::kSweep
-                                                : Mode::kPoses;
+  calibration.mode = experiment.options.mode();
   calibration.gauge = experiment.options.gauge;
   if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
     calibration.gauge_sensor =

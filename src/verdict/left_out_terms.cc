@@ -14,7 +14,7 @@
 #include "problem/graph_builder.h"
 #include "solve/linearised_graph.h"
 #include "verdict/checks/constancy.h"
-#include "verdict/lost_rows.h"
+#include "verdict/observability.h"
 #include "verdict/own_residuals.h"
 
 namespace truetriad {
@@ -43,50 +43,56 @@ constexpr std::array<std::pair<Triad, AxisTerm>, 6> kBends = {
      {Triad::kMagnetometer, AxisTerm::kQuadratic},
      {Triad::kMagnetometer, AxisTerm::kCubic}}};
 
-// Time takes the place of temperature, so that temperature terms are those of a drift: from -1 to 1
-// over the poses.
-bool PutTimeForTemperature(PoseGraph* graph) {
-  if (graph->nodes.size() < kFewestInARow) return false;
+// From -1 to 1 over the run; unset where poses are too few to tell of a drift.
+std::optional<std::vector<double>> TimesOf(const PoseGraph& graph) {
+  if (graph.nodes.size() < kFewestInARow) return std::nullopt;
   const auto [first, last] = std::minmax_element(
-      graph->nodes.begin(), graph->nodes.end(), [](const PoseNode& a, const PoseNode& b) {
+      graph.nodes.begin(), graph.nodes.end(), [](const PoseNode& a, const PoseNode& b) {
         return a.time_s < b.time_s;
       });
   const double begin_s = first->time_s, duration_s = last->time_s - begin_s;
-  if (!(duration_s > 0.0)) return false;
-  for (PoseNode& node : graph->nodes) {
-    node.temperature_degc = 2.0 * (node.time_s - begin_s) / duration_s - 1.0;
-    node.temperature_rate_degcps = 0.0;
+  if (!(duration_s > 0.0)) return std::nullopt;
+  std::vector<double> times;
+  for (const PoseNode& node : graph.nodes) {
+    times.push_back(2.0 * (node.time_s - begin_s) / duration_s - 1.0);
   }
-  for (IncrementEdge& edge : graph->increments) {
-    edge.temperature_degc = 0.5 * (graph->nodes[edge.from].temperature_degc +
-                                   graph->nodes[edge.from + 1].temperature_degc);
-    edge.temperature_rate_degcps = 0.0;
-  }
-  return true;
+  return times;
 }
 
-// Rows of a sensor that is turned about: the square of its rate, as its own readings show it, takes
-// the place of temperature. A first-order low-pass of time constant t leaves (1 - (t w)^2) of what
-// turns at the rate w.
-bool PutSquaredRateForTemperature(PoseGraph* graph) {
-  const std::size_t count = graph->nodes.size();
-  if (count < kFewestTurned) return false;
+// Of rows of a sensor that is turned about, as its own readings show its rate; unset where nodes
+// are no such rows. A first-order low-pass of time constant t leaves (1 - (t w)^2) of what turns at
+// the rate w.
+std::optional<std::vector<double>> SquaredRatesOf(const PoseGraph& graph) {
+  const std::size_t count = graph.nodes.size();
+  if (count < kFewestTurned) return std::nullopt;
   std::vector<Eigen::Vector3d> directions;
-  for (const PoseNode& node : graph->nodes) {
-    if (node.kind != PoseKind::kDirection) return false;
+  for (const PoseNode& node : graph.nodes) {
+    if (node.kind != PoseKind::kDirection) return std::nullopt;
     const Observation& seen = node.observations.front();
-    const TriadModel<double> model{graph->sensitivity(seen.triad), graph->bias(seen.triad)};
+    const TriadModel<double> model{graph.sensitivity(seen.triad), graph.bias(seen.triad)};
     directions.push_back(model.TruthFromRaw(seen.mean_raw).normalized());
   }
+  std::vector<double> squared;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t before = k == 0 ? 0 : k - 1, after = std::min(k + 1, count - 1);
-    const double step_s = graph->nodes[after].time_s - graph->nodes[before].time_s;
-    if (!(step_s > 0.0)) return false;
-    graph->nodes[k].temperature_degc =
-        (directions[after] - directions[before]).squaredNorm() / (step_s * step_s);
-    graph->nodes[k].temperature_rate_degcps = 0.0;
+    const double step_s = graph.nodes[after].time_s - graph.nodes[before].time_s;
+    if (!(step_s > 0.0)) return std::nullopt;
+    squared.push_back((directions[after] - directions[before]).squaredNorm() / (step_s * step_s));
   }
-  return true;
+  return squared;
+}
+
+// With something else in the place of temperature: temperature terms are then those of it.
+PoseGraph WithForTemperature(const std::vector<double>& values, PoseGraph graph) {
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    graph.nodes[k].temperature_degc = values[k];
+    graph.nodes[k].temperature_rate_degcps = 0.0;
+  }
+  for (IncrementEdge& edge : graph.increments) {
+    edge.temperature_degc = 0.5 * (values[edge.from] + values[edge.from + 1]);
+    edge.temperature_rate_degcps = 0.0;
+  }
+  return graph;
 }
 
 // The options with all that may have been left out.
@@ -108,19 +114,10 @@ CalibrateOptions WithEverything(const CalibrateOptions& stated,
   return options;
 }
 
-// Columns of the basis that move entries of a block.
-std::vector<Eigen::Index> ColumnsOf(const SharedLayout& layout, int at, int size) {
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index column = 0; column < layout.basis.cols(); ++column) {
-    if (!layout.basis.col(column).segment(at, size).isZero(0.0)) columns.push_back(column);
-  }
-  return columns;
-}
-
 std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayout& has) {
   std::vector<Candidate> candidates;
   const auto add = [&](Triad triad, LeftOutKind kind, AxisTerm term, int at, int size) {
-    candidates.push_back({{triad, kind, term}, ColumnsOf(whole, at, size)});
+    candidates.push_back({{triad, kind, term}, whole.ColumnsOf(at, size)});
   };
   for (const Triad triad : kTriads) {
     for (const auto& [term, at] : whole.axis_terms[triad]) {
@@ -321,15 +318,15 @@ void AddLowPass(const PoseGraph& graph,
                 CalibrateOptions options,
                 const PerTriad<OwnResiduals>& own,
                 LeftOutTerms* terms) {
-  PoseGraph turned = graph;
-  if (options.HasThermal() || !PutSquaredRateForTemperature(&turned)) return;
+  const auto squared_rates = options.HasThermal() ? std::nullopt : SquaredRatesOf(graph);
+  if (!squared_rates) return;
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad)) continue;
     options.triads[triad].thermal.matrix_order = 1;
     options.triads[triad].thermal.matrix = ThermalMatrix::kScale;
   }
   options.reference.temperature_degc = 0.0;
-  const PoseGraph larger = WithTermsOf(options, turned);
+  const PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
   LinearisedGraph whole(larger);
   whole.Eliminate(larger);
   const LeftOutTerms found =
@@ -366,10 +363,9 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   LeftOutTerms result;
   result.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
-  PoseGraph timed = graph;
-  const bool drifts = !options.HasThermal() && PutTimeForTemperature(&timed);
-  const PoseGraph larger =
-      WithTermsOf(WithEverything(options, graph.layout, drifts), drifts ? timed : graph);
+  const auto times = options.HasThermal() ? std::nullopt : TimesOf(graph);
+  const PoseGraph larger = WithTermsOf(WithEverything(options, graph.layout, times.has_value()),
+                                       times ? WithForTemperature(*times, graph) : graph);
   LinearisedGraph whole(larger);
   whole.Eliminate(larger);
   PerTriad<OwnResiduals> own;
@@ -381,7 +377,8 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
       SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
-    const auto step = FindBiasStep(graph, system, noise, triad);
+    if (!graph.layout.Has(triad)) continue;
+    const auto step = FindBiasStep(graph, system, own[triad], triad);
     if (!step || step->p_value > kLeftOutLevel) continue;
     result.covariance += step->moved * step->moved.transpose();
     LeftOutTerm term{triad, LeftOutKind::kStep};
@@ -392,34 +389,6 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   }
   return result;
 }
-
-namespace {
-
-// As one vector sensor shows it.
-double ShareOfLostRows(const PoseSet& poses,
-                       const PoseGraph& graph,
-                       const Eigen::Vector3d& sigma_raw,
-                       Triad vector) {
-  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector)) return 0.0;
-  const TriadModel<double> model{graph.sensitivity(vector), graph.bias(vector)};
-  const double field = WorldVector(vector, graph.reference()).norm();
-  const double sigma = (model.Correction() * sigma_raw).norm() / std::sqrt(3.0) / field;
-  LostRowCounter counter(
-      {graph.sensitivity(Triad::kGyroscope), graph.bias(Triad::kGyroscope)}, model, sigma);
-  for (const RecordedMove& move : poses.moves) {
-    counter.Add(move.time_ns,
-                move.gyroscope_raw,
-                vector == Triad::kMagnetometer ? move.magnetometer_raw : move.accelerometer_raw);
-  }
-  const ReadingTrack& rates = poses.tracks[Triad::kGyroscope];
-  const ReadingTrack& fields = poses.tracks[vector];
-  if (rates.time_ns == fields.time_ns) {
-    counter.Add(rates.time_ns, rates.reading_raw, fields.reading_raw);
-  }
-  return counter.Share();
-}
-
-}  // namespace
 
 void AddShift(const PoseGraph& graph,
               const Eigen::MatrixXd& covariance,
@@ -432,35 +401,6 @@ void AddShift(const PoseGraph& graph,
   term.effect_sigmas = LargestInSigmas(graph, covariance, moved);
   term.p_value = 0.0;
   terms->found.push_back(term);
-}
-
-void AddFaultsOfRecording(const PoseSet& poses,
-                          const PerTriad<Eigen::Vector3d>& sigma_raw,
-                          const PoseGraph& graph,
-                          const Eigen::MatrixXd& covariance,
-                          LeftOutTerms* terms) {
-  for (const StreamSummary& stream : poses.streams) {
-    if (!graph.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
-    AddShift(graph,
-             covariance,
-             graph.layout.bias[stream.triad],
-             stream.one_sided_raw,
-             {stream.triad, LeftOutKind::kOneSided},
-             terms);
-  }
-  const double share = std::max(
-      ShareOfLostRows(poses, graph, sigma_raw[Triad::kAccelerometer], Triad::kAccelerometer),
-      ShareOfLostRows(poses, graph, sigma_raw[Triad::kMagnetometer], Triad::kMagnetometer));
-  if (!(share > 0.0)) return;
-  LeftOutTerm term{Triad::kGyroscope, LeftOutKind::kLostRows};
-  term.share = share;
-  const Eigen::Matrix3d shift = share / (1.0 - share) * graph.sensitivity(Triad::kGyroscope);
-  AddShift(graph,
-           covariance,
-           graph.layout.sensitivity[Triad::kGyroscope],
-           shift.reshaped(),
-           term,
-           terms);
 }
 
 }  // namespace truetriad

@@ -9,7 +9,6 @@
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/data/static_pose.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
@@ -36,7 +35,8 @@ struct LeftOutTerm {
   // By how many σ some parameter is off because the term is not there.
   double effect_sigmas = 0.0;
   int pose = 0;        // of a step: the first after it
-  double share = 0.0;  // of lost rows: how many; of a lever arm: its length, m
+  double share = 0.0;  // of the rows, that are lost
+  double arm_m = 0.0;  // length of a lever arm
 };
 
 struct LeftOutTerms {
@@ -81,13 +81,5 @@ void AddShift(const PoseGraph& graph,
               const Eigen::VectorXd& shift,
               LeftOutTerm term,
               LeftOutTerms* terms);
-
-// What the recording itself shows to be off, which no residual does: one-sided readings
-// (StreamSummary), lost rows (lost_rows.h). Is added to `terms`. `sigma_raw`: of one reading.
-void AddFaultsOfRecording(const PoseSet& poses,
-                          const PerTriad<Eigen::Vector3d>& sigma_raw,
-                          const PoseGraph& graph,
-                          const Eigen::MatrixXd& covariance,
-                          LeftOutTerms* terms);
 
 }  // namespace truetriad

@@ -351,4 +351,14 @@ Observability AnalyseObservability(const PoseGraph& graph,
   return result;
 }
 
+double LargestInSigmas(const PoseGraph& graph,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::VectorXd& moved) {
+  const Eigen::MatrixXd& basis = graph.layout.basis;
+  const Eigen::ArrayXd sigma =
+      (basis * covariance).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
+  const Eigen::ArrayXd off = (basis * moved).array().abs();
+  return (sigma > 0.0).select(off / sigma, 0.0).maxCoeff();
+}
+
 }  // namespace truetriad

@@ -29,4 +29,10 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                    double limit,
                                    const char* how_to_add = "add poses");
 
+// By how many σ some parameter is off at most that moves by `moved` of the free coordinates, whose
+// covariance is given.
+double LargestInSigmas(const PoseGraph& graph,
+                       const Eigen::MatrixXd& covariance,
+                       const Eigen::VectorXd& moved);
+
 }  // namespace truetriad

@@ -19,20 +19,11 @@ constexpr double kDifferentLevel = 1e-4;
 // Of the whole's information about a direction: what a stretch has less of it does not tell.
 constexpr double kToldShare = 1e-3;
 
-// Columns of the basis that move entries of a block.
-std::vector<Eigen::Index> ColumnsAt(const SharedLayout& layout, int at, int size) {
-  std::vector<Eigen::Index> columns;
-  for (Eigen::Index column = 0; column < layout.basis.cols(); ++column) {
-    if (!layout.basis.col(column).segment(at, size).isZero(0.0)) columns.push_back(column);
-  }
-  return columns;
-}
-
 std::vector<std::vector<Eigen::Index>> GroupsOf(const SharedLayout& layout) {
   std::vector<std::vector<Eigen::Index>> groups = {
-      ColumnsAt(layout, layout.reference, kReferenceSize)};
+      layout.ColumnsOf(layout.reference, kReferenceSize)};
   for (const Triad triad : kTriads) {
-    if (layout.Has(triad)) groups.push_back(ColumnsAt(layout, layout.bias[triad], 3));
+    if (layout.Has(triad)) groups.push_back(layout.ColumnsOf(layout.bias[triad], 3));
   }
   std::erase_if(groups, [](const auto& group) { return group.empty(); });
   return groups;

@@ -19,6 +19,7 @@
 #include "verdict/checks/clock_offsets.h"
 #include "verdict/observability.h"
 #include "verdict/quality.h"
+#include "verdict/recording_faults.h"
 #include "verdict/result.h"
 
 namespace truetriad {

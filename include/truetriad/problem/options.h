@@ -17,6 +17,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/gauge.h"
+#include "truetriad/model/outcome.h"
 #include "truetriad/model/terms.h"
 
 namespace truetriad {
@@ -297,6 +298,8 @@ struct CalibrateOptions {
   /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
   /// of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
+  /// What the poses are: rests, a motion or a temperature sweep.
+  Mode mode() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
   /// Some model or term is to be chosen by comparing nested models over poses.

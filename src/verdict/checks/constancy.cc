@@ -8,7 +8,7 @@
 #include "math/dense/eigenvalues.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
-#include "verdict/own_residuals.h"
+#include "verdict/observability.h"
 
 namespace truetriad {
 namespace {
@@ -291,24 +291,12 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   return found && found->p_value > kChangeLevel ? std::nullopt : found;
 }
 
-double LargestInSigmas(const PoseGraph& graph,
-                       const Eigen::MatrixXd& covariance,
-                       const Eigen::VectorXd& moved) {
-  const Eigen::MatrixXd& basis = graph.layout.basis;
-  const Eigen::ArrayXd sigma =
-      (basis * covariance).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
-  const Eigen::ArrayXd off = (basis * moved).array().abs();
-  return (sigma > 0.0).select(off / sigma, 0.0).maxCoeff();
-}
-
 std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
                                      const ReducedSystem& system,
-                                     const NoiseState& noise,
+                                     const OwnResiduals& own,
                                      Triad triad) {
-  if (!graph.layout.Has(triad) || noise.unknown || system.rank() < system.size()) return {};
   const std::vector<Place> places = PlacesOf(graph, triad);
   if (places.size() < kFewestInAll || places.size() > kMostPoses) return {};
-  const OwnResiduals own = OwnResidualsOf(graph, system, noise, triad, kChangeLevel);
   std::vector<Eigen::Matrix3d> by_bias;
   for (const Place& place : places) {
     by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);

@@ -9,6 +9,7 @@
 #include "noise/noise_settling.h"
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
+#include "verdict/own_residuals.h"
 
 namespace truetriad {
 
@@ -76,16 +77,11 @@ struct BiasStep {
   Eigen::VectorXd moved;  // the free coordinates, by the step about the mean of both sides
 };
 
-// The likeliest one, by the same test; unset where it cannot be looked for.
+// The likeliest one, by the same test, the triad's `own` residuals given; unset where it cannot be
+// looked for. The system has full rank.
 std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
                                      const ReducedSystem& system,
-                                     const NoiseState& noise,
+                                     const OwnResiduals& own,
                                      Triad triad);
-
-// By how many σ some parameter is off that moves by `moved` of the free coordinates, whose
-// covariance is given.
-double LargestInSigmas(const PoseGraph& graph,
-                       const Eigen::MatrixXd& covariance,
-                       const Eigen::VectorXd& moved);
 
 }  // namespace truetriad
