@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "data/stream_checks.h"
+
 namespace truetriad {
 namespace {
 
@@ -51,6 +53,11 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
 constexpr double kRampShare = 0.001;
 constexpr double kRampFactor = 8.0;
 
+std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
+  return (rate.at.stated_in.empty() ? "rates" : rate.at.stated_in) + ": " + set.source + ": rate" +
+         (rate.id.empty() ? "" : " " + rate.id);
+}
+
 Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, const PoseSet& set) {
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
   const double stated = rate.rate_radps.norm();
@@ -74,8 +81,7 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
                   is_first ? "first" : "last",
                   100.0 * missed / held,
                   is_first ? "begin it later" : "end it earlier");
-    return BadInputError((rate.at.stated_in.empty() ? "rates" : rate.at.stated_in) + ": " +
-                         set.source + ": rate" + (rate.id.empty() ? "" : " " + rate.id) + text);
+    return BadInputError(WhereOf(rate, set) + text);
   }
   return {};
 }
@@ -151,6 +157,12 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
     for (std::size_t i = 0; i < stretches_.size(); ++i) {
       TRUETRIAD_RETURN_IF_ERROR(
           CheckIsHeld(rates_[stretches_[i]], turning_moments[i][Triad::kGyroscope], *set));
+    }
+    for (const ClippedPoses& clipped :
+         FindClippedPoses(resolution_raw, turning_moments, set->streams)) {
+      return BadInputError(WhereOf(rates_[stretches_[clipped.poses.front()]], *set) + ": " +
+                           clipped.words + " throughout; leave the rate out, or set a larger " +
+                           "full-scale range and record again");
     }
     FillCovariances(turning_moments, resolution_raw, &turning);
     for (std::size_t i = 0; i < stretches_.size(); ++i) {

@@ -12,6 +12,7 @@
 #include "data/excluded_time.h"
 #include "data/given_poses.h"
 #include "data/impossible_rows.h"
+#include "data/motion_spikes.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -137,6 +138,18 @@ class MotionCollector : public Collector {
   }
 
   Status Finish(PoseSet* set) override {
+    for (StreamSummary& stream : set->streams) {
+      const SpikeScreen screen = ReplaceSpikes(stream.resolution_raw, &tracks_[stream.triad]);
+      stream.one_sided_raw = screen.one_sided_raw;
+      if (screen.replaced == 0) continue;
+      const std::string sensor(TriadName(stream.triad));
+      set->findings.push_back(Finding(FindingCode::kReadingsLeftOut,
+                                      sensor + ": left out " + std::to_string(screen.replaced) +
+                                          " of " + std::to_string(stream.samples) +
+                                          " readings that are far from their neighbours (spikes)")
+                                  .About(stream.triad)
+                                  .With("readings", static_cast<double>(screen.replaced)));
+    }
     set->tracks = std::move(tracks_);
     return {};
   }

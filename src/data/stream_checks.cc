@@ -342,23 +342,20 @@ double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Tria
 
 }  // namespace
 
-Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
-                          std::vector<PerTriad<TriadPoseMoments>>* moments,
-                          PoseSet* set) {
-  const std::size_t poses = moments->size();
-  std::vector<bool> clipped(poses, false);
-  std::string limits;
-  for (const StreamSummary& stream : set->streams) {
+std::vector<ClippedPoses> FindClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                           const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                                           const std::vector<StreamSummary>& streams) {
+  std::vector<ClippedPoses> limits;
+  for (const StreamSummary& stream : streams) {
     for (int axis = 0; axis < 3; ++axis) {
-      const double noise = TypicalNoise(*moments, stream.triad, axis);
+      const double noise = TypicalNoise(moments, stream.triad, axis);
       const double step = resolution_raw[stream.triad][axis];
       if (!(noise > 0.5 * step)) continue;  // Noise below the step: a constant axis means nothing.
       for (const bool at_top : {false, true}) {
         const double limit = at_top ? stream.maximum_raw[axis] : stream.minimum_raw[axis];
-        std::string numbers;
-        std::size_t hits = 0;
-        for (std::size_t i = 0; i < poses; ++i) {
-          const TriadPoseMoments& pose = (*moments)[i][stream.triad];
+        ClippedPoses reached;
+        for (std::size_t i = 0; i < moments.size(); ++i) {
+          const TriadPoseMoments& pose = moments[i][stream.triad];
           const double extreme = at_top ? pose.maximum_raw[axis] : pose.minimum_raw[axis];
           if (pose.count < kFewestStuckSamples || extreme != limit) continue;
           const double windows_at_limit = at_top ? pose.at_maximum[axis] : pose.at_minimum[axis];
@@ -367,16 +364,36 @@ Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
           const bool heaped = noise > 2.0 * step && pose.windows >= 5 &&
                               windows_at_limit > 0.5 * static_cast<double>(pose.windows);
           if (!flat && !heaped) continue;
-          clipped[i] = true;
-          if (++hits <= kMaxListed) numbers += (hits > 1 ? ", " : "") + std::to_string(i + 1);
+          reached.poses.push_back(i);
         }
-        if (hits == 0) continue;
-        limits += (limits.empty() ? "" : "; ") + Name(stream.triad) + " " + AxisLetter(axis) +
-                  " axis at its limit of " + Number(limit) + " " + stream.unit.name + " in " +
-                  (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") + numbers +
-                  (hits > kMaxListed ? ", …" : "");
+        if (reached.poses.empty()) continue;
+        reached.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis at its limit of " +
+                        Number(limit) + " " + stream.unit.name;
+        limits.push_back(std::move(reached));
       }
     }
+  }
+  return limits;
+}
+
+Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                          std::vector<PerTriad<TriadPoseMoments>>* moments,
+                          PoseSet* set) {
+  const std::size_t poses = moments->size();
+  std::vector<bool> clipped(poses, false);
+  std::string limits;
+  for (const ClippedPoses& found : FindClippedPoses(resolution_raw, *moments, set->streams)) {
+    std::string numbers;
+    for (std::size_t k = 0; k < found.poses.size(); ++k) {
+      clipped[found.poses[k]] = true;
+      if (k < kMaxListed) {
+        numbers += (k > 0 ? ", " : "") + std::to_string(found.poses[k] + 1);
+      }
+    }
+    const std::size_t hits = found.poses.size();
+    limits += (limits.empty() ? "" : "; ") + found.words + " in " +
+              (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") + numbers +
+              (hits > kMaxListed ? ", …" : "");
   }
   const auto lost = static_cast<std::size_t>(std::count(clipped.begin(), clipped.end(), true));
   if (lost == 0) return {};

@@ -88,9 +88,19 @@ class StuckFinder {
   std::int64_t stretch_count_ = 0;
 };
 
-/// Removes the poses in which an axis sits at the limit of its range, with a finding.
+/// Poses in which an axis sits at one limit of its range.
+struct ClippedPoses {
+  std::string words;  ///< Sensor, axis and limit.
+  std::vector<std::size_t> poses;
+};
 /// A clipped axis reads its stream's extreme in (nearly) all windows: without noise while others
-/// show noise, or heaped up at the extreme. Error: that leaves less than half of the poses.
+/// show noise, or heaped up at the extreme.
+std::vector<ClippedPoses> FindClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                           const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                                           const std::vector<StreamSummary>& streams);
+
+/// Removes the poses with a clipped axis, with a finding. Error: that leaves less than half of the
+/// poses.
 Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
                           std::vector<PerTriad<TriadPoseMoments>>* moments,
                           PoseSet* set);

@@ -43,10 +43,6 @@ constexpr double kMostClockError = 0.01;
 constexpr double kSaidClockError = 4.0;
 constexpr double kRoughTolerance = 1e-6;
 constexpr double kMotionTolerance = 1e-11;
-// χ² of three degrees of freedom that chance makes in one of 1e6 runs, with room for noise that is
-// not white; of one, in σ.
-constexpr double kClearArm = 60.0;
-constexpr double kClearLowPass = 6.0;
 // A fit whose residual is this share of the field does not explain the data.
 constexpr double kExplainedShare = 0.5;
 // Nodes that stand for the whole chain where single ones are looked at.
@@ -379,36 +375,6 @@ std::vector<TimeBlock> TimeBlocksOf(const MotionTrack& track, const MotionRun& r
   return blocks;
 }
 
-// What turning itself does to the vector sensors.
-void AddFaultsOfMotion(const MotionChain& chain,
-                       const PoseGraph& graph,
-                       const Eigen::MatrixXd& covariance,
-                       LeftOutTerms* terms) {
-  const MotionChain::LeverArm arm = chain.LeverArmOf(graph.shared.data());
-  if (arm.chi2 > kClearArm) {
-    LeftOutTerm term{Triad::kAccelerometer, LeftOutKind::kLeverArm};
-    term.arm_m = arm.arm_m.norm();
-    AddShift(graph,
-             covariance,
-             graph.layout.bias[Triad::kAccelerometer],
-             graph.sensitivity(Triad::kAccelerometer) * arm.mean_mps2,
-             term,
-             terms);
-  }
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!graph.layout.Has(triad)) continue;
-    const MotionChain::LowPass low = chain.LowPassOf(triad, graph.shared.data());
-    if (!(low.squared_s2 > kClearLowPass * low.sigma_s2)) continue;
-    const Eigen::Matrix3d shift = low.lost_gain * graph.sensitivity(triad);
-    AddShift(graph,
-             covariance,
-             graph.layout.sensitivity[triad],
-             shift.reshaped(),
-             {triad, LeftOutKind::kLowPass},
-             terms);
-  }
-}
-
 Status StateMotionVerdict(const PoseSet& poses,
                           const CalibrateOptions& options,
                           const MotionTrack& track,
@@ -432,13 +398,17 @@ Status StateMotionVerdict(const PoseSet& poses,
   Observability observability = AnalyseObservability(
       graph, information, options.observable_sigma, "keep it in motion longer");
   quality.weak_directions = std::move(observability.weak_directions);
-  const PoseGraph larger = WithTermsOf(WithLeftOutBends(options, graph.layout), graph);
+  PoseGraph larger = WithTermsOf(WithLeftOutBends(options, graph.layout), graph);
+  const std::vector<ProbedTerm> probes = AppendProbes(&larger.layout);
+  larger.shared.conservativeResizeLike(Eigen::VectorXd::Zero(larger.layout.size));
   MotionChain bent(larger.layout, larger.priors, track, run->nodes, run->attitudes);
   bent.SetNoise(run->noise.noise, larger.shared.data());
+  bent.SetProbes(probes, larger.shared.data());
   const ChainElimination solved_bent = bent.LinearisedAt(larger.shared);
   LeftOutTerms left_out = FindLeftOutTerms(graph,
                                            information.covariance(),
                                            larger.layout,
+                                           probes,
                                            solved_bent.information(),
                                            solved_bent.gradient());
   PerTriad<Eigen::Vector3d> sigma_raw{};
@@ -447,9 +417,7 @@ Status StateMotionVerdict(const PoseSet& poses,
     sigma_raw[triad] = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
   }
   AddFaultsOfRecording(poses, sigma_raw, graph, information.covariance(), &left_out);
-  AddFaultsOfMotion(chain, graph, information.covariance(), &left_out);
-  const BlockScatter blocks =
-      ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph.layout);
+  const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph);
   PresentedSolution solution =
       SolvedFrame(graph, information.covariance() + left_out.covariance + blocks.covariance);
   StateInGauge(options, &solution);

@@ -96,7 +96,9 @@ ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {
     for (const Triad triad : kVectorTriads) {
       const GatheredReadings& seen = nodes_[k].seen(triad);
       if (seen.count == 0 || !layout_.Has(triad)) continue;
-      add(RowOf(triad, layout_, seen), VectorRoot(triad, seen).asDiagonal(), {triad, k});
+      add(WithProbes(RowOf(triad, layout_, seen), triad, k),
+          VectorRoot(triad, seen).asDiagonal(),
+          {triad, k});
     }
     if (HoldsHeading(k)) {
       // Nothing else pulls about the vertical.
@@ -105,7 +107,7 @@ ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {
     if (!nodes_[k].is_linked || k + 1 == nodes_.size()) continue;
     const GyroReadings readings = track_.Between(nodes_[k], nodes_[k + 1]);
     const double root = std::sqrt(nodes_[k].weight / DurationOf(readings));
-    add(std::make_shared<IntegratedTurnRow>(layout_, readings),
+    add(WithProbes(std::make_shared<IntegratedTurnRow>(layout_, readings), Triad::kGyroscope, k),
         root * turn_root_,
         {Triad::kGyroscope, k});
   }
@@ -152,109 +154,102 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd
   return all;
 }
 
-template <typename Visit>
-void MotionChain::VisitReadings(Triad triad, const double* shared, const Visit& visit) const {
+MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
   const Eigen::Map<const ReferenceVector> reference(shared + layout_.reference);
   const TriadModel<double> model = ModelOf(layout_, triad, shared);
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
+  const Eigen::Matrix3d correction = gyroscope.Correction();
   const Eigen::Vector3d world = WorldVector(triad, reference);
+  double along = 0.0, squared = 0.0;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     const GatheredReadings& seen = nodes_[k].seen(triad);
     if (seen.count == 0) continue;
-    const Eigen::Vector3d root = VectorRoot(triad, seen);
     const Eigen::Vector3d field = seen.turn * (attitudes_[k].conjugate() * world);
-    visit(k,
-          field,
-          Eigen::Matrix3d(root.asDiagonal() * model.sensitivity),
-          Eigen::Vector3d(root.cwiseProduct(seen.mean_raw - model.RawFromTruth(field))));
+    const Eigen::Vector3d rate = correction * (track_.RateAt(nodes_[k]) - gyroscope.bias);
+    const Eigen::Vector3d root = VectorRoot(triad, seen);
+    const Eigen::Vector3d change = root.cwiseProduct(model.sensitivity * field.cross(rate));
+    along += change.dot(root.cwiseProduct(model.RawFromTruth(field) - seen.mean_raw));
+    squared += change.squaredNorm();
   }
-}
-
-MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {
-  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
-  const Eigen::Matrix3d correction = gyroscope.Correction();
-  double along = 0.0, squared = 0.0;
-  VisitReadings(triad,
-                shared,
-                [&](std::size_t k,
-                    const Eigen::Vector3d& field,
-                    const Eigen::Matrix3d& sensitivity,
-                    const Eigen::Vector3d& off) {
-                  const Eigen::Vector3d rate =
-                      correction * (track_.RateAt(nodes_[k]) - gyroscope.bias);
-                  const Eigen::Vector3d change = sensitivity * field.cross(rate);
-                  along -= change.dot(off);
-                  squared += change.squaredNorm();
-                });
   // A reading that is stamped too late by t shows the field of t earlier: the residual is t times
   // the change.
   if (!(squared > 0.0)) return {};
   return {along / squared, 1.0 / std::sqrt(squared)};
 }
 
-std::optional<MotionChain::Turning> MotionChain::TurningAt(
-    std::size_t k, const TriadModel<double>& gyroscope) const {
+std::vector<ProbedTerm> AppendProbes(SharedLayout* layout) {
+  std::vector<ProbedTerm> probes;
+  const auto add = [&](Triad triad, LeftOutKind kind, int size) {
+    probes.push_back({{triad, kind}, layout->AppendProbe(size)});
+  };
+  for (const Triad triad : kTriads) {
+    if (!layout->Has(triad)) continue;
+    add(triad, LeftOutKind::kDrift, 3);
+    add(triad, LeftOutKind::kLowPass, 1);
+    if (triad == Triad::kAccelerometer) add(triad, LeftOutKind::kLeverArm, 3);
+  }
+  return probes;
+}
+
+void MotionChain::SetProbes(const std::vector<ProbedTerm>& probes, const double* shared) {
+  probes_ = probes;
+  reference_ = Eigen::Map<const ReferenceVector>(shared + layout_.reference);
+  for (const Triad triad : kTriads) {
+    if (layout_.Has(triad)) models_[triad] = ModelOf(layout_, triad, shared);
+  }
+}
+
+std::optional<MotionChain::Turning> MotionChain::TurningAt(std::size_t k) const {
   if (k == 0 || k + 1 >= nodes_.size() || !nodes_[k - 1].is_linked || !nodes_[k].is_linked) {
     return std::nullopt;
   }
   const double time_s = track_.TimeOf(nodes_[k + 1]) - track_.TimeOf(nodes_[k - 1]);
+  const TriadModel<double>& gyroscope = models_[Triad::kGyroscope];
   const Eigen::Matrix3d correction = gyroscope.Correction();
   return Turning{
       correction * (track_.RateAt(nodes_[k]) - gyroscope.bias),
       correction * (track_.RateAt(nodes_[k + 1]) - track_.RateAt(nodes_[k - 1])) / time_s};
 }
 
-MotionChain::LeverArm MotionChain::LeverArmOf(const double* shared) const {
-  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero(), sum = information;
-  Eigen::Vector3d along = Eigen::Vector3d::Zero();
-  double count = 0.0;
-  VisitReadings(Triad::kAccelerometer,
-                shared,
-                [&](std::size_t k,
-                    const Eigen::Vector3d&,
-                    const Eigen::Matrix3d& sensitivity,
-                    const Eigen::Vector3d& off) {
-                  const std::optional<Turning> turning = TurningAt(k, gyroscope);
-                  if (!turning) return;
-                  const Eigen::Matrix3d W = Skew(turning->rate_radps);
-                  const Eigen::Matrix3d by_arm = Skew(turning->acceleration_radps2) + W * W;
-                  const Eigen::Matrix3d change = sensitivity * by_arm;
-                  information += change.transpose() * change;
-                  along += change.transpose() * off;
-                  sum += by_arm;
-                  count += 1.0;
-                });
-  LeverArm arm;
-  if (!(information.diagonal().minCoeff() > 0.0)) return arm;
-  arm.arm_m = information.ldlt().solve(along);
-  arm.chi2 = arm.arm_m.dot(along);
-  arm.mean_mps2 = sum / count * arm.arm_m;
-  return arm;
+std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe, std::size_t k) const {
+  ProbedRow::Probe at;
+  at.block = probe.block;
+  const Triad triad = probe.term.triad;
+  if (probe.term.kind == LeftOutKind::kDrift) {
+    at.like = layout_.bias[triad];
+    const double begin_s = track_.TimeOf(nodes_.front()), end_s = track_.TimeOf(nodes_.back());
+    at.factor = 2.0 * (track_.TimeOf(nodes_[k]) - begin_s) / (end_s - begin_s) - 1.0;
+    return at;
+  }
+  const std::optional<Turning> turning = TurningAt(k);
+  if (!turning) return std::nullopt;
+  const auto& [rate, acceleration] = *turning;
+  if (triad == Triad::kGyroscope) {
+    const std::optional<Turning> next = TurningAt(k + 1);
+    if (!next) return std::nullopt;
+    at.by = 0.5 * (acceleration - next->acceleration_radps2);
+  } else if (probe.term.kind == LeftOutKind::kLeverArm) {
+    const Eigen::Matrix3d W = Skew(rate);
+    at.by = models_[triad].sensitivity * (Skew(acceleration) + W * W);
+  } else {
+    const Eigen::Vector3d field =
+        nodes_[k].seen(triad).turn * (attitudes_[k].conjugate() * WorldVector(triad, reference_));
+    at.by = models_[triad].sensitivity *
+            (0.5 * (field.cross(rate).cross(rate) + field.cross(acceleration)));
+  }
+  return at;
 }
 
-MotionChain::LowPass MotionChain::LowPassOf(Triad triad, const double* shared) const {
-  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared).triad;
-  double along = 0.0, squared = 0.0, lost = 0.0, count = 0.0;
-  VisitReadings(triad,
-                shared,
-                [&](std::size_t k,
-                    const Eigen::Vector3d& field,
-                    const Eigen::Matrix3d& sensitivity,
-                    const Eigen::Vector3d& off) {
-                  const std::optional<Turning> turning = TurningAt(k, gyroscope);
-                  if (!turning) return;
-                  const Eigen::Vector3d second =
-                      field.cross(turning->rate_radps).cross(turning->rate_radps) +
-                      field.cross(turning->acceleration_radps2);
-                  const Eigen::Vector3d change = sensitivity * (0.5 * second);
-                  along += change.dot(off);
-                  squared += change.squaredNorm();
-                  lost -= 0.5 * second.dot(field) / field.squaredNorm();
-                  count += 1.0;
-                });
-  if (!(squared > 0.0)) return {};
-  const double found = along / squared;
-  return {found, 1.0 / std::sqrt(squared), found * lost / count};
+std::shared_ptr<const Row> MotionChain::WithProbes(std::shared_ptr<const Row> row,
+                                                   Triad triad,
+                                                   std::size_t k) const {
+  std::vector<ProbedRow::Probe> probes;
+  for (const ProbedTerm& probe : probes_) {
+    if (probe.term.triad != triad) continue;
+    if (auto at = ProbeAt(probe, k)) probes.push_back(*std::move(at));
+  }
+  if (probes.empty()) return row;
+  return std::make_shared<ProbedRow>(std::move(row), std::move(probes));
 }
 
 }  // namespace truetriad

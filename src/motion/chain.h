@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,9 +12,11 @@
 
 #include "motion/track.h"
 #include "problem/graph.h"
+#include "problem/rows/probed_row.h"
 #include "solve/chain_elimination.h"
 #include "solve/chain_problem.h"
 #include "solve/outcome.h"
+#include "verdict/left_out_terms.h"
 
 namespace truetriad {
 
@@ -22,6 +25,15 @@ namespace truetriad {
 struct MotionNoise {
   PerTriad<Eigen::Vector3d> density;
 };
+
+// Of all sensors in a layout, to which they are added:
+//
+//   low-pass   half the second derivative of the field in the body (of the gyroscope: of its rate)
+//              times t^2, what a first-order low-pass of time constant t leaves beyond its delay
+//   lever arm  r from the point about which the unit is turned to the accelerometer, body frame:
+//              f = ... + alpha x r + omega x (omega x r)
+//   drift      bias times time, from -1 to 1 over the run
+std::vector<ProbedTerm> AppendProbes(SharedLayout* layout);
 
 // The factor graph of a tumbling unit: a chain of attitudes, seen by the vector sensors (FieldRow,
 // mean readings about each attitude) and tied to each other by the gyroscope (IntegratedTurnRow).
@@ -63,37 +75,21 @@ class MotionChain {
   };
   ClockError ClockErrorOf(Triad triad, const double* shared) const;
 
-  // What the residuals of the accelerometer say of its place: r from the point about which the unit
-  // is turned, body frame, by f = ... + alpha x r + omega x (omega x r).
-  struct LeverArm {
-    Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();
-    double chi2 = 0.0;  // of three degrees of freedom
-    // Mean of what it adds to the specific force, as a bias does.
-    Eigen::Vector3d mean_mps2 = Eigen::Vector3d::Zero();
-  };
-  LeverArm LeverArmOf(const double* shared) const;
-
-  // What the residuals of a vector sensor say of a first-order low-pass beyond its delay: half the
-  // square of its time constant t times the second derivative of the field in the body.
-  struct LowPass {
-    double squared_s2 = 0.0;  // t^2
-    double sigma_s2 = 0.0;
-    double lost_gain = 0.0;  // the share that it leaves out of the gain, on average
-  };
-  LowPass LowPassOf(Triad triad, const double* shared) const;
+  // From now on rows are tested for these, too; `shared` is where the models are taken from.
+  void SetProbes(const std::vector<ProbedTerm>& probes, const double* shared);
 
  private:
   // Rate and angular acceleration at a node, body frame; unset where the chain is broken.
   struct Turning {
     Eigen::Vector3d rate_radps, acceleration_radps2;
   };
-  std::optional<Turning> TurningAt(std::size_t k, const TriadModel<double>& gyroscope) const;
+  std::optional<Turning> TurningAt(std::size_t k) const;
 
-  // Calls visit(node, field, sensitivity, off) for each mean reading of a vector sensor: the field
-  // in the body as the attitude has it, and over its noise the sensitivity and what the reading is
-  // off by.
-  template <typename Visit>
-  void VisitReadings(Triad triad, const double* shared, const Visit& visit) const;
+  // How a probe enters the reading, or the turn, of a sensor at a node; unset where it does not.
+  std::optional<ProbedRow::Probe> ProbeAt(const ProbedTerm& probe, std::size_t k) const;
+  std::shared_ptr<const Row> WithProbes(std::shared_ptr<const Row> row,
+                                        Triad triad,
+                                        std::size_t k) const;
 
   // The problem, and which sensor and node each row but those of priors and headings is of.
   struct Source {
@@ -110,6 +106,10 @@ class MotionChain {
   const MotionTrack& track_;
   std::vector<MotionNode> nodes_;
   std::vector<Eigen::Quaterniond> attitudes_;
+
+  std::vector<ProbedTerm> probes_;
+  PerTriad<TriadModel<double>> models_;  // where there are probes
+  ReferenceVector reference_ = ReferenceVector::Zero();
 
   PerTriad<Eigen::Vector3d> inverse_sigma_;                  // of one reading of a vector sensor
   Eigen::Matrix3d turn_root_ = Eigen::Matrix3d::Identity();  // of a turn that takes one second

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "problem/rows/row.h"
 #include "problem/thermal_block.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/triad_model.h"
@@ -67,6 +68,9 @@ struct SharedLayout {
   bool Has(Triad triad) const { return sensitivity[triad] >= 0; }
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
+
+  // Appends a block of free entries that no term of the model has.
+  SharedBlock AppendProbe(int block_size);
 
   // What the temperature terms of `triad` are multiplied with; all zero where it has none.
   ThermalFactors FactorsOf(Triad triad,

@@ -202,10 +202,17 @@ class TermSearch {
     return test;
   }
 
+  // |h| of them.
+  double SizeOf(const std::vector<Eigen::Index>& at) const {
+    const std::vector<Eigen::Index> seen = SeenOf(at);
+    return Cholesky(information_(seen, seen)).SolveVector(gradient_(seen)).norm();
+  }
+
   // The others are tested beside it from now on. Of its directions those are taken in that show:
-  // what does not would only add what it is unknown by. Returns how they move the solution.
-  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at) {
-    const Eigen::MatrixXd shown = ShownOf(SeenOf(at));
+  // what does not would only add what it is unknown by. `variance`: of the noise without it.
+  // Returns how they move the solution.
+  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at, double variance) {
+    const Eigen::MatrixXd shown = ShownOf(SeenOf(at), variance);
     taken_.conservativeResize(information_.rows(), taken_.cols() + shown.cols());
     taken_.rightCols(shown.cols()) = shown;
     const Eigen::MatrixXd across = Times(information_, shown);
@@ -236,14 +243,14 @@ class TermSearch {
 
   // The directions of some entries, each scaled by what it would be known to, that are off by so
   // many σ; the clearest in any case.
-  Eigen::MatrixXd ShownOf(const std::vector<Eigen::Index>& at) const {
+  Eigen::MatrixXd ShownOf(const std::vector<Eigen::Index>& at, double variance) const {
     const Eigen::VectorXd scale = given_.full(at).cwiseSqrt().cwiseInverse();
     const SymmetricEigen spectrum =
         EigenOfSymmetric(scale.asDiagonal() * information_(at, at) * scale.asDiagonal());
     const Eigen::VectorXd along =
         TransposeTimesVector(spectrum.vectors, scale.cwiseProduct(gradient_(at)));
     const Eigen::VectorXd z2 = along.cwiseAbs2().cwiseQuotient(spectrum.values.cwiseMax(1e-300));
-    const double least = std::min(kShownSigmas * kShownSigmas, z2.maxCoeff());
+    const double least = std::min(kShownSigmas * kShownSigmas * variance, z2.maxCoeff());
     Eigen::MatrixXd shown(information_.rows(), 0);
     for (Eigen::Index i = 0; i < z2.size(); ++i) {
       if (z2[i] < least) continue;
@@ -269,12 +276,16 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
                          const SharedLayout& larger,
                          const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& gradient,
-                         PerTriad<OwnResiduals> own) {
+                         PerTriad<OwnResiduals> own,
+                         const std::vector<ProbedTerm>& probed = {}) {
   LeftOutTerms result;
   result.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   const auto base = CommonColumns(larger, graph.layout);
   if (!base) return result;
   std::vector<Candidate> candidates = CandidatesOf(larger, graph.layout);
+  for (const ProbedTerm& probe : probed) {
+    candidates.push_back({probe.term, larger.ColumnsOf(probe.block.offset, probe.block.size)});
+  }
   std::vector<Eigen::Index> extra;
   for (Candidate& candidate : candidates) {
     for (Eigen::Index& column : candidate.columns) {
@@ -302,10 +313,13 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     }
     LeftOutTerm& term = candidates[clearest].term;
     if (term.p_value > kLeftOutLevel) break;
-    own[term.triad].dof -= tests[clearest].rank;
-    own[term.triad].chi2 = std::max(own[term.triad].chi2 - tests[clearest].chi2, 0.0);
+    term.size = search.SizeOf(candidates[clearest].columns);
+    OwnResiduals& rest = own[term.triad];
+    const double variance = rest.VarianceWithout(tests[clearest].chi2, tests[clearest].rank);
+    rest.dof -= tests[clearest].rank;
+    rest.chi2 = std::max(rest.chi2 - tests[clearest].chi2, 0.0);
     term.effect_sigmas =
-        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns));
+        LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns, variance));
     result.found.push_back(term);
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
   }
@@ -351,9 +365,10 @@ CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLa
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               const SharedLayout& larger,
+                              const std::vector<ProbedTerm>& probed,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient) {
-  return SearchTerms(graph, covariance, larger, information, gradient, {});
+  return SearchTerms(graph, covariance, larger, information, gradient, {}, probed);
 }
 
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,

@@ -7,6 +7,7 @@
 
 #include "noise/noise_settling.h"
 #include "problem/graph.h"
+#include "problem/rows/row.h"
 #include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/problem/options.h"
@@ -36,7 +37,13 @@ struct LeftOutTerm {
   double effect_sigmas = 0.0;
   int pose = 0;        // of a step: the first after it
   double share = 0.0;  // of the rows, that are lost
-  double arm_m = 0.0;  // length of a lever arm
+  double size = 0.0;   // of its unknowns; of a lever arm m, of a low-pass s^2
+};
+
+// One that readings are tested for by unknowns of its own, problem/rows/probed_row.h.
+struct ProbedTerm {
+  LeftOutTerm term;
+  SharedBlock block;
 };
 
 struct LeftOutTerms {
@@ -65,12 +72,13 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const CalibrateOptions& options);
 
 // The same without poses: `options` with all that bends, and the search once somebody linearised
-// the graph that WithTermsOf makes of them. `covariance`: of the solution's free coordinates; the
-// noise is taken as known.
+// the graph that WithTermsOf makes of them, with probes appended. `covariance`: of the solution's
+// free coordinates; the noise is taken as known.
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& options, const SharedLayout& has);
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               const SharedLayout& larger,
+                              const std::vector<ProbedTerm>& probed,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient);
 

@@ -30,6 +30,10 @@ double OwnResiduals::ChanceOf(double part, int rank) const {
   return 1.0 - FisherCdf(part / rank / (LeftWithout(part) / left), rank, left);
 }
 
+double OwnResiduals::VarianceWithout(double part, int rank) const {
+  return IsJudgedByRest(rank) ? LeftWithout(part) / (dof - rank) : 1.0;
+}
+
 double OwnResiduals::LikelihoodOf(double part, int rank) const {
   return IsJudgedByRest(rank) ? dof * std::log1p(part / LeftWithout(part)) : part;
 }

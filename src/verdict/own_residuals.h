@@ -17,6 +17,8 @@ struct OwnResiduals {
   // Probability that something makes so much of them by chance; held against what is left of them
   // without it, F(rank, the rest), where the noise was estimated, which took it for noise.
   double ChanceOf(double part, int rank) const;
+  // Variance that is left without it, of what the noise was estimated to.
+  double VarianceWithout(double part, int rank) const;
   // Twice the log likelihood that it adds.
   double LikelihoodOf(double part, int rank) const;
 

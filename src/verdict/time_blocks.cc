@@ -19,30 +19,82 @@ constexpr double kDifferentLevel = 1e-4;
 // Of the whole's information about a direction: what a stretch has less of it does not tell.
 constexpr double kToldShare = 1e-3;
 
-std::vector<std::vector<Eigen::Index>> GroupsOf(const SharedLayout& layout) {
-  std::vector<std::vector<Eigen::Index>> groups = {
-      layout.ColumnsOf(layout.reference, kReferenceSize)};
+// What one change is seen in, each as directions of the free coordinates: the reference, the bias
+// of a triad, and of a vector sensor all gains at once, which a field of another strength looks
+// like where the strength was stated.
+std::vector<Eigen::MatrixXd> ChangesOf(const PoseGraph& graph) {
+  const SharedLayout& layout = graph.layout;
+  std::vector<Eigen::MatrixXd> changes;
+  const auto add_block = [&](int at, int size) {
+    const std::vector<Eigen::Index> columns = layout.ColumnsOf(at, size);
+    const Eigen::MatrixXd all = Eigen::MatrixXd::Identity(layout.free_size(), layout.free_size());
+    if (!columns.empty()) changes.emplace_back(all(Eigen::all, columns));
+  };
+  add_block(layout.reference, kReferenceSize);
   for (const Triad triad : kTriads) {
-    if (layout.Has(triad)) groups.push_back(layout.ColumnsOf(layout.bias[triad], 3));
+    if (!layout.Has(triad)) continue;
+    add_block(layout.bias[triad], 3);
+    if (triad == Triad::kGyroscope) continue;
+    Eigen::VectorXd gains = Eigen::VectorXd::Zero(layout.size);
+    gains.segment<9>(layout.sensitivity[triad]) = graph.sensitivity(triad).reshaped();
+    const Eigen::VectorXd along = layout.basis.transpose() * gains;
+    if (!along.isZero(0.0)) changes.emplace_back(along.normalized());
   }
-  std::erase_if(groups, [](const auto& group) { return group.empty(); });
-  return groups;
+  return changes;
 }
 
-// Chance that the stretches differ by so much in some coordinates, all others being as they are.
-double ChanceIn(const std::vector<Eigen::Index>& group,
-                const std::vector<TimeBlock>& blocks,
-                const Cholesky& whole) {
+// Chance that the stretches differ by so much along some directions, all else being as it is.
+double ChanceAlong(const Eigen::MatrixXd& directions,
+                   const std::vector<TimeBlock>& blocks,
+                   const Cholesky& whole) {
   double chi2 = 0.0, dof = 0.0;
   for (const TimeBlock& block : blocks) {
-    const Cholesky own(block.information(group, group));
+    const Eigen::MatrixXd across = Times(block.information, directions);
+    const Cholesky own(TransposeTimes(directions, across));
     if (!own.is_positive()) continue;
-    const Eigen::VectorXd gradient = block.gradient(group);
+    const Eigen::VectorXd gradient = TransposeTimesVector(directions, block.gradient);
     chi2 += gradient.dot(own.SolveVector(gradient));
-    const Eigen::MatrixXd half = whole.SolveLower(block.information(Eigen::all, group));
-    dof += static_cast<double>(group.size()) - own.Solve(TransposeTimes(half, half)).trace();
+    const Eigen::MatrixXd half = whole.SolveLower(across);
+    dof += static_cast<double>(directions.cols()) - own.Solve(TransposeTimes(half, half)).trace();
   }
   return dof >= 1.0 ? 1.0 - ChiSquareCdf(chi2, dof) : 1.0;
+}
+
+// One step between two stretches along some directions: how the solution would move for the
+// stretches before it and for those after it.
+struct Step {
+  double p_value = 1.0;  // at the best of all places
+  Eigen::VectorXd before, after;
+};
+
+// The score test of left_out_terms.h, for h = 0 before the step and h along `directions` after it.
+Step LikeliestStep(const Eigen::MatrixXd& directions,
+                   const std::vector<TimeBlock>& blocks,
+                   const Cholesky& whole) {
+  const Eigen::Index n = directions.rows();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  Step best;
+  double best_chi2 = 0.0;
+  for (std::size_t b = blocks.size(); b-- > 1;) {
+    information += blocks[b].information;
+    gradient += blocks[b].gradient;
+    const Eigen::MatrixXd across = Times(information, directions);
+    const Eigen::MatrixXd gain = whole.Solve(across);
+    const Eigen::MatrixXd told = TransposeTimes(directions, across) - TransposeTimes(across, gain);
+    const Cholesky factor(0.5 * (told + told.transpose()));
+    if (!factor.is_positive()) continue;
+    const Eigen::VectorXd score = TransposeTimesVector(directions, gradient);
+    const Eigen::VectorXd step = -factor.SolveVector(score);
+    const double chi2 = -step.dot(score);
+    if (!(chi2 > best_chi2)) continue;
+    best_chi2 = chi2;
+    best.before = -gain * step;
+    best.after = best.before + directions * step;
+  }
+  const double chance = 1.0 - ChiSquareCdf(best_chi2, static_cast<double>(directions.cols()));
+  best.p_value = std::min(1.0, static_cast<double>(blocks.size() - 1) * chance);
+  return best;
 }
 
 }  // namespace
@@ -67,7 +119,7 @@ std::vector<TimeBlock> TimeBlocksOf(const ReducedSystem& system) {
 
 BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
                        const Eigen::MatrixXd& information,
-                       const SharedLayout& layout) {
+                       const PoseGraph& graph) {
   const Eigen::Index n = information.rows();
   BlockScatter scatter;
   scatter.covariance = Eigen::MatrixXd::Zero(n, n);
@@ -97,12 +149,17 @@ BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
   if (!(dof >= 1.0)) return scatter;
   scatter.ratio = chi2 / dof;
   scatter.p_value = 1.0 - ChiSquareCdf(chi2, dof);
-  for (const std::vector<Eigen::Index>& group : GroupsOf(layout)) {
-    scatter.p_value = std::min(scatter.p_value, ChanceIn(group, blocks, whole));
+  for (const Eigen::MatrixXd& change : ChangesOf(graph)) {
+    scatter.p_value = std::min(scatter.p_value, ChanceAlong(change, blocks, whole));
+    const Step step = LikeliestStep(change, blocks, whole);
+    scatter.p_value = std::min(scatter.p_value, step.p_value);
+    if (step.p_value > kDifferentLevel) continue;
+    scatter.covariance +=
+        step.before * step.before.transpose() + step.after * step.after.transpose();
   }
   if (scatter.p_value > kDifferentLevel) return scatter;
   const auto count = static_cast<double>(blocks.size());
-  scatter.covariance = (count - 1.0) / count * jackknife;
+  scatter.covariance += (count - 1.0) / count * jackknife;
   return scatter;
 }
 

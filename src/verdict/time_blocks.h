@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "problem/parameters.h"
+#include "problem/graph.h"
 #include "solve/reduced_system.h"
 
 namespace truetriad {
@@ -32,15 +32,16 @@ struct BlockScatter {
   //
   //   (K - 1) / K sum_k d_k d_k^T      d_k = (M - M_k)^-1 g_k
   //
-  // which holds whatever it is that the readings of one stretch have in common. Zero where chance
-  // may make the difference.
+  // which holds whatever it is that the readings of one stretch have in common; and, where one step
+  // between two stretches shows, the squares of how the solution would move without those before or
+  // after it. Zero where chance may make the difference.
   Eigen::MatrixXd covariance;
 };
 // `information`: of the whole, with what is known beforehand. The stretches are compared in all
-// coordinates at once, and in the biases of each triad and in the reference by themselves, where a
-// change of one thing shows best.
+// coordinates at once, and in the biases of each triad, in its common gain and in the reference by
+// themselves, where a change of one thing shows best; there also for one step.
 BlockScatter ScatterOf(const std::vector<TimeBlock>& blocks,
                        const Eigen::MatrixXd& information,
-                       const SharedLayout& layout);
+                       const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -42,7 +42,7 @@ struct Trial {
   std::vector<std::string> said;
   std::string refusal;        // its code, or an error's text
   bool blames_other = false;  // the refusal names a sensor that nothing befell
-  double seconds = 0.0;
+  double seconds = 0.0;       // of the processor
 
   bool IsSilent() const { return verdict == Verdict::kWrong && said.empty(); }
 };

@@ -22,7 +22,7 @@ std::string WordsOf(const LeftOutTerm& term) {
     case LeftOutKind::kStep:
       return "has another bias from pose " + std::to_string(term.pose) + " on";
     case LeftOutKind::kLeverArm:
-      return Format("sits %.2g m from the point about which the unit is turned", term.arm_m);
+      return Format("sits %.2g m from the point about which the unit is turned", term.size);
     case LeftOutKind::kLowPass:
       return "reads less the faster it is turned (low-pass)";
     case LeftOutKind::kOneSided:

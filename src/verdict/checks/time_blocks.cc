@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verdict/time_blocks.h"
 
-#include "base/messages.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {
@@ -13,10 +12,9 @@ Findings CheckTimeBlocks(const SettledRun&, const SolvedRun& solved) {
 Findings FindingsOf(const BlockScatter& blocks) {
   if (blocks.covariance.isZero(0.0)) return {};
   return {Finding(FindingCode::kStretchesDiffer,
-                  Format("stretches of the recording differ by %.2g times the variance ",
-                         blocks.ratio) +
-                      "that noise explains: the field, the surroundings or a sensor changed, or a "
-                      "sensor does what the model leaves out; σ allow for it",
+                  "stretches of the recording differ by more than noise explains: the field, the "
+                  "surroundings or a sensor changed, or a sensor does what the model leaves out; σ "
+                  "allow for it",
                   "record again, away from iron and from currents, after the unit has warmed up")
               .With("variance_ratio", blocks.ratio)
               .With("p_value", blocks.p_value)};

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/motion_spikes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+constexpr std::size_t kEachSide = 3;
+constexpr std::size_t kFewestReadings = 200;
+// So many σ from its neighbours a reading is none: white noise does that once in 10^15, the hand of
+// a person tumbling a unit less than once in 10^4 readings (tests/trust, clean).
+constexpr double kFarSigmas = 8.0;
+// Readings whose scatter is taken together: a second, while a hand does not change its ways.
+constexpr std::size_t kTogether = 64;
+// Spikes beside spikes hide behind their median until those are gone.
+constexpr int kMostPasses = 3;
+// Skewness that chance makes of white noise once in 10^6 recordings.
+constexpr double kSkewSigmas = 5.0;
+// With a share p of readings off by s the mean is off by p s and the third moment is p s^3: of one
+// third moment the mean is off by the most where the most readings are off, a tenth.
+constexpr double kMostShare = 0.1;
+
+double MedianBeside(const std::vector<double>& values, std::size_t i) {
+  std::array<double, 2 * kEachSide> beside;
+  for (std::size_t k = 0; k < kEachSide; ++k) {
+    beside[2 * k] = values[i - 1 - k];
+    beside[2 * k + 1] = values[i + 1 + k];
+  }
+  std::sort(beside.begin(), beside.end());
+  return 0.5 * (beside[kEachSide - 1] + beside[kEachSide]);
+}
+
+// Of one axis.
+class AxisScreen {
+ public:
+  AxisScreen(const ReadingTrack& track, int axis, double resolution_raw)
+      : resolution_raw_(resolution_raw), off_(track.reading_raw.size(), 0.0) {
+    for (const Eigen::Vector3d& reading : track.reading_raw) values_.push_back(reading[axis]);
+    Compare();
+  }
+
+  bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
+  // By how much the mean may be off.
+  double OneSided() const {
+    double count = 0.0, cubes = 0.0, squares = 0.0;
+    for (std::size_t i = kEachSide; i + kEachSide < off_.size(); ++i) {
+      const double sigma = sigma_[i / kTogether];
+      if (!(sigma > 0.0) || IsFar(i)) continue;
+      const double cube = std::pow(off_[i] / sigma, 3);
+      count += 1.0;
+      cubes += cube;
+      squares += cube * cube;
+    }
+    if (!(std::abs(cubes) > kSkewSigmas * std::sqrt(squares))) return 0.0;
+    const double typical = Median(sigma_);
+    return std::copysign(typical * std::cbrt(kMostShare * kMostShare * std::abs(cubes) / count),
+                         cubes);
+  }
+
+ private:
+  void Compare() {
+    for (std::size_t i = kEachSide; i + kEachSide < values_.size(); ++i) {
+      off_[i] = values_[i] - MedianBeside(values_, i);
+    }
+    std::vector<double> own;
+    for (std::size_t begin = 0; begin < off_.size(); begin += kTogether) {
+      std::vector<double> sizes;
+      for (std::size_t i = begin; i < std::min(begin + kTogether, off_.size()); ++i) {
+        sizes.push_back(std::abs(off_[i]));
+      }
+      own.push_back(std::max(1.4826 * Median(std::move(sizes)), resolution_raw_));
+    }
+    sigma_ = own;
+    for (std::size_t b = 0; b < own.size(); ++b) {
+      if (b > 0) sigma_[b] = std::max(sigma_[b], own[b - 1]);
+      if (b + 1 < own.size()) sigma_[b] = std::max(sigma_[b], own[b + 1]);
+    }
+  }
+
+  double resolution_raw_;
+  std::vector<double> values_;
+  std::vector<double> off_;    // from the median beside it
+  std::vector<double> sigma_;  // of that, of each stretch with those beside it
+};
+
+void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
+  const std::size_t left = begin - 1;
+  const double span = static_cast<double>(track->time_ns[end] - track->time_ns[left]);
+  const Eigen::Vector3d from = track->reading_raw[left], to = track->reading_raw[end];
+  for (std::size_t i = begin; i < end; ++i) {
+    const double since = static_cast<double>(track->time_ns[i] - track->time_ns[left]);
+    track->reading_raw[i] = from + (span > 0.0 ? since / span : 0.5) * (to - from);
+  }
+}
+
+}  // namespace
+
+SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw, ReadingTrack* track) {
+  SpikeScreen screen;
+  const std::size_t count = track->reading_raw.size();
+  if (count < kFewestReadings) return screen;
+  std::vector<bool> is_replaced(count, false);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    const std::array<AxisScreen, 3> axes = {AxisScreen(*track, 0, resolution_raw[0]),
+                                            AxisScreen(*track, 1, resolution_raw[1]),
+                                            AxisScreen(*track, 2, resolution_raw[2])};
+    for (int axis = 0; axis < 3; ++axis) {
+      screen.one_sided_raw[axis] = axes[static_cast<std::size_t>(axis)].OneSided();
+    }
+    const auto is_far = [&](std::size_t i) {
+      return i + kEachSide < count &&
+             std::any_of(axes.begin(), axes.end(), [i](const auto& axis) { return axis.IsFar(i); });
+    };
+    bool is_new = false;
+    for (std::size_t i = kEachSide; i < count; ++i) {
+      if (!is_far(i)) continue;
+      const std::size_t begin = i;
+      for (; is_far(i); ++i) {
+        is_new = is_new || !is_replaced[i];
+        is_replaced[i] = true;
+      }
+      Bridge(begin, i, track);
+    }
+    if (!is_new) break;
+  }
+  screen.replaced = std::count(is_replaced.begin(), is_replaced.end(), true);
+  return screen;
+}
+
+}  // namespace truetriad
