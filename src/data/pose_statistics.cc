@@ -143,19 +143,6 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   return correlation;
 }
 
-// Mean square of what rounding to steps of `step` adds to a mean of many readings, over all places
-// between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place with an
-// amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12. `variance`
-// is of the rounded readings, so it holds step^2/12 itself. Poses that happen to lie between two
-// steps jump by a whole one: what is asked for is the noise of all poses, not of one.
-double RoundingVariance(double variance, double step) {
-  if (!(step > 0.0)) return 0.0;
-  constexpr double kPi = std::numbers::pi;
-  const double rounding = step * step / 12.0;
-  const double before_rounding = std::max(0.0, variance - rounding);
-  return rounding * std::exp(-4.0 * kPi * kPi * before_rounding / (step * step));
-}
-
 // A reading in a window that is off to one side moves the middle between the extremes by half of
 // that and the mean by a part: over all windows the mean is off by the less of the two, and where
 // such readings are rare by less still. Noise, however long its tails, moves the middle to both
@@ -228,6 +215,14 @@ void FillTriad(Triad triad,
 }
 
 }  // namespace
+
+double RoundingVariance(double variance, double step) {
+  if (!(step > 0.0)) return 0.0;
+  constexpr double kPi = std::numbers::pi;
+  const double rounding = step * step / 12.0;
+  const double before_rounding = std::max(0.0, variance - rounding);
+  return rounding * std::exp(-4.0 * kPi * kPi * before_rounding / (step * step));
+}
 
 void TriadPoseAccumulator::Line::Add(double at, double batch_samples, const Eigen::Array3d& value) {
   count += 1.0;

@@ -146,4 +146,11 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                      const PerTriad<Eigen::Vector3d>& resolution_raw,
                      PoseSet* set);
 
+/// Mean square of what rounding to steps of `step` adds to a mean of many readings, over all places
+/// between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place with an
+/// amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12. `variance`
+/// is of the rounded readings, so it holds step^2/12 itself. Poses that happen to lie between two
+/// steps jump by a whole one: what is asked for is the noise of all poses, not of one.
+double RoundingVariance(double variance, double step);
+
 }  // namespace truetriad

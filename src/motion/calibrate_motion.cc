@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -154,6 +155,19 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
     if (!run->outcome.converged) break;
     if (change < kSettledNoise && clock_change < kSettledClock) break;
   }
+}
+
+// A field beyond the vertical is one before it with every attitude turned half a turn about that: a
+// start that was spoilt may have ended there.
+void FoldDip(MotionRun* run) {
+  const SharedLayout& layout = run->graph.layout;
+  if (!layout.IsFree(layout.reference + kDip)) return;
+  double& dip = run->graph.shared[layout.reference + kDip];
+  dip = std::remainder(dip, 2.0 * std::numbers::pi);
+  if (std::cos(dip) >= 0.0) return;
+  dip = std::copysign(std::numbers::pi, dip) - dip;
+  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
+  for (Eigen::Quaterniond& attitude : run->attitudes) attitude = half_turn * attitude;
 }
 
 // Some nodes of the chain as poses, for what looks at single ones.
@@ -474,6 +488,7 @@ Status CalibrateMotion(const PoseSet& poses,
                       "sensors");
   }
   Settle(options, settling_s, &*track, &run);
+  FoldDip(&run);
   GatherAgain(options, wanted_s, &*track, &run);
   MotionChain chain = ChainOf(*track, run);
   Solve(kMotionTolerance, &chain, &run);

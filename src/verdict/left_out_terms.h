@@ -25,6 +25,8 @@ enum class LeftOutKind {
   kLeverArm,      // of the accelerometer: is not where the unit is turned about
   kOneSided,      // single readings are off to one side
   kLostRows,      // of the gyroscope, whose turns are too short by them
+  kRounding,      // of the gyroscope: at rest it reads the same step throughout
+  kTurnScatter,   // of the gyroscope: turns miss along their axes
 };
 
 // A term that is not in the model and that the residuals show.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -15,7 +16,8 @@ namespace truetriad {
 // it turns by twice that. With k what it turns by beyond what it does in the steps beside it, as a
 // share of what it should, the mean of k^3, |k| <= 2, tells the share of rows that are missing:
 // noise is as often positive as negative, and gains, delays and hands change little from step to
-// step.
+// step. Where every n-th row is missing, n <= 25, the mean of k over every (n-1)-th step stands
+// out.
 class LostRowCounter {
  public:
   // `sigma`: of one reading of the vector sensor, as a share of its field.
@@ -38,13 +40,21 @@ class LostRowCounter {
     double noise = 0.0;  // of that
     bool is_told = false;
   };
-  void AddStep(double beyond, double noise);
+  void AddStep(std::int64_t row, double beyond, double noise);
+  double RandomShare() const;
+  double PeriodicShare() const;
 
   TriadModel<double> gyroscope_, vector_;
   double sigma_;
   // Sums of weights, of weight times k^3, and of the squares of both.
   double weight_ = 0.0, cube_ = 0.0, weight_square_ = 0.0, cross_ = 0.0, cube_square_ = 0.0;
-  double steps_ = 0.0;
+  struct Told {
+    std::int64_t row = 0;  // by its time
+    double beyond = 0.0;
+    double weight = 0.0;
+  };
+  std::vector<Told> told_;
+  std::int64_t spacing_ns_ = 0;
 };
 
 }  // namespace truetriad

@@ -4,11 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "data/pose_statistics.h"
 #include "problem/graph_rows.h"
 #include "verdict/lost_rows.h"
+#include "verdict/observability.h"
+#include "verdict/turn_scatter.h"
 
 namespace truetriad {
 namespace {
+
+// Of a parameter, less than which rounding is not worth a word.
+constexpr double kRoundingSigmas = 0.5;
 
 // Rows that were lost, as one vector sensor shows it.
 double ShareOfLostRows(const PoseSet& poses,
@@ -34,6 +40,43 @@ double ShareOfLostRows(const PoseSet& poses,
   return counter.Share();
 }
 
+// A gyroscope at rest whose noise is less than a step reads the same in every rest: the mean of all
+// rests is off by as much as one.
+void AddRounding(const PoseSet& poses,
+                 const PoseGraph& graph,
+                 const Eigen::MatrixXd& covariance,
+                 LeftOutTerms* terms) {
+  const StreamSummary* stream = poses.Find(Triad::kGyroscope);
+  if (stream == nullptr || !graph.layout.Has(Triad::kGyroscope) || poses.poses.empty()) return;
+  Eigen::Vector3d shift;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double noise = stream->noise_sigma_raw[axis];
+    shift[axis] = std::sqrt(RoundingVariance(noise * noise, stream->resolution_raw[axis]));
+  }
+  const int at = graph.layout.bias[Triad::kGyroscope];
+  const Eigen::VectorXd moved = graph.layout.basis.middleRows<3>(at).transpose() * shift;
+  if (LargestInSigmas(graph, covariance, moved) < kRoundingSigmas) return;
+  AddShift(graph, covariance, at, shift, {Triad::kGyroscope, LeftOutKind::kRounding}, terms);
+}
+
+// The gyroscope turns further than it reads, by this share.
+void AddCommonGain(LeftOutKind kind,
+                   double share,
+                   const PoseGraph& graph,
+                   const Eigen::MatrixXd& covariance,
+                   LeftOutTerms* terms) {
+  if (!(share > 0.0)) return;
+  LeftOutTerm term{Triad::kGyroscope, kind};
+  term.share = share;
+  const Eigen::Matrix3d shift = share / (1.0 - share) * graph.sensitivity(Triad::kGyroscope);
+  AddShift(graph,
+           covariance,
+           graph.layout.sensitivity[Triad::kGyroscope],
+           shift.reshaped(),
+           term,
+           terms);
+}
+
 }  // namespace
 
 void AddFaultsOfRecording(const PoseSet& poses,
@@ -50,19 +93,19 @@ void AddFaultsOfRecording(const PoseSet& poses,
              {stream.triad, LeftOutKind::kOneSided},
              terms);
   }
+  AddRounding(poses, graph, covariance, terms);
   const double share = std::max(
       ShareOfLostRows(poses, graph, sigma_raw[Triad::kAccelerometer], Triad::kAccelerometer),
       ShareOfLostRows(poses, graph, sigma_raw[Triad::kMagnetometer], Triad::kMagnetometer));
-  if (!(share > 0.0)) return;
-  LeftOutTerm term{Triad::kGyroscope, LeftOutKind::kLostRows};
-  term.share = share;
-  const Eigen::Matrix3d shift = share / (1.0 - share) * graph.sensitivity(Triad::kGyroscope);
-  AddShift(graph,
-           covariance,
-           graph.layout.sensitivity[Triad::kGyroscope],
-           shift.reshaped(),
-           term,
-           terms);
+  AddCommonGain(LeftOutKind::kLostRows, share, graph, covariance, terms);
+}
+
+void AddTurnScatter(const PoseGraph& graph, const ReducedSystem& system, LeftOutTerms* terms) {
+  AddCommonGain(LeftOutKind::kTurnScatter,
+                ShareOfTurnScatter(graph, system),
+                graph,
+                system.covariance(),
+                terms);
 }
 
 }  // namespace truetriad

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "problem/graph.h"
+#include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/static_pose.h"
 #include "verdict/left_out_terms.h"
@@ -17,5 +18,8 @@ void AddFaultsOfRecording(const PoseSet& poses,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms);
+
+// Turns between rests that miss more along their axes than across (turn_scatter.h).
+void AddTurnScatter(const PoseGraph& graph, const ReducedSystem& system, LeftOutTerms* terms);
 
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -490,11 +491,18 @@ DisturbanceTime Sometime(const Strike& strike, Scenario* scenario) {
     return {.rest = 1 + strike.random->Below(RestsOf(scenario)),
             .offset_s = strike.random->Uniform(0.0, 3.0)};
   }
-  return {.rest = {}, .offset_s = strike.random->Uniform(10.0, 100.0)};
+  return {.rest = {},
+          .offset_s = strike.random->Uniform(0.1, 0.9) * TumbleOf(scenario)->duration_s};
+}
+// A change that is there in the first rest is there throughout.
+DisturbanceTime Midway(const Strike& strike, Scenario* scenario) {
+  DisturbanceTime when = Sometime(strike, scenario);
+  if (when.rest) when.rest = std::min(std::max(*when.rest, 3), RestsOf(scenario));
+  return when;
 }
 void FieldMoved(const Strike& strike, Scenario* scenario) {
   scenario->disturbances.push_back(FieldStep{
-      .when = Sometime(strike, scenario), .change_ut = strike.severity * Direction(strike.random)});
+      .when = Midway(strike, scenario), .change_ut = strike.severity * Direction(strike.random)});
 }
 void FieldUneven(const Strike& strike, Scenario* scenario) {
   Eigen::Vector3d now = Eigen::Vector3d::Zero();
@@ -504,7 +512,7 @@ void FieldUneven(const Strike& strike, Scenario* scenario) {
     const Eigen::Vector3d next = strike.severity * strike.random->Normal3();
     DisturbanceTime when;
     if (is_tumble) {
-      when.offset_s = 5.0 * i;
+      when.offset_s = TumbleOf(scenario)->duration_s * i / places;
     } else {
       when.rest = i + 1;
     }
@@ -600,10 +608,13 @@ std::vector<Triad> SensorsOf(Regime regime) {
   return {};
 }
 
-std::span<const Fault> Faults() {
+namespace {
+
+// What befalls the log.
+std::vector<Fault> FaultsOfLogs() {
   using enum Expected;
   using enum Regime;
-  static const std::vector<Fault> kFaults = {
+  return {
       {"zero rows", 1e-3, 0.1, kEach, {}, kEither, nullptr, ZeroRows},
       {"sentinel values", 1e-3, 0.05, kEach, {}, kEither, nullptr, Sentinels},
       {"spikes", 1e-3, 0.1, kEach, {}, kEither, nullptr, Spikes},
@@ -619,7 +630,9 @@ std::span<const Fault> Faults() {
        kEither,
        nullptr,
        LostStamped},
-      {"rows lost, times regular", 1e-3, 0.3, {}, {kHand, kMotion}, kEither, nullptr, LostRegular},
+      {"rows lost, times regular", 1e-3, 0.3, {}, {kHand}, kEither, nullptr, LostRegular},
+      {"many rows lost, times regular", 0.05, 0.3, {}, {kMotion}, kEither, nullptr, LostRegular},
+      {"few rows lost, times regular", 1e-3, 0.05, {}, {kMotion}, kUnseen, nullptr, LostRegular},
       {"every nth row lost, times regular",
        3,
        20,
@@ -668,6 +681,18 @@ std::span<const Fault> Faults() {
        kEither,
        nullptr,
        HalvesExchanged},
+  };
+}
+
+// What befalls the unit, its surroundings and its firmware, in the order in which that happens.
+std::vector<Fault> FaultsOfUnits() {
+  using enum Expected;
+  using enum Regime;
+  return {
+      {"few poses", 3, 12, {}, kResting, kEither, FewPoses, nullptr},
+      {"one-sided", 0.6, 2, {}, {kHand, kAccelerometer, kAttitudes}, kEither, OneSided, nullptr},
+      {"short rests", 0.4, 1.5, {}, {kHand, kAccelerometer}, kEither, ShortRests, nullptr},
+      {"moves of another pace", 0.3, 6, {}, {kHand, kAccelerometer}, kEither, SlowMoves, nullptr},
       {"quadratic", 1e-5, 1e-2, {kA, kM}, {}, kEither, nullptr, Quadratic, {kFaces}},
       {"cubic", 1e-5, 1e-2, kEach, {}, kEither, nullptr, Cubic, {kFaces}},
       {"compressed", 1e-5, 3e-2, {kG}, {}, kEither, nullptr, Compressed},
@@ -782,10 +807,6 @@ std::span<const Fault> Faults() {
        kEither,
        Unsettled,
        nullptr},
-      {"few poses", 3, 12, {}, kResting, kEither, FewPoses, nullptr},
-      {"one-sided", 0.6, 2, {}, {kHand, kAccelerometer, kAttitudes}, kEither, OneSided, nullptr},
-      {"short rests", 0.4, 1.5, {}, {kHand, kAccelerometer}, kEither, ShortRests, nullptr},
-      {"moves of another pace", 0.3, 6, {}, {kHand, kAccelerometer}, kEither, SlowMoves, nullptr},
       {"lever arm", 0.01, 0.3, {kA}, {kMotion}, kEither, LeverArm, nullptr},
       {"shaken", 0.5, 10, {kA}, {kMotion}, kEither, Shaken, nullptr},
       {"turned slowly or fast", 0.2, 6, {}, {kMotion}, kEither, Slowly, nullptr},
@@ -799,6 +820,16 @@ std::span<const Fault> Faults() {
        nullptr},
       {"field misstated", 1e-3, 0.1, {kM}, {kHand, kMotion}, kUnseen, FieldMisstated, nullptr},
   };
+}
+
+}  // namespace
+
+std::span<const Fault> Faults() {
+  static const std::vector<Fault> kFaults = [] {
+    std::vector<Fault> faults = FaultsOfUnits();
+    std::ranges::copy(FaultsOfLogs(), std::back_inserter(faults));
+    return faults;
+  }();
   return kFaults;
 }
 

@@ -56,6 +56,7 @@ struct Fault {
   void (*after)(const Strike&, Recording*) = nullptr;
   std::vector<Regime> unseen = {};  // regimes in which nothing shows it
 };
+// In the order in which they strike a recording: the unit, its surroundings, its firmware, the log.
 std::span<const Fault> Faults();
 
 }  // namespace truetriad::trust

@@ -107,7 +107,7 @@ std::string ExperimentOf(Regime regime) {
 }
 
 struct Drawn {
-  const Fault* fault;
+  const Fault* fault;  // Of Faults(), whose order is that of what happens.
   Strike strike;
 };
 
@@ -198,6 +198,7 @@ Status Run(const std::string& folder, Random* random, Trial* trial) {
       trial->second = other.Name() + Text(" %.2g", drawn.back().strike.severity);
     }
   }
+  std::ranges::sort(drawn, {}, &Drawn::fault);
   for (const Drawn& one : drawn) {
     if (one.fault->before != nullptr) one.fault->before(one.strike, &scenario);
   }

@@ -32,6 +32,13 @@ std::string WordsOf(const LeftOutTerm& term) {
           "turned further than its readings say: %.2g %% of the rows are missing, though "
           "their times are regular",
           100.0 * term.share);
+    case LeftOutKind::kRounding:
+      return "reads in steps that are larger than its noise, so its bias is known to a step only";
+    case LeftOutKind::kTurnScatter:
+      return Format(
+          "has turns that miss along their axes, as if %.2g %% of the rows were lost or "
+          "their times were off",
+          100.0 * term.share);
   }
   return {};
 }
@@ -57,7 +64,10 @@ std::string RemedyOf(const LeftOutTerm& term) {
       return "turn the unit more slowly, or set a wider bandwidth";
     case LeftOutKind::kOneSided:
       return "look for spikes in the log";
+    case LeftOutKind::kRounding:
+      return "log it with more digits, or set a smaller full-scale range";
     case LeftOutKind::kLostRows:
+    case LeftOutKind::kTurnScatter:
       return "log the times at which readings were taken, and all of them";
   }
   return {};

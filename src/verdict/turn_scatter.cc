@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/turn_scatter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "math/dense/eigenvalues.h"
+#include "math/distributions.h"
+#include "truetriad/math/rotation.h"
+#include "verdict/left_out_terms.h"
+
+namespace truetriad {
+namespace {
+
+// Of turns: fewer tell no scatter along their axes from that across.
+constexpr double kFewestTurns = 8.0;
+// Share of a turn's own information about a direction below which the attitudes take over all.
+constexpr double kToldOfTurn = 1e-3;
+
+// sum (w_i dt)(w_i dt)^T, in the body frame at the end.
+Eigen::Matrix3d SquaredSteps(const IncrementEdge& edge) {
+  const TriadModel<double>& model = edge.at.triad;
+  const Eigen::Matrix3d correction = model.Correction();
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  Eigen::Quaterniond since = Eigen::Quaterniond::Identity();  // the end in the frame of a step
+  for (std::size_t i = edge.move.time_s.size(); i-- > 1;) {
+    const double step_s = edge.move.time_s[i] - edge.move.time_s[i - 1];
+    const Eigen::Vector3d mean_raw =
+        0.5 * (edge.move.reading_raw[i] + edge.move.reading_raw[i - 1]);
+    const Eigen::Vector3d step = step_s * (correction * (mean_raw - model.bias));
+    const Eigen::Vector3d at_end = since.conjugate() * step;
+    sum += at_end * at_end.transpose();
+    since = RotationExp(step) * since;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double ShareOfTurnScatter(const PoseGraph& graph, const ReducedSystem& system) {
+  struct Along {
+    double projected2, told, steps;
+  };
+  std::vector<Along> turns;
+  double along = 0.0, across = 0.0, across_count = 0.0;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    if (edge.rejected || edge.stated_turn >= 0 || edge.move.time_s.size() < 2) continue;
+    const std::size_t at = graph.nodes.size() + i;
+    const Eigen::Matrix3d P = system.ProjectorBlock(at);
+    const Eigen::Vector3d projected = system.projected().segment<3>(system.factors()[at].row);
+    const Eigen::Matrix3d own = edge.Information();
+    const SymmetricEigen3 steps = EigenOfSymmetric3(SquaredSteps(edge));
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d e = steps.vectors.col(axis);
+      const double told = e.dot(P * e);
+      if (told < kToldOfTurn * e.dot(own * e)) continue;
+      const double squared = std::pow(e.dot(projected), 2);
+      if (axis < 2) {
+        across += squared / told;
+        across_count += 1.0;
+      } else {
+        along += squared / told;
+        turns.push_back({squared, told, steps.values[2]});
+      }
+    }
+  }
+  const auto count = static_cast<double>(turns.size());
+  if (count < kFewestTurns || across_count < kFewestTurns || !(across > 0.0)) return 0.0;
+  const double scatter = across / across_count;
+  if (1.0 - FisherCdf(along / count / scatter, count, across_count) > kLeftOutLevel) return 0.0;
+  double beyond = 0.0, expected = 0.0;
+  for (const Along& turn : turns) {
+    beyond += turn.projected2 - scatter * turn.told;
+    expected += turn.told * turn.told * turn.steps;
+  }
+  return std::clamp(beyond / expected, 0.0, 0.5);
+}
+
+}  // namespace truetriad

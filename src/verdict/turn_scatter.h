@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "problem/graph.h"
+#include "solve/reduced_system.h"
+
+namespace truetriad {
+
+// By which share turns between rests are too long or too short, one more and one less: what misses
+// along their axis beyond what does across it, over what rows lost one by one (or times that are
+// off by as much) make of a turn of rates w a row apart,
+//
+//   p = sum [(e^T P r)^2 - s (e^T P e)] / sum (e^T P e)^2 sum_i (w_i dt)^2
+//
+// e the axis, P the projector of the turn's rows, s the scatter across. Of rows that are lost the
+// mean turn is short by the same share. Zero where chance makes as much.
+double ShareOfTurnScatter(const PoseGraph& graph, const ReducedSystem& system);
+
+}  // namespace truetriad
