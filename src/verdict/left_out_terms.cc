@@ -212,21 +212,25 @@ class TermSearch {
   // what does not would only add what it is unknown by. `variance`: of the noise without it.
   // Returns how they move the solution.
   Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at, double variance) {
-    const Eigen::MatrixXd shown = ShownOf(SeenOf(at), variance);
-    taken_.conservativeResize(information_.rows(), taken_.cols() + shown.cols());
-    taken_.rightCols(shown.cols()) = shown;
+    const Directions directions = DirectionsOf(SeenOf(at), variance);
+    const Eigen::MatrixXd& shown = directions.shown;
     const Eigen::MatrixXd across = Times(information_, shown);
     const Cholesky factor(TransposeTimes(shown, across));
     const Eigen::VectorXd step = factor.SolveVector(shown.transpose() * gradient_);
     gradient_ -= across * step;
     information_ -= Times(across, factor.Solve(across.transpose()));
+    // Those that do not show are as large as those that do, as far as the readings allow it: axes
+    // of one sensor are of one make.
+    const double size2 = (shown * step).squaredNorm() / static_cast<double>(shown.cols());
+    Append(shown, Eigen::MatrixXd::Zero(shown.cols(), shown.cols()));
+    Append(directions.hidden, TransposeTimes(directions.hidden, directions.hidden) / size2);
     return given_.gain * (shown * step);
   }
 
   // d d^T + V of all that was taken in.
   Eigen::MatrixXd Covariance() const {
     const Eigen::MatrixXd gain = Times(given_.gain, taken_);
-    const Cholesky factor(TransposedCongruence(taken_, given_.information));
+    const Cholesky factor(TransposedCongruence(taken_, given_.information) + prior_);
     const Eigen::VectorXd moved = gain * factor.SolveVector(taken_.transpose() * given_.gradient);
     return moved * moved.transpose() + Times(gain, factor.Solve(gain.transpose()));
   }
@@ -241,9 +245,12 @@ class TermSearch {
     return seen;
   }
 
-  // The directions of some entries, each scaled by what it would be known to, that are off by so
-  // many σ; the clearest in any case.
-  Eigen::MatrixXd ShownOf(const std::vector<Eigen::Index>& at, double variance) const {
+  struct Directions {
+    Eigen::MatrixXd shown, hidden;  // one a column
+  };
+  // Of some entries, each scaled by what it would be known to: shown are those that are off by so
+  // many σ, the clearest in any case.
+  Directions DirectionsOf(const std::vector<Eigen::Index>& at, double variance) const {
     const Eigen::VectorXd scale = given_.full(at).cwiseSqrt().cwiseInverse();
     const SymmetricEigen spectrum =
         EigenOfSymmetric(scale.asDiagonal() * information_(at, at) * scale.asDiagonal());
@@ -251,23 +258,33 @@ class TermSearch {
         TransposeTimesVector(spectrum.vectors, scale.cwiseProduct(gradient_(at)));
     const Eigen::VectorXd z2 = along.cwiseAbs2().cwiseQuotient(spectrum.values.cwiseMax(1e-300));
     const double least = std::min(kShownSigmas * kShownSigmas * variance, z2.maxCoeff());
-    Eigen::MatrixXd shown(information_.rows(), 0);
+    Directions directions{Eigen::MatrixXd(information_.rows(), 0),
+                          Eigen::MatrixXd(information_.rows(), 0)};
     for (Eigen::Index i = 0; i < z2.size(); ++i) {
-      if (z2[i] < least) continue;
-      shown.conservativeResize(Eigen::NoChange, shown.cols() + 1);
-      shown.rightCols(1).setZero();
+      Eigen::MatrixXd& into = z2[i] < least ? directions.hidden : directions.shown;
+      into.conservativeResize(Eigen::NoChange, into.cols() + 1);
+      into.rightCols(1).setZero();
       for (std::size_t k = 0; k < at.size(); ++k) {
         const auto entry = static_cast<Eigen::Index>(k);
-        shown(at[k], shown.cols() - 1) = scale[entry] * spectrum.vectors(entry, i);
+        into(at[k], into.cols() - 1) = scale[entry] * spectrum.vectors(entry, i);
       }
     }
-    return shown;
+    return directions;
+  }
+
+  void Append(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior) {
+    const Eigen::Index before = taken_.cols(), more = directions.cols();
+    taken_.conservativeResize(information_.rows(), before + more);
+    taken_.rightCols(more) = directions;
+    prior_.conservativeResizeLike(Eigen::MatrixXd::Zero(before + more, before + more));
+    prior_.bottomRightCorner(more, more) = prior;
   }
 
   Conditional given_;
   Eigen::MatrixXd information_;
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd taken_;  // a direction a column
+  Eigen::MatrixXd prior_;  // information about their sizes that the readings do not give
 };
 
 // The terms that `larger` has and the graph has not, of which information and gradient tell.
