@@ -316,6 +316,16 @@ void ReadItem(YamlReader& item, ClockOffset* offset) {
   ReadNumber(item.RequireChild("p_value"), &offset->p_value);
 }
 
+void ReadItem(YamlReader& item, LeftOutTest* test) {
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &test->triad);
+  item.Require("term", &test->term);
+  ReadNumber(item.RequireChild("p_value"), &test->p_value);
+  item.Require("shown", &test->is_shown);
+  if (YamlReader kappa = item.Child("kappa")) {
+    ReadNumber(kappa, &test->kappa.emplace());
+  }
+}
+
 void ReadItem(YamlReader& item, Coverage* coverage) {
   ReadWord(item.RequireChild("sensor"), TriadFromName, &coverage->triad);
   ReadVector(item.RequireChild("eigenvalues"), &coverage->eigenvalues);
@@ -376,6 +386,13 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   for (const WeakDirection& weak : quality.weak_directions) {
     out << "    - { description: " << Quoted{weak.description}
         << ", advice: " << Quoted{weak.advice} << ", sigma: " << weak.sigma << " }\n";
+  }
+  if (!quality.left_out_tests.empty()) WriteItem(out, "left_out_tests", false);
+  for (const LeftOutTest& test : quality.left_out_tests) {
+    out << "    - { sensor: " << TriadName(test.triad) << ", term: " << Quoted{test.term}
+        << ", p_value: " << test.p_value << ", shown: " << test.is_shown;
+    if (test.kappa) out << ", kappa: " << *test.kappa;
+    out << " }\n";
   }
   if (quality.rests.held_out) {
     out << "  held_out:\n    folds: " << quality.rests.held_out->folds << "\n    rms: ";
@@ -455,6 +472,7 @@ void ReadQuality(YamlReader reader, Quality* quality) {
   ReadList(reader.Child("temperature_settings"), &quality->rests.temperature_settings);
   ReadList(reader.RequireChild("rejected_poses"), &quality->rests.rejected_poses);
   ReadList(reader.Child("turns"), &quality->rests.turns);
+  ReadList(reader.Child("left_out_tests"), &quality->left_out_tests);
   ReadList(reader.Child("clock_offsets"), &quality->rests.clock_offsets);
   ReadList(reader.Child("coverage"), &quality->coverage);
   ReadList(reader.Child("limits"), &quality->limits);

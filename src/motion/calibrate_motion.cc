@@ -431,6 +431,7 @@ Status StateMotionVerdict(const PoseSet& poses,
     sigma_raw[triad] = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
   }
   AddFaultsOfRecording(poses, sigma_raw, graph, information.covariance(), &left_out);
+  quality.left_out_tests = left_out.tests;
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph);
   PresentedSolution solution =
       SolvedFrame(graph, information.covariance() + left_out.covariance + blocks.covariance);

@@ -269,6 +269,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
                                                ModelChoiceSection(quality),
                                                HeldOutSection(calibration),
                                                ResidualsSection(calibration),
+                                               LeftOutSection(quality),
                                                CoverageSection(quality)}) {
     if (!section.blocks.empty()) sections.push_back(std::move(section));
   }

@@ -47,6 +47,7 @@ enum class SectionKind {
   kModelChoice,
   kHeldOut,
   kResiduals,
+  kLeftOut,
   kCoverage,
 };
 
@@ -57,9 +58,9 @@ struct Section {
 };
 
 /// The sections in reading order: limits, findings, parameters with σ, temperature, weak
-/// directions, choice of the model, held-out error, residuals, coverage; one with nothing to say is
-/// left out. A calibration that is not usable has no parameters section, whatever numbers it
-/// carries.
+/// directions, choice of the model, held-out error, residuals, left-out terms, coverage; one with
+/// nothing to say is left out. A calibration that is not usable has no parameters section, whatever
+/// numbers it carries.
 std::vector<Section> SectionsOf(const Calibration& calibration);
 
 /// Serial, model, software, inputs, gauge: one row each.

@@ -87,6 +87,29 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
 
 }  // namespace
 
+Section LeftOutSection(const Quality& quality) {
+  Section section{SectionKind::kLeftOut, "What the model leaves out", {}};
+  if (quality.left_out_tests.empty()) return section;
+  section.blocks.emplace_back(
+      std::string("Each term was looked for in the residuals; what shows widens σ. κ is how far a "
+                  "term that does "
+                  "not show may shift some parameter: one that is there at 3 σ, too little to be "
+                  "told, shifts it "
+                  "by 3 κ of its σ. Against terms of large κ these poses do not protect: more, and "
+                  "more varied, "
+                  "poses do."));
+  Table table{{"sensor", "term", "p", "", "κ"}, "llrlr", {}};
+  for (const LeftOutTest& test : quality.left_out_tests) {
+    table.rows.push_back({TriadTitle(test.triad),
+                          test.term,
+                          Significant(test.p_value, 2),
+                          test.is_shown ? "shows" : "",
+                          test.kappa ? Significant(*test.kappa, 2) : "unseen"});
+  }
+  section.blocks.emplace_back(std::move(table));
+  return section;
+}
+
 Section ModelChoiceSection(const Quality& quality) {
   Section section{SectionKind::kModelChoice, "Choice of the model", {}};
   if (quality.rests.model_choice.empty()) return section;

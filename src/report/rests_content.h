@@ -7,6 +7,7 @@
 namespace truetriad {
 
 /// What a calibration from poses says besides its parameters; empty where there is nothing to say.
+Section LeftOutSection(const Quality& quality);
 Section ModelChoiceSection(const Quality& quality);
 Section HeldOutSection(const Calibration& calibration);
 Section ResidualsSection(const Calibration& calibration);

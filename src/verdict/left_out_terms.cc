@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "math/dense/cholesky.h"
@@ -33,6 +34,7 @@ constexpr std::size_t kFewestInARow = 8;
 struct Candidate {
   LeftOutTerm term;
   std::vector<Eigen::Index> columns;
+  std::size_t number = 0;  // among all
 };
 
 constexpr std::array<std::pair<Triad, AxisTerm>, 6> kBends = {
@@ -202,6 +204,22 @@ class TermSearch {
     return test;
   }
 
+  // By how many σ some parameter moves at most when h moves by one of its own: h^T I h = 1.
+  std::optional<double> KappaOf(const std::vector<Eigen::Index>& at,
+                                const SharedLayout& layout,
+                                const Eigen::MatrixXd& covariance) const {
+    const std::vector<Eigen::Index> seen = SeenOf(at);
+    if (seen.size() < at.size()) return std::nullopt;
+    const Cholesky factor(information_(seen, seen));
+    if (!factor.is_positive()) return std::nullopt;
+    const Eigen::MatrixXd moved =
+        layout.basis * given_.gain(Eigen::all, seen) * factor.Root().transpose().inverse();
+    const Eigen::ArrayXd variance =
+        (layout.basis * covariance).cwiseProduct(layout.basis).rowwise().sum().array();
+    return std::sqrt(
+        (variance > 0.0).select(moved.rowwise().squaredNorm().array() / variance, 0.0).maxCoeff());
+  }
+
   // |h| of them.
   double SizeOf(const std::vector<Eigen::Index>& at) const {
     const std::vector<Eigen::Index> seen = SeenOf(at);
@@ -305,6 +323,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   }
   std::vector<Eigen::Index> extra;
   for (Candidate& candidate : candidates) {
+    candidate.number = static_cast<std::size_t>(&candidate - candidates.data());
     for (Eigen::Index& column : candidate.columns) {
       extra.push_back(column);
       column = static_cast<Eigen::Index>(extra.size()) - 1;
@@ -313,11 +332,19 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   auto given = ConditionOn(information, gradient, *base, extra);
   if (!given) return result;
   TermSearch search(*std::move(given));
+  for (const Candidate& candidate : candidates) {
+    result.tests.push_back({candidate.term.triad,
+                            std::string(NameOf(candidate.term)),
+                            1.0,
+                            false,
+                            search.KappaOf(candidate.columns, graph.layout, covariance)});
+  }
   while (!candidates.empty()) {
     std::vector<ScoreTest> tests;
     for (Candidate& candidate : candidates) {
       const ScoreTest& test = tests.emplace_back(search.Test(candidate.columns));
       candidate.term.p_value = own[candidate.term.triad].ChanceOf(test.chi2, test.rank);
+      result.tests[candidate.number].p_value = candidate.term.p_value;
     }
     // The most of χ² a degree of freedom where chances are too small for a double.
     const auto is_less_clear = [&](std::size_t a, std::size_t b) {
@@ -337,6 +364,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     rest.chi2 = std::max(rest.chi2 - tests[clearest].chi2, 0.0);
     term.effect_sigmas =
         LargestInSigmas(graph, covariance, search.TakeIn(candidates[clearest].columns, variance));
+    result.tests[candidates[clearest].number].is_shown = true;
     result.found.push_back(term);
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
   }
@@ -370,6 +398,30 @@ void AddLowPass(const PoseGraph& graph,
 }
 
 }  // namespace
+
+std::string_view NameOf(const LeftOutTerm& term) {
+  switch (term.kind) {
+    case LeftOutKind::kAxisTerm:
+      return InfoOf(term.axis_term).name;
+    case LeftOutKind::kGSensitivity:
+      return "g_sensitivity";
+    case LeftOutKind::kDrift:
+      return "bias drift";
+    case LeftOutKind::kGainDrift:
+      return "gain drift";
+    case LeftOutKind::kLowPass:
+      return "low-pass";
+    case LeftOutKind::kLeverArm:
+      return "lever arm";
+    case LeftOutKind::kStep:
+    case LeftOutKind::kOneSided:
+    case LeftOutKind::kLostRows:
+    case LeftOutKind::kRounding:
+    case LeftOutKind::kTurnScatter:
+      break;
+  }
+  return "";
+}
 
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLayout& has) {
   CalibrateOptions options = stated;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,6 +11,7 @@
 #include "problem/rows/row.h"
 #include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/model/quality.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
@@ -50,10 +52,14 @@ struct ProbedTerm {
 
 struct LeftOutTerms {
   std::vector<LeftOutTerm> found;  // the clearest first
+  std::vector<LeftOutTest> tests;  // of all that were looked for together
   // What they make the free shared coordinates less certain by: those are where the model without
   // the terms has them, and as uncertain as that is from where the model with the terms would.
   Eigen::MatrixXd covariance;
 };
+
+// In a few words, of those that are looked for together.
+std::string_view NameOf(const LeftOutTerm& term);
 
 // A term is said to be there when chance makes it in so few runs.
 inline constexpr double kLeftOutLevel = 1e-4;

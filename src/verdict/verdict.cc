@@ -196,6 +196,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   AddFaultsOfRecording(run.poses, sigma_raw, graph, system.covariance(), &left_out);
   AddTurnScatter(graph, system, &left_out);
+  quality.left_out_tests = left_out.tests;
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   quality.effective_dof = std::min(joint.dof, drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.

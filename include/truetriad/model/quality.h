@@ -193,6 +193,17 @@ struct SweepWindow {
   Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
 };
 
+/// One term that the model does not have: what the readings say of it, and what it might do unseen.
+struct LeftOutTest {
+  Triad triad = Triad::kAccelerometer;
+  std::string term;       ///< "quadratic", "bias drift".
+  double p_value = 1.0;   ///< Of the score test, beside those that show.
+  bool is_shown = false;  ///< σ allow for it.
+  /// By how many of its σ some parameter is off at most for each σ by which the term does not show;
+  /// unset where the readings tell nothing of some of it.
+  std::optional<double> kappa;
+};
+
 /// What rests have beyond any other data.
 struct RestQuality {
   std::optional<HeldOut> held_out;
@@ -224,6 +235,7 @@ struct Quality {
   double dof = 0.0;                                     ///< Residuals minus parameters.
   double effective_dof = 0.0;  ///< Satterthwaite ν for intervals and joint tests.
   std::vector<WeakDirection> weak_directions;
+  std::vector<LeftOutTest> left_out_tests;
   std::vector<Coverage> coverage;
   std::vector<LimitCheck> limits;
   RestQuality rests;   ///< Empty but for Mode::kPoses.
