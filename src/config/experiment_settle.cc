@@ -280,7 +280,10 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }
   SettleSweep(*draft, &experiment, fail);
-  experiment.input = Resolve(draft->input, experiment.path);
+  experiment.inputs.clear();
+  for (const std::string& input : draft->inputs) {
+    experiment.inputs.push_back(Resolve(input, experiment.path));
+  }
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
   for (const Triad triad : kTriads) {
     experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);

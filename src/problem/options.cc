@@ -93,6 +93,10 @@ bool CalibrateOptions::HasThermal() const {
   });
 }
 
+bool CalibrateOptions::HasSessionBias(Triad triad) const {
+  return triads[triad].bias_per_session.value_or(triad != Triad::kMagnetometer);
+}
+
 bool CalibrateOptions::HasChoice() const {
   return std::any_of(triads.begin(), triads.end(), [this](const TriadOptions& triad) {
     return triad.enabled &&

@@ -19,7 +19,7 @@ TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
                                           const double* shared,
                                           Triad triad) const {
   return layout.ModelOf(
-      triad, shared, layout.FactorsOf(triad, temperature_degc, temperature_rate_degcps));
+      triad, shared, layout.FactorsOf(triad, temperature_degc, temperature_rate_degcps, session));
 }
 
 Eigen::Vector3d PoseNode::FieldInBody(const SharedLayout& layout,

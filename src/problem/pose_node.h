@@ -15,8 +15,10 @@
 namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
-// Three triads with all temperature and higher terms, g-sensitivity, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize + 6) + 9 + kReferenceSize + 12;
+// Three triads with all temperature and higher terms and sessions, g-sensitivity, reference, six
+// tilts.
+inline constexpr int kMaxSharedSize =
+    3 * (12 + kMaxThermalSize + 6 + 3 * (kMaxSessions - 1)) + 9 + kReferenceSize + 12;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -59,6 +61,7 @@ struct PoseNode {
   PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // only read where there are temperature terms
   double temperature_rate_degcps = 0.0;
+  int session = 0;
   std::vector<Observation> observations;
 
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();

@@ -196,6 +196,46 @@ Section ResidualsSection(const Calibration& calibration) {
   return section;
 }
 
+void AddSessions(const RestQuality& quality,
+                 Triad triad,
+                 const std::string& unit,
+                 Section* section) {
+  Table table{{"bias by session", "x", "y", "z", "unit", "poses", "recording"}, "lrrrlrl", {}};
+  const auto add = [&](const std::string& title,
+                       const Eigen::Vector3d& value,
+                       const Eigen::Vector3d& sigma,
+                       const std::string& poses,
+                       const std::string& file) {
+    std::vector<std::string> row = {title};
+    for (int axis = 0; axis < 3; ++axis) row.push_back(WithSigma(value[axis], sigma[axis]));
+    row.insert(row.end(), {unit, poses, file});
+    table.rows.push_back(std::move(row));
+  };
+  for (const SessionBias& session : quality.sessions) {
+    if (session.triad != triad) continue;
+    add("session " + std::to_string(session.session),
+        session.bias_raw,
+        session.sigma_raw,
+        std::to_string(session.poses),
+        session.file);
+  }
+  for (const BiasRepeatability& scatter : quality.repeatability) {
+    if (scatter.triad != triad) continue;
+    add("repeatability, 1 σ", scatter.value_raw, scatter.sigma_raw, "", "");
+    table.rows.push_back({"next session, 1 σ"});
+    for (const double sigma : scatter.next_session_raw) {
+      table.rows.back().push_back(Significant(sigma, 2));
+    }
+    table.rows.back().insert(table.rows.back().end(), {unit, "", ""});
+  }
+  if (table.rows.empty()) return;
+  section->blocks.emplace_back(std::move(table));
+  section->blocks.emplace_back(
+      std::string("The bias above is the mean of the sessions. Repeatability is how they scatter "
+                  "beyond their own σ; next session is how far the bias will be from the mean when "
+                  "the unit is switched on again."));
+}
+
 Section CoverageSection(const Quality& quality) {
   Section section{SectionKind::kCoverage, "Pose coverage", {}};
   if (quality.coverage.empty()) return section;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -48,6 +49,11 @@ std::string SpokenName(const std::string& text) {
     if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
     if (info.rate) spoken.append(", ").append(InfoOf(*info.rate).words);
     return spoken;
+  }
+  int session = 0, read = 0;
+  if (std::sscanf(text.c_str(), "session_%d.%n", &session, &read) == 1) {
+    return SpokenName(text.substr(static_cast<std::size_t>(read))) + " in session " +
+           std::to_string(session);
   }
   if (text == "reference.dip_rad") return "dip of the field";
   if (text == "reference.field_ut") return "field strength";

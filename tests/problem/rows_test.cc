@@ -58,6 +58,8 @@ Everything WithEveryTerm(Random* random) {
     layout.sensitivity[triad] = take(9);
     layout.thermal[triad] = {size, terms};
     take(layout.thermal[triad].size());
+    layout.sessions[triad] = {size, {0, 1, 2}, 3};
+    take(layout.sessions[triad].size());
   }
   for (const AxisTermInfo& info : kAxisTerms) {
     layout.axis_terms[info.triad].push_back({info.term, take(3)});
@@ -84,12 +86,16 @@ Everything WithEveryTerm(Random* random) {
 // Without temperature terms, for what depends on them only by its blocks.
 Everything WithoutTemperature(Random* random) {
   Everything all = WithEveryTerm(random);
-  for (const Triad triad : kTriads) all.layout.thermal[triad] = {};
+  for (const Triad triad : kTriads) {
+    all.layout.thermal[triad] = {};
+    all.layout.sessions[triad] = {};
+  }
   return all;
 }
 
 ThermalFactors SomeFactors(const SharedLayout& layout, Triad triad, Random* random) {
-  return layout.FactorsOf(triad, random->Uniform(-30.0, 50.0), random->Uniform(-0.02, 0.02));
+  const double degc = random->Uniform(-30.0, 50.0), rate_degcps = random->Uniform(-0.02, 0.02);
+  return layout.FactorsOf(triad, degc, rate_degcps, random->Below(3));
 }
 
 PoseValues RandomState(PoseKind kind, Random* random) {

@@ -67,7 +67,9 @@ struct ExperimentDraft;
 /// One experiment YAML, resolved. docs/experiments.md.
 struct Experiment {
   std::string path;
-  std::string input;  ///< Resolved against the experiment file; empty when not given.
+  /// Recordings, resolved against the experiment file; empty when not given. Several are sessions
+  /// of one unit, between which it was switched off.
+  std::vector<std::string> inputs;
   std::string serial;
   std::string model;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.

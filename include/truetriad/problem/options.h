@@ -160,6 +160,9 @@ struct TriadOptions {
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
   /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: there is no such one.
   std::optional<Eigen::Matrix3d> nominal_sensitivity;
+  /// Over several sessions: a bias for each, of which the stated one is the mean. Unset: where
+  /// switching on changes it, in the accelerometer and the gyroscope.
+  std::optional<bool> bias_per_session;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
   /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
@@ -302,6 +305,8 @@ struct CalibrateOptions {
   Mode mode() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
+  /// Each session has a bias of its own.
+  bool HasSessionBias(Triad triad) const;
   /// Some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;
   /// Every problem with its value, or ok.
