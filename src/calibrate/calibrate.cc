@@ -281,6 +281,9 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
     return Refuse(RefusalOf(starts.error()), std::move(summary));
   }
+  if (const auto map = MagnetometerMapOf(options, starts->front())) {
+    return CalibrateSettled(poses, WithMagnetometerMap(*map, options), settled);
+  }
   auto nodes = BuildNodes(poses, options, noise.source);
   if (!nodes) return nodes.error();
   if (options.initialise.only) {

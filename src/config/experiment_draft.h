@@ -68,6 +68,7 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
     {FieldSite::kClean, "clean"},
 }};
 constexpr NamedValues<bool, 2> kSessionBiases = {{{false, "shared"}, {true, "per_session"}}};
+constexpr NamedValues<bool, 2> kRateAxes = {{{true, "known"}, {false, "unknown"}}};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{

@@ -440,6 +440,7 @@ void ReadRates(YamlReader reader, Draft* draft) {
   reader.Optional("file", &draft->rates_file);
   ReadNumber(reader.Child("sigma_degps"), kNotNegative, &config.rate_sigma_degps);
   ReadNumber(reader.Child("axis_sigma_deg"), kNotNegative, &config.rate_axis_sigma_deg);
+  ReadChoice(reader.Child("axes"), kRateAxes, &config.rate_axes_known);
   reader.RejectUnknown();
   if (draft->rates_file.empty()) reader.Fail("expected `file:` with the rates, or none");
 }

@@ -277,6 +277,7 @@ void WriteKnownMotions(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("file", Quoted{draft.rates_file});
   out.Line("sigma_degps", motions.rate_sigma_degps);
   out.Line("axis_sigma_deg", motions.rate_axis_sigma_deg);
+  out.Line("axes", kRateAxes.Name(motions.rate_axes_known));
   out.Close();
 }
 

@@ -124,6 +124,7 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     PoseNode node;
     node.number = pose.number;
     node.session = pose.session;
+    node.is_field_inclined = !options.TurnsAgainstField();
     node.time_s = TimeOf(poses, pose);
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       const TriadOptions& sensor = options.triads[triad];

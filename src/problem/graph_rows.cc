@@ -9,6 +9,7 @@
 #include "problem/rows/face_row.h"
 #include "problem/rows/gyroscope_row.h"
 #include "problem/rows/known_rate_row.h"
+#include "problem/rows/known_speed_row.h"
 #include "problem/rows/magnetometer_row.h"
 #include "problem/rows/prior_row.h"
 #include "problem/rows/turn_row.h"
@@ -24,6 +25,10 @@ std::unique_ptr<Row> RowOf(const PoseNode& node,
   if (seen.triad == Triad::kGyroscope) {
     if (node.role == PoseRole::kRest) {
       return std::make_unique<GyroscopeRow>(layout, node.kind, factors, seen.mean_raw);
+    }
+    if (!node.is_axis_known) {
+      return std::make_unique<KnownSpeedRow>(
+          layout, factors, node.known_rate_radps.norm(), node.known_force_mps2, seen.mean_raw);
     }
     return std::make_unique<KnownRateRow>(
         layout, factors, node.known_rate_radps, node.known_force_mps2, seen.mean_raw);

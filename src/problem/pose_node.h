@@ -30,7 +30,7 @@ using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 // What a node of the graph stands for.
 enum class PoseRole {
   kRest,      // a rest of the unit
-  kRate,      // a stretch of known rate; the attitude means nothing
+  kRate,      // a stretch of known rate; the attitude means nothing (PoseNode::is_axis_known)
   kTurnAxis,  // the mean rate of a known turn, which tells its axis
   kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
 };
@@ -64,7 +64,10 @@ struct PoseNode {
   int session = 0;
   std::vector<Observation> observations;
 
+  // Of a rate about an axis that is not known only the size counts: the axis is the pose's
+  // direction.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
+  bool is_axis_known = true;
   // Mean specific force while the rate was held, as the accelerometer saw it.
   Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
 
@@ -93,6 +96,8 @@ struct PoseNode {
 
   // Whether anything that it sees or was told says how it stands about the vertical.
   bool TellsHeading() const;
+  // The field has a level part; else it is the vertical (CalibrateOptions::TurnsAgainstField).
+  bool is_field_inclined = true;
 
   // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
   // table, it is not counted.

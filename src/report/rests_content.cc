@@ -15,8 +15,15 @@ namespace {
 
 /// More rejected poses than this are counted, not listed.
 constexpr std::size_t kMaxRejectedRows = 50;
+/// What turns are measured against.
+std::string TurnedVector(const Calibration& calibration) {
+  return calibration.sensors[Triad::kAccelerometer] ? "gravity" : "the field";
+}
+
 /// What a gyroscope's residual is.
-constexpr const char* kTurnRow = "Gyroscope: direction of gravity after a turn";
+std::string TurnRow(const Calibration& calibration) {
+  return "Gyroscope: direction of " + TurnedVector(calibration) + " after a turn";
+}
 
 std::string OptionalNumber(const std::optional<double>& value) {
   return value ? Significant(*value, 3) : "–";
@@ -131,7 +138,7 @@ Section HeldOutSection(const Calibration& calibration) {
   for (const Triad triad : kTriads) {
     if (!held_out.rms[triad]) continue;
     const bool is_turn = triad == Triad::kGyroscope;
-    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
+    table.rows.push_back({is_turn ? TurnRow(calibration) : TriadTitle(triad),
                           OptionalNumber(held_out.rms[triad]),
                           OptionalNumber(held_out.in_sample_rms[triad]),
                           Ratio(held_out.rms[triad], held_out.in_sample_rms[triad]),
@@ -140,7 +147,7 @@ Section HeldOutSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::move(table));
   if (held_out.turns) {
     section.blocks.emplace_back(
-        "Direction of gravity at the next rest, each of " +
+        "Direction of " + TurnedVector(calibration) + " at the next rest, each of " +
         std::to_string(held_out.turns->errors_rad.size()) + " turns held out once: median error " +
         MedianAngles(held_out.turns->median_rad, held_out.turns->nominal_median_rad) + ".");
   }
@@ -159,7 +166,7 @@ Section ResidualsSection(const Calibration& calibration) {
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
     const bool is_turn = triad == Triad::kGyroscope;
-    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
+    table.rows.push_back({is_turn ? TurnRow(calibration) : TriadTitle(triad),
                           OptionalNumber(quality.residual_rms_before[triad]),
                           OptionalNumber(quality.residual_rms[triad]),
                           is_turn ? "rad" : TruthUnit(triad)});

@@ -273,8 +273,9 @@ std::string AdviceFor(const PoseGraph& graph,
   // More poses like those that are there would not make it good.
   if (has_thermal && name && *most * wanted * wanted < 1.0) return TemperatureAdvice(graph, *name);
   if (!(*most > 0.0)) return {};
-  const bool field_only = best.node.kind == PoseKind::kDirection &&
-                          best.node.observations.front().triad == Triad::kMagnetometer;
+  const bool field_only = !best.node.is_field_inclined ||
+                          (best.node.kind == PoseKind::kDirection &&
+                           best.node.observations.front().triad == Triad::kMagnetometer);
   const std::string how = field_only ? " along the field" : " up";
   // The opposite pose is named too where it helps about as much.
   double opposite = 0.0;

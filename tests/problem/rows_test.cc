@@ -24,6 +24,7 @@
 #include "problem/rows/gyroscope_row.h"
 #include "problem/rows/integrated_turn_row.h"
 #include "problem/rows/known_rate_row.h"
+#include "problem/rows/known_speed_row.h"
 #include "problem/rows/magnetometer_row.h"
 #include "problem/rows/prior_row.h"
 #include "problem/rows/turn_row.h"
@@ -226,6 +227,19 @@ TEST(KnownRateRow, HasTheDerivativesOfItsPrediction) {
                            5.0 * random.Normal3(),
                            10.0 * random.Normal3());
     ExpectJetsAgree(row, all, {});
+  }
+}
+
+TEST(KnownSpeedRow, HasTheDerivativesOfItsPrediction) {
+  Random random(23);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const Everything all = WithEveryTerm(&random);
+    const KnownSpeedRow row(all.layout,
+                            SomeFactors(all.layout, kGyro, &random),
+                            random.Uniform(0.5, 3.0),
+                            5.0 * random.Normal3(),
+                            10.0 * random.Normal3());
+    ExpectJetsAgree(row, all, {RandomState(PoseKind::kDirection, &random)});
   }
 }
 

@@ -23,6 +23,7 @@ struct KnownMotionsConfig {
   std::string rates_file;                   ///< As turns_file.
   double rate_sigma_degps = 0.0;
   double rate_axis_sigma_deg = 0.0;
+  bool rate_axes_known = true;
 };
 
 /// One item of `exclude:`.

@@ -142,6 +142,8 @@ struct TriadOptions {
   /// Body axes along which the sensing axes point (model/mounting.h); unset: any. Of the triad that
   /// defines the body frame it says where that frame is, of the others what a fit must find.
   std::optional<Eigen::Matrix3d> mounting;
+  /// `mounting` is not stated, but was found before the fit.
+  bool is_mounting_found = false;
   /// Accelerometer only.
   AccelerometerSign sign = AccelerometerSign::kSpecificForce;
   /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,
@@ -287,6 +289,9 @@ struct CalibrateOptions {
   LimitOptions limits;
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
+  /// Axes of known turns or rates are stated, so that a gyroscope alone has them as its body frame.
+  /// Off: only the sizes of its rates are known (StatedRate::is_axis_known).
+  bool has_stated_axes = true;
   /// Refuse readings, times and temperatures that cannot be in their unit. Off: what is stated is
   /// taken at its word (a field in coils, a normalised strength).
   bool check_units = true;
@@ -298,6 +303,9 @@ struct CalibrateOptions {
 
   /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
   bool HasGyroscopeAlone() const;
+  /// Turns are measured against the magnetic field, not gravity: magnetometer and gyroscope without
+  /// accelerometer in unknown attitudes. The vertical of such a world is the field.
+  bool TurnsAgainstField() const;
   /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
   /// of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
