@@ -57,9 +57,37 @@ PoseSet AtOneTemperature(const PoseSet& poses) {
   return PosesAmong(poses, *most);
 }
 
+// The gyroscope's readings with what each session's bias differs from the first one's taken off, by
+// its mean at rest: a start finds one bias.
+PoseSet WithOneGyroscopeBias(PoseSet poses) {
+  std::vector<PoseSet> rests(poses.sessions.size());
+  for (const StaticPose& pose : poses.poses) {
+    rests[static_cast<std::size_t>(pose.session)].poses.push_back(pose);
+  }
+  std::vector<Eigen::Vector3d> off;
+  for (const PoseSet& session : rests) off.push_back(MedianReading(session, Triad::kGyroscope));
+  for (std::size_t k = off.size(); k-- > 0;) off[k] -= off.front();
+  const auto off_of = [&](const StaticPose& pose) -> const Eigen::Vector3d& {
+    return off[static_cast<std::size_t>(pose.session)];
+  };
+  for (RecordedMove& move : poses.moves) {
+    for (Eigen::Vector3d& raw : move.gyroscope_raw) raw -= off_of(poses.poses[move.from]);
+  }
+  for (StaticPose& pose : poses.poses) {
+    if (auto& seen = pose.triads[Triad::kGyroscope]) seen->mean_raw -= off_of(pose);
+  }
+  return poses;
+}
+
 // With temperature terms also from the poses of one temperature: over all of them a unit that
 // drifts much has readings on no ellipsoid.
 Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
+  const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
+  if (has_gyroscope && options.HasSessionBias(Triad::kGyroscope) && !poses.sessions.empty()) {
+    PoseSet same_bias = WithOneGyroscopeBias(poses);
+    same_bias.sessions.clear();
+    return FindStarts(same_bias, options);
+  }
   auto starts = FindStartValues(poses, options);
   const bool is_wrong = !starts && starts.error().code != ErrorCode::kNotEnough;
   if (!options.HasThermal() || is_wrong) return starts;
@@ -252,6 +280,9 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
     return Refuse(RefusalOf(starts.error()), std::move(summary));
+  }
+  if (const auto map = MagnetometerMapOf(options, starts->front())) {
+    return CalibrateSettled(poses, WithMagnetometerMap(*map, options), settled);
   }
   auto nodes = BuildNodes(poses, options, noise.source);
   if (!nodes) return nodes.error();

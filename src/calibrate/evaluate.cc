@@ -135,7 +135,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
   summary.poses = static_cast<int>(poses.poses.size());
   PerTriad<ErrorSums> sums;
   std::vector<double> angles_deg;
-  std::vector<std::optional<EvaluatedReading>> forces;
+  std::vector<std::optional<EvaluatedReading>> vectors;  // that turns are measured against
   PerTriad<std::vector<ThermalState>> felt;
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || poses.Find(triad) == nullptr) continue;
@@ -170,7 +170,9 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
       angles_deg.push_back(
           AngleDeg(seen[Triad::kAccelerometer]->truth, seen[Triad::kMagnetometer]->truth));
     }
-    forces.push_back(std::move(seen[Triad::kAccelerometer]));
+    vectors.push_back(
+        std::move(seen[calibration.sensors[Triad::kAccelerometer] ? Triad::kAccelerometer
+                                                                  : Triad::kMagnetometer]));
   }
   for (const Triad triad : kTriads) {
     ErrorSums& sum = sums[triad];
@@ -183,7 +185,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
     }
   }
   summary.angle_std_deg = Spread(angles_deg);
-  summary.turns = EvaluateTurns(calibration, poses, forces);
+  summary.turns = EvaluateTurns(calibration, poses, vectors);
   return summary;
 }
 

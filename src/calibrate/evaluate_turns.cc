@@ -55,25 +55,25 @@ ModelAtPose ModelBetween(const TriadCalibration& sensor,
 std::optional<EvaluatedTurns> EvaluateTurns(
     const Calibration& calibration,
     const PoseSet& poses,
-    const std::vector<std::optional<EvaluatedReading>>& forces) {
+    const std::vector<std::optional<EvaluatedReading>>& vectors) {
   const std::optional<TriadCalibration>& gyroscope = calibration.sensors[kGyroscope];
   const std::optional<TriadCalibration>& accelerometer = calibration.sensors[Triad::kAccelerometer];
   const StreamSummary* stream = poses.Find(kGyroscope);
-  if (!gyroscope || !accelerometer || stream == nullptr) return std::nullopt;
+  if (!gyroscope || stream == nullptr) return std::nullopt;
   const std::optional<TriadModel<double>> nominal = NominalGyroscope(poses);
   const Eigen::Vector3d sigma_raw = ReadingSigma(*stream);
   std::vector<double> errors, nominal_errors;
   double expected = 0.0;
   for (const RecordedMove& recorded : poses.moves) {
-    const auto& before = forces[recorded.from];
-    const auto& after = forces[recorded.from + 1];
+    const auto& before = vectors[recorded.from];
+    const auto& after = vectors[recorded.from + 1];
     if (recorded.fault || !before || !after) continue;
     const ModelAtPose at =
         ModelBetween(*gyroscope, poses.poses[recorded.from], poses.poses[recorded.from + 1]);
     GyroModel model{at.model};
     model.is_bent = gyroscope->axis_term_sigma.any();
     if (gyroscope->g_sensitivity) model.g_sensitivity = *gyroscope->g_sensitivity;
-    const GyroMove move = MoveOf(recorded, &accelerometer->model);
+    const GyroMove move = MoveOf(recorded, accelerometer ? &accelerometer->model : nullptr);
     const GyroIncrement turn = IntegrateMove(move, model, sigma_raw, RateSampling::kInstantaneous);
     errors.push_back(TurnError(turn.rotation, before->truth, after->truth));
     if (nominal) {
@@ -101,6 +101,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
   }
   if (errors.empty()) return std::nullopt;
   EvaluatedTurns turns;
+  turns.against = accelerometer ? Triad::kAccelerometer : Triad::kMagnetometer;
   turns.count = static_cast<int>(errors.size());
   turns.rms_rad = RootMeanSquareOf(errors);
   turns.median_rad = Median(errors);

@@ -11,8 +11,9 @@
 
 namespace truetriad {
 
-// Predicts gravity at each next rest by the turn into it. `forces`: the calibrated accelerometer at
-// each pose of `poses`. Unset without a gyroscope, or without a turn between two of them.
+// Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
+// the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
+// Unset without a gyroscope, or without a turn between two of them.
 //
 // The error is a direction in the plane across gravity; what lets expect it: the noise of both
 // accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
@@ -20,6 +21,6 @@ namespace truetriad {
 std::optional<EvaluatedTurns> EvaluateTurns(
     const Calibration& calibration,
     const PoseSet& poses,
-    const std::vector<std::optional<EvaluatedReading>>& forces);
+    const std::vector<std::optional<EvaluatedReading>>& vectors);
 
 }  // namespace truetriad

@@ -67,6 +67,8 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
     {FieldSite::kUnknown, "unknown"},
     {FieldSite::kClean, "clean"},
 }};
+constexpr NamedValues<bool, 2> kSessionBiases = {{{false, "shared"}, {true, "per_session"}}};
+constexpr NamedValues<bool, 2> kRateAxes = {{{true, "known"}, {false, "unknown"}}};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
@@ -92,10 +94,11 @@ struct StatedMounting {
 /// of those before it, so that a later one changes just what it names.
 struct ExperimentDraft {
   Experiment experiment;
-  std::string input, forces_file, attitudes_file, pose_file;  ///< As written.
-  std::string turns_file, rates_file, static_file;            ///< As written.
-  KnownMotionsConfig known_motions;                           ///< Without the files.
-  PerTriad<std::string> allan_files;                          ///< As written.
+  std::vector<std::string> inputs;                     ///< As written.
+  std::string forces_file, attitudes_file, pose_file;  ///< As written.
+  std::string turns_file, rates_file, static_file;     ///< As written.
+  KnownMotionsConfig known_motions;                    ///< Without the files.
+  PerTriad<std::string> allan_files;                   ///< As written.
   PerTriad<double> time_offset_s{};
   PerTriad<std::optional<StatedMounting>> mounting;
   std::vector<ExcludedSeconds> exclude;

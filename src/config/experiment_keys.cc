@@ -259,6 +259,9 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
+  if (bool per_session = false; ReadChoice(reader.Child("bias"), kSessionBiases, &per_session)) {
+    options.bias_per_session = per_session;
+  }
   ReadThermal(reader.Child("thermal"), &options.thermal);
   ReadNumber(reader.Child("time_offset_s"),
              {-10.0, 10.0, "an offset of at most 10 s"},
@@ -437,8 +440,21 @@ void ReadRates(YamlReader reader, Draft* draft) {
   reader.Optional("file", &draft->rates_file);
   ReadNumber(reader.Child("sigma_degps"), kNotNegative, &config.rate_sigma_degps);
   ReadNumber(reader.Child("axis_sigma_deg"), kNotNegative, &config.rate_axis_sigma_deg);
+  ReadChoice(reader.Child("axes"), kRateAxes, &config.rate_axes_known);
   reader.RejectUnknown();
   if (draft->rates_file.empty()) reader.Fail("expected `file:` with the rates, or none");
+}
+
+// A recording, or a list of them: sessions.
+void ReadInputs(YamlReader reader, std::vector<std::string>* inputs) {
+  if (!reader) return;
+  inputs->clear();
+  if (!reader.IsSequence()) {
+    reader.Read(&inputs->emplace_back());
+    return;
+  }
+  for (YamlReader& item : reader.Items()) item.Read(&inputs->emplace_back());
+  if (inputs->empty()) reader.Fail("expected a recording, or a list of recordings of one unit");
 }
 
 void ReadRobust(YamlReader reader, RobustOptions* robust) {
@@ -497,7 +513,7 @@ void ReadCrossValidation(YamlReader reader, int* folds) {
 void ReadDocument(YamlReader root, Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   ReadVersion(root.Child("experiment"));
-  root.Optional("input", &draft->input);
+  ReadInputs(root.Child("input"), &draft->inputs);
   ReadDevice(root.Child("device"), &draft->experiment);
   ReadReference(root.Child("reference"), draft);
   if (Gauge gauge; ReadChoice(root.Child("gauge"), Gauges(), &gauge)) draft->gauge = gauge;

@@ -233,9 +233,13 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
 
   SettleEarthRate(draft, fail);
 
+  // A turn has an axis.
+  options.has_stated_axes = draft->known_motions.rate_axes_known || !draft->turns_file.empty();
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   if (options.gauge == Gauge::kFixture && !options.IsBodyKnown()) {
-    fail("gauge", "fixture needs known attitudes; give `attitudes:` or choose another gauge");
+    fail("gauge",
+         "fixture needs known attitudes, or known axes of rates; give `attitudes:` or choose "
+         "another gauge");
   }
 
   bool any_enabled = false;
@@ -280,7 +284,10 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }
   SettleSweep(*draft, &experiment, fail);
-  experiment.input = Resolve(draft->input, experiment.path);
+  experiment.inputs.clear();
+  for (const std::string& input : draft->inputs) {
+    experiment.inputs.push_back(Resolve(input, experiment.path));
+  }
   experiment.forces_file = Resolve(draft->forces_file, experiment.path);
   for (const Triad triad : kTriads) {
     experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);

@@ -161,6 +161,9 @@ void WriteSensor(ResolvedText& out,
     if (options.fixed_bias) out.Line("bias", *options.fixed_bias);
     out.Close();
   }
+  if (options.bias_per_session) {
+    out.Line("bias", kSessionBiases.Name(*options.bias_per_session));
+  }
   if (options.thermal.any()) WriteThermal(out, options.thermal, chosen.triads[triad].thermal);
   if (draft.time_offset_s[triad] != 0.0) out.Line("time_offset_s", draft.time_offset_s[triad]);
   out.Close();
@@ -207,6 +210,16 @@ void WritePoses(ResolvedText& out, const ExperimentDraft& draft) {
     out.Close();
   }
   out.Close();
+}
+
+void WriteInputs(ResolvedText& out, const std::vector<std::string>& inputs) {
+  if (inputs.empty()) return;
+  if (inputs.size() == 1) return out.Line("input", Quoted{inputs.front()});
+  YamlText list;
+  for (const std::string& input : inputs) {
+    list << (list.str().empty() ? "" : ", ") << Quoted{input};
+  }
+  out.Line("input", "[", list.str(), "]");
 }
 
 void WriteExcluded(ResolvedText& out, const ExperimentDraft& draft) {
@@ -264,6 +277,7 @@ void WriteKnownMotions(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("file", Quoted{draft.rates_file});
   out.Line("sigma_degps", motions.rate_sigma_degps);
   out.Line("axis_sigma_deg", motions.rate_axis_sigma_deg);
+  out.Line("axes", kRateAxes.Name(motions.rate_axes_known));
   out.Close();
 }
 
@@ -274,7 +288,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
   const CalibrateOptions& options = experiment.options;
   ResolvedText out(draft.given);
   out.Line("experiment", 1);
-  if (!draft.input.empty()) out.Line("input", Quoted{draft.input});
+  WriteInputs(out, draft.inputs);
   out.Line("device",
            "{ serial: ",
            Quoted{experiment.serial},

@@ -104,6 +104,11 @@ void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft
       count.Fail("expected 1 to 9999 units");
     }
   }
+  if (YamlReader sessions = root.Child("sessions"); sessions.Read(&scenario.sessions)) {
+    if (scenario.sessions < 1 || scenario.sessions > kMostSimulatedSessions) {
+      sessions.Fail("expected 1 to " + std::to_string(kMostSimulatedSessions) + " sessions");
+    }
+  }
   ReadWorld(root.Child("world"), draft);
   if (YamlReader sensors = root.Child("sensors")) {
     for (const Triad triad : kTriads) {

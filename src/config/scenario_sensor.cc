@@ -133,6 +133,7 @@ void ReadSpread(YamlReader reader, Triad triad, UnitSpread* spread) {
   ReadQuantity(
       reader, TriadKeys("thermal_bias", triad, "_degc"), kNotNegative, &spread->thermal_bias);
   ReadQuantity(reader, ShareKeys("thermal_scale", "_degc"), kNotNegative, &spread->thermal_scale);
+  ReadQuantity(reader, TriadKeys("turn_on_bias", triad), kNotNegative, &spread->turn_on_bias);
   reader.RejectUnknown();
 }
 

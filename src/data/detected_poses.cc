@@ -88,7 +88,8 @@ Status DetectedPoses::Validate() const {
 
 Error DetectedPoses::NoPose(const PoseSet& set) const {
   const bool has_both =
-      set.Find(Triad::kGyroscope) != nullptr && set.Find(Triad::kAccelerometer) != nullptr;
+      set.Find(Triad::kGyroscope) != nullptr &&
+      (set.Find(Triad::kAccelerometer) != nullptr || set.Find(Triad::kMagnetometer) != nullptr);
   std::array<char, 64> duration{};
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
@@ -100,7 +101,8 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
               "; expected poses with the unit still for at least " + least.data(),
           "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on purpose, "
           "use `poses: { motion: { spacing_s: 0.1 } }`" +
-              std::string(has_both ? "" : ", which needs gyroscope and accelerometer"))
+              std::string(
+                  has_both ? "" : ", which needs the gyroscope, and accelerometer or magnetometer"))
           .With("duration", set.duration_s, "s")
           .With("shortest_rest", options_.min_duration_s, "s"));
 }

@@ -118,10 +118,12 @@ class MotionCollector : public Collector {
           ": has no time, so motion cannot be tracked; add a time column, or state "
           "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
     }
-    if (info_.Find(Triad::kGyroscope) == nullptr || info_.Find(Triad::kAccelerometer) == nullptr) {
+    const bool sees_vector =
+        info_.Find(Triad::kAccelerometer) != nullptr || info_.Find(Triad::kMagnetometer) != nullptr;
+    if (info_.Find(Triad::kGyroscope) == nullptr || !sees_vector) {
       return BadInputError(info_.path +
-                           ": motion needs both gyroscope and accelerometer to track the attitude; "
-                           "add the missing columns");
+                           ": motion needs the gyroscope, and accelerometer or magnetometer, to "
+                           "track the attitude; add the missing columns");
     }
     return {};
   }

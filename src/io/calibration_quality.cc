@@ -324,6 +324,21 @@ void ReadItem(YamlReader& item, LeftOutTest* test) {
   if (YamlReader kappa = item.Child("kappa")) {
     ReadNumber(kappa, &test->kappa.emplace());
   }
+void ReadItem(YamlReader& item, SessionBias* session) {
+  item.Require("session", &session->session);
+  item.Require("file", &session->file);
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &session->triad);
+  item.Require("poses", &session->poses);
+  ReadVector(item.RequireChild("bias"), &session->bias_raw);
+  ReadVector(item.RequireChild("sigma"), &session->sigma_raw);
+}
+
+void ReadItem(YamlReader& item, BiasRepeatability* scatter) {
+  ReadWord(item.RequireChild("sensor"), TriadFromName, &scatter->triad);
+  item.Require("sessions", &scatter->sessions);
+  ReadVector(item.RequireChild("value"), &scatter->value_raw);
+  ReadVector(item.RequireChild("sigma"), &scatter->sigma_raw);
+  ReadVector(item.RequireChild("next_session"), &scatter->next_session_raw);
 }
 
 void ReadItem(YamlReader& item, Coverage* coverage) {
@@ -437,6 +452,22 @@ void WriteQuality(YamlText& out, const Quality& quality) {
         << ", sigma_s: " << offset.sigma_s << ", moves: " << offset.moves
         << ", p_value: " << offset.p_value << " }\n";
   }
+  if (!quality.rests.sessions.empty()) {
+    out << "  # Bias x y z of each session and its sigma; of which each sensor's bias is the "
+           "mean.\n";
+    WriteItem(out, "sessions", false);
+  }
+  for (const SessionBias& session : quality.rests.sessions) {
+    out << "    - { session: " << session.session << ", file: " << Quoted{session.file}
+        << ", sensor: " << TriadName(session.triad) << ", poses: " << session.poses
+        << ", bias: " << session.bias_raw << ", sigma: " << session.sigma_raw << " }\n";
+  }
+  if (!quality.rests.repeatability.empty()) WriteItem(out, "bias_repeatability", false);
+  for (const BiasRepeatability& scatter : quality.rests.repeatability) {
+    out << "    - { sensor: " << TriadName(scatter.triad) << ", sessions: " << scatter.sessions
+        << ", value: " << scatter.value_raw << ", sigma: " << scatter.sigma_raw
+        << ", next_session: " << scatter.next_session_raw << " }\n";
+  }
   WriteItem(out, "coverage", quality.coverage.empty());
   for (const Coverage& coverage : quality.coverage) {
     out << "    - { sensor: " << TriadName(coverage.triad)
@@ -474,6 +505,8 @@ void ReadQuality(YamlReader reader, Quality* quality) {
   ReadList(reader.Child("turns"), &quality->rests.turns);
   ReadList(reader.Child("left_out_tests"), &quality->left_out_tests);
   ReadList(reader.Child("clock_offsets"), &quality->rests.clock_offsets);
+  ReadList(reader.Child("sessions"), &quality->rests.sessions);
+  ReadList(reader.Child("bias_repeatability"), &quality->rests.repeatability);
   ReadList(reader.Child("coverage"), &quality->coverage);
   ReadList(reader.Child("limits"), &quality->limits);
   for (const YamlReader& item : reader.Child("sweep").Items()) {

@@ -141,11 +141,21 @@ StatedRate ReadRate(YamlReader item, const RateDefaults& defaults) {
   if (YamlReader vector = item.Child("rate_degps")) {
     if (vector.Read(&rate.rate_radps)) rate.rate_radps *= kRadPerDeg;
   } else {
-    Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
     double degps = 0.0;
-    ReadAxis(item.RequireChild("axis"), &axis);
+    YamlReader stated = item.Child("axis");
+    ReadAxis(stated, &axis);
+    if (!stated && defaults.is_axis_known) {
+      item.Fail(
+          "has no axis; add `axis:`, or where only the size of the rates is known state "
+          "`rates: { file: …, axes: unknown }` in the experiment");
+    }
     item.Require("degps", &degps);
     rate.rate_radps = kRadPerDeg * degps * axis;
+  }
+  rate.is_axis_known = defaults.is_axis_known;
+  if (!rate.is_axis_known && rate.rate_radps.isZero(0.0)) {
+    item.Fail("its rate is zero, which says nothing where no axis is known; leave it out");
   }
   double sigma_radps = defaults.sigma_radps;
   constexpr double kBelowZero = -std::numeric_limits<double>::denorm_min();
@@ -153,8 +163,10 @@ StatedRate ReadRate(YamlReader item, const RateDefaults& defaults) {
   if (ReadAbove(item.Child("sigma_degps"), kBelowZero, "a number of at least zero", &sigma_degps)) {
     sigma_radps = kRadPerDeg * sigma_degps;
   }
-  // A direction that is off by a small angle moves the rate across itself.
-  const double across_radps = defaults.axis_sigma_rad * rate.rate_radps.norm();
+  // A direction that is off by a small angle moves the rate across itself. One that is not known is
+  // estimated.
+  const double across_radps =
+      rate.is_axis_known ? defaults.axis_sigma_rad * rate.rate_radps.norm() : 0.0;
   const Eigen::Vector3d along = rate.rate_radps.stableNormalized();
   rate.covariance_radps2 =
       sigma_radps * sigma_radps * Eigen::Matrix3d::Identity() +

@@ -29,13 +29,15 @@ Result<std::vector<StatedTurn>> ReadStatedTurns(const std::string& path,
 struct RateDefaults {
   double sigma_radps = 0.0;     ///< Of the rate, each axis.
   double axis_sigma_rad = 0.0;  ///< Of its direction, about each axis across it.
+  bool is_axis_known = true;    ///< Else only the size of each rate counts.
 };
 
 /// Reads `rates.yaml`:
 ///
 ///   rates: [ { first, last | start_s, end_s | pose, axis, degps, sigma_degps?, id? }, … ]
 ///
-/// or, in place of `axis` and `degps`, `rate_degps: [x, y, z]` in the body frame.
+/// or, in place of `axis` and `degps`, `rate_degps: [x, y, z]` in the body frame. Where axes are
+/// not known `axis` may be missing.
 Result<std::vector<StatedRate>> ReadStatedRates(const std::string& path,
                                                 const RateDefaults& defaults);
 

@@ -344,6 +344,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "stretches-differ",
             "Stretches of a recording differ by more than noise explains; σ allow for it",
             "record again, away from iron and currents"),
+    Note(kSessions, "sessions", "Each session has a bias of its own; the stated one is their mean"),
     Note(kOneTemperature,
          "one-temperature",
          "All poses are at one temperature: no temperature terms were chosen"),

@@ -177,6 +177,7 @@ std::vector<PoseNode> ShownNodes(const MotionTrack& track, const MotionRun& run)
   for (std::size_t k = 0; k < run.nodes.size(); k += every) {
     PoseNode node;
     node.number = static_cast<int>(k + 1);
+    node.is_field_inclined = run.graph.layout.Has(Triad::kAccelerometer);
     const Eigen::Quaterniond& q = run.attitudes[k];
     node.state = {q.x(), q.y(), q.z(), q.w()};
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -238,12 +239,12 @@ void StateFit(const PoseSet& poses, const MotionRun& run, Quality* quality) {
 
 double DegreesOfFreedom(const MotionRun& run) {
   double rows = static_cast<double>(run.graph.priors.size()) - run.graph.layout.free_size();
-  bool tells_heading = false;
+  const SharedLayout& layout = run.graph.layout;
+  const bool tells_heading = layout.Has(Triad::kMagnetometer) && layout.Has(Triad::kAccelerometer);
   for (const MotionNode& node : run.nodes) {
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
       if (node.seen(triad).count == 0 || !run.graph.layout.Has(triad)) continue;
       rows += 3.0;
-      tells_heading = tells_heading || triad == Triad::kMagnetometer;
     }
     rows += node.is_linked ? 0.0 : -3.0;  // a turn has as many rows as an attitude unknowns
     if (!node.is_linked && !tells_heading) rows += 1.0;
@@ -465,12 +466,17 @@ Status CalibrateMotion(const PoseSet& poses,
     calibration.findings.push_back(std::move(refusal));
     return Conclude(options, poses, &calibration);
   };
-  auto track = MotionTrack::Of(poses, options.triads[Triad::kMagnetometer].enabled);
+  PerTriad<bool> wanted{};
+  for (const Triad triad : kTriads) wanted[triad] = options.triads[triad].enabled;
+  auto track = MotionTrack::Of(poses, wanted);
   if (!track) return track.error();
   const auto starts = FindMotionStarts(poses, options, *track);
   if (!starts) {
     if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
     return refuse(RefusalOf(starts.error()));
+  }
+  if (const auto map = MagnetometerMapOf(options, starts->front())) {
+    return CalibrateMotion(poses, WithMagnetometerMap(*map, options), summary);
   }
   const double wanted_s = options.motion->spacing_s;
   const double settling_s = std::max(wanted_s, kSettlingSpacingS);

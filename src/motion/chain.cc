@@ -76,10 +76,11 @@ Eigen::Vector3d MotionChain::VectorRoot(Triad triad, const GatheredReadings& see
   return std::sqrt(seen.weight * static_cast<double>(seen.count)) * inverse_sigma_[triad];
 }
 
-// Without a magnetometer the heading of a chain is not observable: that of its first attitude is
-// held.
+// With one vector sensor the heading of a chain about what that sees is not observable: that of its
+// first attitude is held.
 bool MotionChain::HoldsHeading(std::size_t k) const {
-  return !layout_.Has(Triad::kMagnetometer) && (k == 0 || !nodes_[k - 1].is_linked);
+  const bool sees_both = layout_.Has(Triad::kMagnetometer) && layout_.Has(Triad::kAccelerometer);
+  return !sees_both && (k == 0 || !nodes_[k - 1].is_linked);
 }
 
 ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {

@@ -7,6 +7,7 @@
 
 #include "init/frame_alignment.h"
 #include "init/gyro_start.h"
+#include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
 #include "truetriad/model/mounting.h"
@@ -26,20 +27,21 @@ constexpr double kDrawn = 0.1;
 PoseSet MeansOf(const PoseSet& poses,
                 const std::vector<MotionNode>& nodes,
                 const MotionTrack& track,
-                bool has_magnetometer) {
+                const CalibrateOptions& options) {
+  const Triad leading = LeadingTriad(options);
   PoseSet means;
   means.source = poses.source;
   means.streams = poses.streams;
   const std::size_t every = nodes.size() / kMostMeans + 1;
   for (std::size_t k = 0; k < nodes.size(); k += every) {
     const MotionNode& node = nodes[k];
-    if (node.accelerometer.count == 0) continue;
+    if (node.seen(leading).count == 0) continue;
     StaticPose& pose = means.poses.emplace_back();
     pose.number = static_cast<int>(means.poses.size());
     pose.start_ns = pose.end_ns = std::llround(1e9 * track.TimeOf(node));
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
       const GatheredReadings& seen = node.seen(triad);
-      if (seen.count == 0 || (triad == Triad::kMagnetometer && !has_magnetometer)) continue;
+      if (seen.count == 0 || !options.triads[triad].enabled) continue;
       TriadPose& mean = pose.triads[triad].emplace();
       mean.samples = seen.count;
       mean.mean_raw = seen.mean_raw;
@@ -48,12 +50,14 @@ PoseSet MeansOf(const PoseSet& poses,
   return means;
 }
 
+// `vector`: the sensor whose directions turn, by its model.
 Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
-                                               const TriadModel<double>& accelerometer,
+                                               Triad vector,
+                                               const TriadModel<double>& model_of_vector,
                                                const std::vector<MotionNode>& nodes,
                                                const MotionTrack& track) {
   const auto direction_at = [&](const MotionNode& node) {
-    return accelerometer.TruthFromRaw(node.accelerometer.mean_raw).normalized();
+    return model_of_vector.TruthFromRaw(node.seen(vector).mean_raw).normalized();
   };
   const auto nodes_a_turn = static_cast<std::size_t>(kTurnS / kMeanS);
   std::vector<DirectionMove> moves;
@@ -61,8 +65,8 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
     DirectionMove move;
     bool is_whole = true;
     for (std::size_t k = begin; k < begin + nodes_a_turn && is_whole; ++k) {
-      is_whole = nodes[k].is_linked && nodes[k].accelerometer.count > 0 &&
-                 nodes[k + 1].accelerometer.count > 0;
+      is_whole = nodes[k].is_linked && nodes[k].seen(vector).count > 0 &&
+                 nodes[k + 1].seen(vector).count > 0;
       if (!is_whole) break;
       const GyroReadings readings = track.Between(nodes[k], nodes[k + 1]);
       const Eigen::Vector3d first = direction_at(nodes[k]), second = direction_at(nodes[k + 1]);
@@ -100,16 +104,18 @@ Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
   const std::vector<MotionNode> nodes = track.Gather(kMeanS, nullptr);
   CalibrateOptions vectors = options;
   vectors.triads[Triad::kGyroscope].enabled = false;
-  const PoseSet means = MeansOf(poses, nodes, track, options.triads[Triad::kMagnetometer].enabled);
+  const PoseSet means = MeansOf(poses, nodes, track, options);
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(means, vectors));
   auto starts = FindStartValues(means, vectors);
   if (!starts) return starts;
-  const auto gyroscope = GyroscopeFromMotion(options.triads[Triad::kGyroscope],
-                                             *starts->front().models[Triad::kAccelerometer],
-                                             nodes,
-                                             track);
+  const Triad leading = LeadingTriad(options);
+  const auto gyroscope = GyroscopeFromMotion(
+      options.triads[Triad::kGyroscope], leading, *starts->front().models[leading], nodes, track);
   if (!gyroscope) return gyroscope.error();
-  for (StartValues& start : *starts) start.models[Triad::kGyroscope] = *gyroscope;
+  for (StartValues& start : *starts) {
+    start.models[Triad::kGyroscope] = *gyroscope;
+    if (options.TurnsAgainstField()) start.reference[kDip] = kVerticalFieldRad;
+  }
   return starts;
 }
 
@@ -133,6 +139,7 @@ std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
       if (k > 0) attitude = attitudes[k - 1];
       if (up && field) attitude = TriadAttitude(up_in_world, field_in_world, *up, *field);
       if (up && !field) attitude = RotationBetween(*up, up_in_world);
+      if (field && !up) attitude = RotationBetween(*field, field_in_world);
       continue;
     }
     attitude = attitudes[k - 1] * IntegrateRotation(track.Between(nodes[k - 1], nodes[k]),

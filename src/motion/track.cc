@@ -25,7 +25,7 @@ double UsualSpacing(const std::vector<double>& time_s) {
 
 }  // namespace
 
-Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer) {
+Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& wanted) {
   MotionTrack track;
   const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
   const auto missing = [&](Triad triad) {
@@ -45,7 +45,7 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer)
     track.rate_raw_.push_back(gyroscope.reading_raw[i]);
   }
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (triad == Triad::kMagnetometer && !has_magnetometer) continue;
+    if (!wanted[triad]) continue;
     const ReadingTrack& readings = poses.tracks[triad];
     if (readings.time_ns.size() < 2) return missing(triad);
     Vectors& vectors = track.vectors_[triad];

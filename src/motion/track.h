@@ -40,8 +40,9 @@ struct MotionNode {
 // beside them.
 class MotionTrack {
  public:
-  // Error (bad input): a triad without readings.
-  static Result<MotionTrack> Of(const PoseSet& poses, bool has_magnetometer);
+  // Of the gyroscope and the vector sensors that are wanted. Error (bad input): one without
+  // readings.
+  static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
   // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
   // at all). Turns that it does not tell (a gap, saturation, repeated readings) break the chain.

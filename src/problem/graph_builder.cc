@@ -123,6 +123,8 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     const StaticPose& pose = poses.poses[k];
     PoseNode node;
     node.number = pose.number;
+    node.session = pose.session;
+    node.is_field_inclined = !options.TurnsAgainstField();
     node.time_s = TimeOf(poses, pose);
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer, Triad::kGyroscope}) {
       const TriadOptions& sensor = options.triads[triad];
@@ -195,6 +197,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     const PoseNode& second = graph->nodes[turn.from + 1];
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
+    edge.session = first.session;
     // Forces are those of the present accelerometer, each time it is integrated.
     edge.move = MoveOf(*turn.move, nullptr);
     if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;

@@ -9,6 +9,7 @@
 #include "problem/rows/face_row.h"
 #include "problem/rows/gyroscope_row.h"
 #include "problem/rows/known_rate_row.h"
+#include "problem/rows/known_speed_row.h"
 #include "problem/rows/magnetometer_row.h"
 #include "problem/rows/prior_row.h"
 #include "problem/rows/turn_row.h"
@@ -19,11 +20,15 @@ namespace {
 std::unique_ptr<Row> RowOf(const PoseNode& node,
                            const Observation& seen,
                            const SharedLayout& layout) {
-  const ThermalFactors factors =
-      layout.FactorsOf(seen.triad, node.temperature_degc, node.temperature_rate_degcps);
+  const ThermalFactors factors = layout.FactorsOf(
+      seen.triad, node.temperature_degc, node.temperature_rate_degcps, node.session);
   if (seen.triad == Triad::kGyroscope) {
     if (node.role == PoseRole::kRest) {
       return std::make_unique<GyroscopeRow>(layout, node.kind, factors, seen.mean_raw);
+    }
+    if (!node.is_axis_known) {
+      return std::make_unique<KnownSpeedRow>(
+          layout, factors, node.known_rate_radps.norm(), node.known_force_mps2, seen.mean_raw);
     }
     return std::make_unique<KnownRateRow>(
         layout, factors, node.known_rate_radps, node.known_force_mps2, seen.mean_raw);
@@ -39,6 +44,9 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   if (!layout.Has(triad)) return;
   const TriadBlocks of_triad(layout, triad, ThermalFactors());
   blocks->insert(blocks->end(), of_triad.blocks().begin(), of_triad.blocks().end());
+  for (int i = 0; i < layout.sessions[triad].block_count(); ++i) {
+    blocks->push_back({layout.sessions[triad].block_at(i), 3});
+  }
   if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
     blocks->push_back({layout.g_sensitivity, 9});
   }
@@ -68,8 +76,8 @@ std::vector<std::unique_ptr<Row>> RowsOf(const PoseNode& node, const SharedLayou
 }
 
 std::unique_ptr<Row> RowOf(const IncrementEdge& edge, const SharedLayout& layout) {
-  const ThermalFactors factors =
-      layout.FactorsOf(Triad::kGyroscope, edge.temperature_degc, edge.temperature_rate_degcps);
+  const ThermalFactors factors = layout.FactorsOf(
+      Triad::kGyroscope, edge.temperature_degc, edge.temperature_rate_degcps, edge.session);
   const bool counts_earth_rate = edge.stated_turn < 0 && layout.CountsEarthRate();
   return std::make_unique<TurnRow>(layout, factors, counts_earth_rate, &edge.at, &edge.increment);
 }

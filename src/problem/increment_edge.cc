@@ -24,8 +24,9 @@ GyroModel ModelAt(const SharedLayout& layout, const double* shared, const Therma
 }  // namespace
 
 GyroModel IncrementEdge::ModelOf(const SharedLayout& layout, const double* shared) const {
-  return ModelAt(
-      layout, shared, layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps));
+  return ModelAt(layout,
+                 shared,
+                 layout.FactorsOf(kGyroscope, temperature_degc, temperature_rate_degcps, session));
 }
 
 std::vector<Eigen::Vector3d> IncrementEdge::ForcesOf(const SharedLayout& layout,
@@ -35,7 +36,7 @@ std::vector<Eigen::Vector3d> IncrementEdge::ForcesOf(const SharedLayout& layout,
   const TriadModel<double> accelerometer = layout.ModelOf(
       Triad::kAccelerometer,
       shared,
-      layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps));
+      layout.FactorsOf(Triad::kAccelerometer, temperature_degc, temperature_rate_degcps, session));
   const Eigen::Matrix3d correction = accelerometer.Correction();
   forces.reserve(accelerometer_raw.size());
   for (const Eigen::Vector3d& raw : accelerometer_raw) {

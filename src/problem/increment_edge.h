@@ -31,6 +31,7 @@ struct IncrementEdge {
   // Mean of both poses; only read where there are temperature terms.
   double temperature_degc = 25.0;
   double temperature_rate_degcps = 0.0;
+  int session = 0;
 
   GyroModel at;  // where it was integrated
   GyroIncrement increment;

@@ -137,6 +137,8 @@ Status AddKnownMotions(const PoseSet& poses,
     TRUETRIAD_RETURN_IF_ERROR(seen);
     seen->rate_covariance = rate.stated.covariance_radps2;
     node->known_rate_radps = rate.stated.rate_radps;
+    node->is_axis_known = rate.stated.is_axis_known;
+    if (!node->is_axis_known) node->kind = PoseKind::kDirection;
     node->observations.push_back(*std::move(seen));
     nodes->push_back(*std::move(node));
   }
@@ -223,6 +225,7 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     }
   }
   for (const KnownRate& rate : poses.rates) {
+    if (!rate.stated.is_axis_known) continue;
     if (const auto& seen = rate.means.triads[Triad::kGyroscope]) {
       rates.emplace_back(rate.stated.rate_radps, seen->mean_raw);
     }

@@ -13,7 +13,9 @@ namespace truetriad {
 
 // Appends what the operator knows beside the rests:
 //
-//   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading
+//   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading; where the axis of
+//   w
+//             is not known, it is the node's direction
 //   a turn    two held nodes, Identity and Exp(angle * axis), which an increment will join: the
 //   turn
 //             is compared with where the unit ended up, which wraps by itself; and a node at the

@@ -2,9 +2,12 @@
 #include "problem/lay_out.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
 #include <vector>
 
+#include "math/distributions.h"
 #include "model/world.h"
 #include "truetriad/model/mounting.h"
 
@@ -60,6 +63,27 @@ void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<Po
   }
 }
 
+// The sessions' biases of a triad from `at` on; none where they share one.
+SessionBlock SessionsOf(const CalibrateOptions& options,
+                        const std::vector<PoseNode>& nodes,
+                        Triad triad,
+                        int at) {
+  SessionBlock sessions;
+  if (!options.HasSessionBias(triad) || options.triads[triad].fixed_bias) return sessions;
+  std::set<int> seen;
+  for (const PoseNode& node : nodes) {
+    for (const Observation& observation : node.observations) {
+      if (observation.triad == triad) seen.insert(node.session);
+    }
+  }
+  if (seen.size() < 2) return sessions;
+  sessions.at = at;
+  sessions.places.assign(static_cast<std::size_t>(*seen.rbegin()) + 1, -1);
+  for (const int session : seen)
+    sessions.places[static_cast<std::size_t>(session)] = sessions.seen++;
+  return sessions;
+}
+
 // Where each parameter stands.
 SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNode>& nodes) {
   SharedLayout layout;
@@ -71,6 +95,8 @@ SharedLayout PlacesOf(const CalibrateOptions& options, const std::vector<PoseNod
     layout.sensitivity[triad] = size + 3;
     layout.thermal[triad] = {size + 12, sensor.thermal};
     size += 12 + layout.thermal[triad].size();
+    layout.sessions[triad] = SessionsOf(options, nodes, triad, size);
+    size += layout.sessions[triad].size();
     for (const AxisTermInfo& info : kAxisTerms) {
       if (sensor.axis_terms[info.term] != Wanted::kYes) continue;
       layout.axis_terms[triad].push_back({info.term, size});
@@ -130,6 +156,7 @@ void FreeTriad(const CalibrateOptions& options,
   const bool is_triangular = triad == LeadingTriad(options) && !options.IsBodyKnown();
   const Eigen::Matrix3d axis_map = is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start);
   if (!sensor.fixed_bias) free->Entries(layout.bias[triad], 3);
+  free->Entries(layout.sessions[triad].at, layout.sessions[triad].size());
   const ThermalBlock& thermal = layout.thermal[triad];
   free->Entries(thermal.at, 3 * thermal.vector_count());
   for (int i = 0; i < thermal.terms.matrix_order; ++i) {
@@ -169,6 +196,39 @@ void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, 
     free->Entries(at + kHeading, 1);
   }
   if (options.attitudes.unknown_fixture_rotation) free->Entries(at + kFixtureTilt, 2);
+}
+
+// At rest a gyroscope reads its bias: each session begins with the median of its own.
+void StartGyroscopeSessions(PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  const SessionBlock& sessions = layout.sessions[Triad::kGyroscope];
+  if (sessions.block_count() == 0) return;
+  const auto count = static_cast<std::size_t>(sessions.seen);
+  std::vector<std::array<std::vector<double>, 3>> readings(count);
+  for (const PoseNode& node : graph->nodes) {
+    if (node.role != PoseRole::kRest) continue;
+    for (const Observation& seen : node.observations) {
+      if (seen.triad != Triad::kGyroscope) continue;
+      const int place = sessions.places[static_cast<std::size_t>(node.session)];
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        readings[static_cast<std::size_t>(place)][axis].push_back(
+            seen.mean_raw[static_cast<Eigen::Index>(axis)]);
+      }
+    }
+  }
+  Eigen::Matrix3Xd bias(3, sessions.seen);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (readings[k][axis].empty()) return;
+      bias(static_cast<Eigen::Index>(axis), static_cast<Eigen::Index>(k)) =
+          Median(readings[k][axis]);
+    }
+  }
+  const Eigen::Vector3d mean = bias.rowwise().mean();
+  graph->shared.segment<3>(layout.bias[Triad::kGyroscope]) = mean;
+  for (int i = 0; i < sessions.block_count(); ++i) {
+    graph->shared.segment<3>(sessions.block_at(i)) = bias.col(i) - mean;
+  }
 }
 
 }  // namespace
@@ -218,6 +278,7 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
     FreeTriad(options, layout, triad, model.sensitivity, &free);
   }
+  StartGyroscopeSessions(graph);
   FreeReference(options, layout, &free);
   if (options.attitudes.unknown_fixture_rotation) {
     graph->level_from_fixture = start.level_from_fixture;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
+#include <Eigen/Core>
+
 #include "model/gyro_increment.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/triad_model.h"
@@ -10,6 +14,11 @@ namespace truetriad {
 // A recorded move as it is integrated, with the specific force that the accelerometer shows, if
 // there is a model of it.
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
+
+// What a vector sensor saw during a move, true unit; empty where it was not recorded.
+std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
+                                          Triad triad,
+                                          const TriadModel<double>& model);
 
 // σ of one reading of a gyroscope as it adds up over a turn, raw unit: that inside the rests with
 // its correlation in time.

@@ -80,7 +80,7 @@ bool CalibrateOptions::HasGyroscopeAlone() const {
 }
 
 bool CalibrateOptions::IsBodyKnown() const {
-  return attitudes.kind != AttitudeKind::kNone || HasGyroscopeAlone();
+  return attitudes.kind != AttitudeKind::kNone || (HasGyroscopeAlone() && has_stated_axes);
 }
 
 Mode CalibrateOptions::mode() const {
@@ -91,6 +91,15 @@ bool CalibrateOptions::HasThermal() const {
   return std::any_of(triads.begin(), triads.end(), [](const TriadOptions& triad) {
     return triad.enabled && triad.thermal.any();
   });
+}
+
+bool CalibrateOptions::TurnsAgainstField() const {
+  return triads[Triad::kGyroscope].enabled && triads[Triad::kMagnetometer].enabled &&
+         !triads[Triad::kAccelerometer].enabled && attitudes.kind == AttitudeKind::kNone;
+}
+
+bool CalibrateOptions::HasSessionBias(Triad triad) const {
+  return triads[triad].bias_per_session.value_or(triad != Triad::kMagnetometer);
 }
 
 bool CalibrateOptions::HasChoice() const {

@@ -46,11 +46,6 @@ std::string SensorKey(Triad triad) { return "sensors." + std::string(TriadName(t
 void OptionsCheck::Sensor(Triad triad) {
   const TriadOptions& sensor = options_.triads[triad];
   const std::string name(TriadName(triad)), key = SensorKey(triad);
-  Require(key,
-          options_.sweep || triad != Triad::kGyroscope || Has(Triad::kAccelerometer) ||
-              options_.HasGyroscopeAlone(),
-          "gyroscope: its turns are measured against gravity; enable the accelerometer too, or "
-          "calibrate it alone from known turns and rates");
   Require(
       key + ".g_sensitivity",
       sensor.g_sensitivity == Wanted::kNo || Has(Triad::kAccelerometer),
@@ -116,12 +111,14 @@ void OptionsCheck::Reference() {
               std::isfinite(reference.earth_rate->declination_rad),
           "earth rate: the latitude must lie between -90 and 90 degrees, and the declination be "
           "finite");
-  Require(kKey,
-          !options_.HasGyroscopeAlone() &&
-              (Has(Triad::kMagnetometer) || options_.attitudes.kind == AttitudeKind::kGiven),
-          "earth rate: heading is unobservable, so the earth rate in the body frame is unknown; "
-          "enable the magnetometer too, give the attitudes (`attitudes: { file }`), or remove "
-          "`reference.earth_rate`");
+  Require(
+      kKey,
+      !options_.HasGyroscopeAlone() && ((Has(Triad::kMagnetometer) && Has(Triad::kAccelerometer)) ||
+                                        options_.attitudes.kind == AttitudeKind::kGiven),
+      "earth rate: heading is unobservable, so the earth rate in the body frame is unknown; "
+      "enable accelerometer and magnetometer too, give the attitudes (`attitudes: { file }`), or "
+      "remove "
+      "`reference.earth_rate`");
   Require(kKey,
           !options_.motion,
           "earth rate: it is not modelled for a unit that is tumbled without rests; remove "
@@ -180,9 +177,9 @@ void OptionsCheck::Motion() {
           options_.motion->spacing_s >= 0.0 && std::isfinite(options_.motion->spacing_s),
           "motion: spacing " + std::to_string(options_.motion->spacing_s) + " s must be >= 0");
   Require("poses.motion",
-          Has(Triad::kAccelerometer) && Has(Triad::kGyroscope),
-          "motion: needs both the accelerometer and the gyroscope to track the attitude; list "
-          "both (with `fixed: { matrix: identity }` for one that is not to be calibrated)");
+          Has(Triad::kGyroscope) && (Has(Triad::kAccelerometer) || Has(Triad::kMagnetometer)),
+          "motion: needs the gyroscope, and accelerometer or magnetometer, to track the attitude; "
+          "list both (with `fixed: { matrix: identity }` for one that is not to be calibrated)");
   Require("attitudes",
           options_.attitudes.kind == AttitudeKind::kNone,
           "motion: a tumbling unit has no known attitudes; remove `attitudes:`");

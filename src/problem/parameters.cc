@@ -20,9 +20,14 @@ constexpr double kTypicalRateRadps = 1.0;
 
 ThermalFactors SharedLayout::FactorsOf(Triad triad,
                                        double temperature_degc,
-                                       double temperature_rate_degcps) const {
-  if (thermal[triad].size() == 0) return {};
-  return thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps);
+                                       double temperature_rate_degcps,
+                                       int session) const {
+  ThermalFactors factors;
+  if (thermal[triad].size() > 0) {
+    factors = thermal_scale.FactorsAt(temperature_degc, temperature_rate_degcps);
+  }
+  factors.session = session;
+  return factors;
 }
 
 TriadModel<double> SharedLayout::ModelOf(Triad triad,
@@ -31,29 +36,11 @@ TriadModel<double> SharedLayout::ModelOf(Triad triad,
   TriadModel<double> model{Eigen::Map<const Eigen::Matrix3d>(shared + sensitivity[triad]),
                            Eigen::Map<const Eigen::Vector3d>(shared + bias[triad])};
   thermal[triad].AddTerms(factors, shared, &model);
+  sessions[triad].AddTo(factors.session, shared, &model);
   for (const auto& [term, at] : axis_terms[triad]) {
     model.axis_terms[term] = Eigen::Map<const Eigen::Vector3d>(shared + at);
   }
   return model;
-}
-
-void SharedLayout::SetModelJacobian(Triad triad,
-                                    const ThermalFactors& factors,
-                                    const Eigen::Matrix3d& by_bias,
-                                    const Eigen::Matrix<double, 3, 9>& by_sensitivity,
-                                    Eigen::Ref<Eigen::MatrixXd> rows) const {
-  rows.middleCols<3>(bias[triad]) = by_bias;
-  rows.middleCols<9>(sensitivity[triad]) = by_sensitivity;
-  const ThermalBlock& terms = thermal[triad];
-  if (terms.size() == 0) return;
-  const auto vector_factors = terms.VectorFactors(factors);
-  for (int i = 0; i < terms.vector_count(); ++i) {
-    rows.middleCols<3>(terms.vector_at(i)) = vector_factors[static_cast<std::size_t>(i)] * by_bias;
-  }
-  for (int i = 0; i < terms.terms.matrix_order; ++i) {
-    rows.middleCols<9>(terms.matrix_at(i)) =
-        factors.power[static_cast<std::size_t>(i)] * by_sensitivity;
-  }
 }
 
 SharedBlock SharedLayout::AppendProbe(int block_size) {
@@ -123,6 +110,9 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     for (int i = 0; i < thermal.terms.matrix_order; ++i) {
       sizes.segment<9>(thermal.matrix_at(i)) = gain.replicate<3, 1>();
     }
+    for (int i = 0; i < layout.sessions[triad].block_count(); ++i) {
+      sizes.segment<3>(layout.sessions[triad].block_at(i)) = gain * strength;
+    }
     for (const auto& [term, at] : layout.axis_terms[triad]) {
       for (int i = 0; i < 3; ++i) sizes[at + i] = 1.0 / InfoOf(term).PowerOf(gain[i] * strength);
     }
@@ -171,6 +161,13 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
       if (thermal.terms.rate[info.term]) name_vector(thermal.vector_at(i++), info.kind, 0);
     }
     for (int m = 0; m < thermal.terms.matrix_order; ++m) name_matrix(thermal.matrix_at(m), m + 1);
+    for (int block = 0; block < layout.sessions[triad].block_count(); ++block) {
+      const int at = layout.sessions[triad].block_at(block);
+      name_vector(at, ParameterKind::kBias, 0);
+      for (int row = 0; row < 3; ++row) {
+        name(at + row).insert(0, "session_" + std::to_string(block + 1) + ".");
+      }
+    }
     for (const auto& [term, at] : layout.axis_terms[triad]) name_vector(at, InfoOf(term).kind, 0);
   }
   if (layout.g_sensitivity >= 0) {

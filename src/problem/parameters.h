@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "problem/rows/row.h"
+#include "problem/session_block.h"
 #include "problem/thermal_block.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/triad_model.h"
@@ -34,6 +35,8 @@ using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
 //   <triad>.bias         3   raw unit
 //   <triad>.sensitivity  9   raw per true unit, column-major
 //   <triad>.thermal          temperature terms that are wanted, thermal_block.h
+//   <triad>.session      3 for each session but the last, where each has its own bias: raw unit,
+//                            session_block.h
 //   <triad>.<axis term>  3   raw^-power, each that is wanted: terms.h
 //   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
 //   reference            6   g (m/s^2), B (uT), dip (rad), heading of the field (rad), tilt of the
@@ -48,6 +51,7 @@ struct SharedLayout {
   PerTriad<int> sensitivity{{-1, -1, -1}};
   PerTriad<ThermalBlock> thermal;
   ThermalScale thermal_scale;
+  PerTriad<SessionBlock> sessions;
   // Those that are wanted, in the order of kAxisTerms.
   struct AxisTermBlock {
     AxisTerm term = AxisTerm::kQuadratic;
@@ -72,22 +76,15 @@ struct SharedLayout {
   // Appends a block of free entries that no term of the model has.
   SharedBlock AppendProbe(int block_size);
 
-  // What the temperature terms of `triad` are multiplied with; all zero where it has none.
+  // What the terms of `triad` are multiplied with; zero for temperature where it has none.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,
-                           double temperature_rate_degcps) const;
+                           double temperature_rate_degcps,
+                           int session) const;
   // The triad's model with these factors.
   TriadModel<double> ModelOf(Triad triad,
                              const double* shared,
                              const ThermalFactors& factors) const;
-  // Sets the columns of a triad's bias, sensitivity and temperature terms in `rows`, from the
-  // derivatives with respect to the bias and the sensitivity (columns of it one after another)
-  // that ModelOf gives. Axis terms and g-sensitivity are left to the caller.
-  void SetModelJacobian(Triad triad,
-                        const ThermalFactors& factors,
-                        const Eigen::Matrix3d& by_bias,
-                        const Eigen::Matrix<double, 3, 9>& by_sensitivity,
-                        Eigen::Ref<Eigen::MatrixXd> rows) const;
 
   // The free coordinates that move entries of one block.
   std::vector<Eigen::Index> ColumnsOf(int offset, int block_size) const;

@@ -10,16 +10,17 @@
 namespace truetriad {
 bool PoseNode::TellsHeading() const {
   return kind == PoseKind::kHeld || has_attitude_prior ||
-         std::any_of(observations.begin(), observations.end(), [](const Observation& seen) {
-           return seen.triad == Triad::kMagnetometer;
-         });
+         (is_field_inclined &&
+          std::any_of(observations.begin(), observations.end(), [](const Observation& seen) {
+            return seen.triad == Triad::kMagnetometer;
+          }));
 }
 
 TriadModel<double> PoseNode::ModelOfTriad(const SharedLayout& layout,
                                           const double* shared,
                                           Triad triad) const {
   return layout.ModelOf(
-      triad, shared, layout.FactorsOf(triad, temperature_degc, temperature_rate_degcps));
+      triad, shared, layout.FactorsOf(triad, temperature_degc, temperature_rate_degcps, session));
 }
 
 Eigen::Vector3d PoseNode::FieldInBody(const SharedLayout& layout,
@@ -27,6 +28,9 @@ Eigen::Vector3d PoseNode::FieldInBody(const SharedLayout& layout,
                                       const Eigen::Ref<const ReferenceVector>& reference,
                                       const double* state_values) const {
   const bool is_gyroscope = triad == Triad::kGyroscope;
+  if (is_gyroscope && !is_axis_known) {
+    return known_rate_radps.norm() * Eigen::Map<const Eigen::Vector3d>(state_values);
+  }
   if (is_gyroscope && !SeesEarthRate(layout)) return known_rate_radps;
   const Eigen::Vector3d world =
       is_gyroscope ? EarthRate(layout.earth_rate_radps, reference) : WorldVector(triad, reference);

@@ -15,8 +15,10 @@
 namespace truetriad {
 
 inline constexpr int kMaxPoseRows = 12;  // three triads and one attitude prior
-// Three triads with all temperature and higher terms, g-sensitivity, reference, six tilts.
-inline constexpr int kMaxSharedSize = 3 * (12 + kMaxThermalSize + 6) + 9 + kReferenceSize + 12;
+// Three triads with all temperature and higher terms and sessions, g-sensitivity, reference, six
+// tilts.
+inline constexpr int kMaxSharedSize =
+    3 * (12 + kMaxThermalSize + 6 + 3 * (kMaxSessions - 1)) + 9 + kReferenceSize + 12;
 
 using PoseResidual12 = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxPoseRows, 1>;
 using PoseSharedJacobian =
@@ -28,7 +30,7 @@ using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 // What a node of the graph stands for.
 enum class PoseRole {
   kRest,      // a rest of the unit
-  kRate,      // a stretch of known rate; the attitude means nothing
+  kRate,      // a stretch of known rate; the attitude means nothing (PoseNode::is_axis_known)
   kTurnAxis,  // the mean rate of a known turn, which tells its axis
   kTurnEnd,   // begin or end of a known turn, held where the operator says; no rows
 };
@@ -59,9 +61,13 @@ struct PoseNode {
   PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // only read where there are temperature terms
   double temperature_rate_degcps = 0.0;
+  int session = 0;
   std::vector<Observation> observations;
 
+  // Of a rate about an axis that is not known only the size counts: the axis is the pose's
+  // direction.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
+  bool is_axis_known = true;
   // Mean specific force while the rate was held, as the accelerometer saw it.
   Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
 
@@ -90,6 +96,8 @@ struct PoseNode {
 
   // Whether anything that it sees or was told says how it stands about the vertical.
   bool TellsHeading() const;
+  // The field has a level part; else it is the vertical (CalibrateOptions::TurnsAgainstField).
+  bool is_field_inclined = true;
 
   // At rest, where the layout counts the earth's rate: in a known rate, which is stated against the
   // table, it is not counted.

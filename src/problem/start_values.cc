@@ -70,6 +70,13 @@ void SetStartAttitudes(const StartValues& start, PoseGraph* graph) {
       WorldVector(Triad::kMagnetometer, start.reference).normalized();
   for (PoseNode& node : graph->nodes) {
     if (node.kind == PoseKind::kHeld || node.has_attitude_prior) continue;
+    if (!node.is_axis_known) {
+      const Eigen::Vector3d axis = start.models[Triad::kGyroscope]
+                                       ->TruthFromRaw(node.observations.front().mean_raw)
+                                       .normalized();
+      node.state = {axis.x(), axis.y(), axis.z(), 0.0};
+      continue;
+    }
     PerTriad<std::optional<Eigen::Vector3d>> seen;
     for (const Observation& observation : node.observations) {
       if (observation.triad == Triad::kGyroscope) continue;
@@ -95,11 +102,8 @@ void SetStartHeadings(PoseGraph* graph) {
   for (const IncrementEdge& edge : graph->increments) {
     const PoseNode& before = graph->nodes[edge.from];
     PoseNode& node = graph->nodes[edge.from + 1];
-    const bool has_field =
-        std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
-          return seen.triad == Triad::kMagnetometer;
-        });
-    if (has_field || node.kind != PoseKind::kRotation || node.has_attitude_prior) continue;
+    if (node.TellsHeading() || node.kind != PoseKind::kRotation || node.has_attitude_prior)
+      continue;
     const Eigen::Quaterniond predicted = before.rotation() * edge.increment.rotation;
     // North as predicted, up as seen.
     const Eigen::Vector3d up = node.rotation().conjugate() * Eigen::Vector3d::UnitZ();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -17,6 +18,9 @@ namespace truetriad {
 
 // Below this |sin(dip)| the sign of the dip does not decide, the positive determinant does.
 inline constexpr double kEquatorSine = 0.02;
+
+// Dip of a field that is the vertical itself (CalibrateOptions::TurnsAgainstField).
+inline constexpr double kVerticalFieldRad = 0.5 * std::numbers::pi;
 
 // Where the optimiser may start: closed-form models of the triads, no guess from the user.
 // docs/method.md, "Start values".

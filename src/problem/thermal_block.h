@@ -17,10 +17,15 @@ inline constexpr int kMaxThermalVectors =
     ThermalOptions::kMaxBiasOrder + static_cast<int>(kRateTermCount);
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
-// What the temperature terms are multiplied with at one pose.
+// No session in particular: biases are then the mean of the sessions.
+inline constexpr int kNoSession = -1;
+
+// What the terms of a triad are multiplied with at one pose: those of temperature, and through the
+// session that the pose belongs to (session_block.h) those of the bias.
 struct ThermalFactors {
   std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // the terms that stand for tau^i
   PerRateTerm<double> rate;
+  int session = kNoSession;
 };
 
 // The variables that temperature terms are solved in: of size 1 over the poses, and zero at the

@@ -159,6 +159,7 @@ Section ParametersSection(const Calibration& calibration) {
     if (from_motion) table.rows.back().front() = "noise σ";
     section.blocks.emplace_back(std::move(table));
     section.blocks.emplace_back(NoiseSentence(sensor->noise, triad, from_motion));
+    AddSessions(calibration.quality.rests, triad, sensor->input_unit, &section);
     if (sensor->thermal) {
       section.blocks.emplace_back(
           "τ is the temperature above " + Significant(sensor->thermal->reference_degc, 4) +

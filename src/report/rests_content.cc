@@ -15,8 +15,15 @@ namespace {
 
 /// More rejected poses than this are counted, not listed.
 constexpr std::size_t kMaxRejectedRows = 50;
+/// What turns are measured against.
+std::string TurnedVector(const Calibration& calibration) {
+  return calibration.sensors[Triad::kAccelerometer] ? "gravity" : "the field";
+}
+
 /// What a gyroscope's residual is.
-constexpr const char* kTurnRow = "Gyroscope: direction of gravity after a turn";
+std::string TurnRow(const Calibration& calibration) {
+  return "Gyroscope: direction of " + TurnedVector(calibration) + " after a turn";
+}
 
 std::string OptionalNumber(const std::optional<double>& value) {
   return value ? Significant(*value, 3) : "–";
@@ -154,7 +161,7 @@ Section HeldOutSection(const Calibration& calibration) {
   for (const Triad triad : kTriads) {
     if (!held_out.rms[triad]) continue;
     const bool is_turn = triad == Triad::kGyroscope;
-    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
+    table.rows.push_back({is_turn ? TurnRow(calibration) : TriadTitle(triad),
                           OptionalNumber(held_out.rms[triad]),
                           OptionalNumber(held_out.in_sample_rms[triad]),
                           Ratio(held_out.rms[triad], held_out.in_sample_rms[triad]),
@@ -163,7 +170,7 @@ Section HeldOutSection(const Calibration& calibration) {
   section.blocks.emplace_back(std::move(table));
   if (held_out.turns) {
     section.blocks.emplace_back(
-        "Direction of gravity at the next rest, each of " +
+        "Direction of " + TurnedVector(calibration) + " at the next rest, each of " +
         std::to_string(held_out.turns->errors_rad.size()) + " turns held out once: median error " +
         MedianAngles(held_out.turns->median_rad, held_out.turns->nominal_median_rad) + ".");
   }
@@ -182,7 +189,7 @@ Section ResidualsSection(const Calibration& calibration) {
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
     const bool is_turn = triad == Triad::kGyroscope;
-    table.rows.push_back({is_turn ? kTurnRow : TriadTitle(triad),
+    table.rows.push_back({is_turn ? TurnRow(calibration) : TriadTitle(triad),
                           OptionalNumber(quality.residual_rms_before[triad]),
                           OptionalNumber(quality.residual_rms[triad]),
                           is_turn ? "rad" : TruthUnit(triad)});
@@ -217,6 +224,46 @@ Section ResidualsSection(const Calibration& calibration) {
     }
   }
   return section;
+}
+
+void AddSessions(const RestQuality& quality,
+                 Triad triad,
+                 const std::string& unit,
+                 Section* section) {
+  Table table{{"bias by session", "x", "y", "z", "unit", "poses", "recording"}, "lrrrlrl", {}};
+  const auto add = [&](const std::string& title,
+                       const Eigen::Vector3d& value,
+                       const Eigen::Vector3d& sigma,
+                       const std::string& poses,
+                       const std::string& file) {
+    std::vector<std::string> row = {title};
+    for (int axis = 0; axis < 3; ++axis) row.push_back(WithSigma(value[axis], sigma[axis]));
+    row.insert(row.end(), {unit, poses, file});
+    table.rows.push_back(std::move(row));
+  };
+  for (const SessionBias& session : quality.sessions) {
+    if (session.triad != triad) continue;
+    add("session " + std::to_string(session.session),
+        session.bias_raw,
+        session.sigma_raw,
+        std::to_string(session.poses),
+        session.file);
+  }
+  for (const BiasRepeatability& scatter : quality.repeatability) {
+    if (scatter.triad != triad) continue;
+    add("repeatability, 1 σ", scatter.value_raw, scatter.sigma_raw, "", "");
+    table.rows.push_back({"next session, 1 σ"});
+    for (const double sigma : scatter.next_session_raw) {
+      table.rows.back().push_back(Significant(sigma, 2));
+    }
+    table.rows.back().insert(table.rows.back().end(), {unit, "", ""});
+  }
+  if (table.rows.empty()) return;
+  section->blocks.emplace_back(std::move(table));
+  section->blocks.emplace_back(
+      std::string("The bias above is the mean of the sessions. Repeatability is how they scatter "
+                  "beyond their own σ; next session is how far the bias will be from the mean when "
+                  "the unit is switched on again."));
 }
 
 Section CoverageSection(const Quality& quality) {

@@ -13,4 +13,10 @@ Section HeldOutSection(const Calibration& calibration);
 Section ResidualsSection(const Calibration& calibration);
 Section CoverageSection(const Quality& quality);
 
+/// The biases of a sensor's sessions, to stand beside its parameters.
+void AddSessions(const RestQuality& quality,
+                 Triad triad,
+                 const std::string& unit,
+                 Section* section);
+
 }  // namespace truetriad

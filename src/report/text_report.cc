@@ -72,12 +72,13 @@ std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluat
     const double ratio =
         turns.predicted_rms_rad > 0.0 ? turns.rms_rad / turns.predicted_rms_rad : 0.0;
     if (ratio > 0.0) worst_ratio = std::max(ratio, worst_ratio.value_or(0.0));
-    table.rows.push_back({"Gravity after a turn",
-                          number(turns.nominal_rms_rad),
-                          number(turns.rms_rad),
-                          number(turns.predicted_rms_rad),
-                          ratio > 0.0 ? Significant(ratio, 3) : "–",
-                          "rad"});
+    table.rows.push_back(
+        {turns.against == Triad::kMagnetometer ? "Field after a turn" : "Gravity after a turn",
+         number(turns.nominal_rms_rad),
+         number(turns.rms_rad),
+         number(turns.predicted_rms_rad),
+         ratio > 0.0 ? Significant(ratio, 3) : "–",
+         "rad"});
   }
   return {table, worst_ratio};
 }
@@ -136,7 +137,9 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
   }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;
-    text += '\n' + Wrapped("Direction of gravity at the next rest, predicted by each of " +
+    text += '\n' + Wrapped(std::string("Direction of ") +
+                           (turns.against == Triad::kMagnetometer ? "the field" : "gravity") +
+                           " at the next rest, predicted by each of " +
                            std::to_string(turns.count) + " turns: median error " +
                            MedianAngles(turns.median_rad, turns.nominal_median_rad) + ".");
   }
@@ -174,7 +177,8 @@ std::string ComparisonText(const Comparison& comparison) {
   }
   if (comparison.field_scale_taken_out) {
     text += Wrapped(
-        "The field strength was nominal in at least one of them, so the magnetometer's common scale was "
+        "The field strength was nominal in at least one of them, so the magnetometer's common "
+        "scale was "
         "removed before comparing.",
         0);
   }

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "config/field_check.h"
+#include "session/load_sessions.h"
 #include "session/settle_experiment.h"
 #include "truetriad/base/version.h"
 #include "truetriad/calibrate/calibrate.h"
@@ -51,8 +52,9 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
 }  // namespace
 
 Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses loaded,
-                             LoadPoses(experiment.input, experiment.poses, progress));
+  Result<LoadedPoses> read = LoadSessions(experiment, progress);
+  if (!read) return AtItsKey(experiment, read.error());
+  LoadedPoses loaded = *std::move(read);
   TRUETRIAD_RETURN_IF_ERROR(CheckSerial(loaded, experiment));
   if (!loaded.not_enough) {
     TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));

@@ -50,7 +50,8 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<StatedRate> rates,
                                ReadStatedRates(config.rates_file,
                                                {config.rate_sigma_degps * kRadPerDeg,
-                                                config.rate_axis_sigma_deg * kRadPerDeg}));
+                                                config.rate_axis_sigma_deg * kRadPerDeg,
+                                                config.rate_axes_known}));
     selection->rates = std::move(rates);
   }
   return {};

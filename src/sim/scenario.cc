@@ -56,6 +56,7 @@ void CheckSpread(const UnitSpread& spread, const std::string& name, Problems* pr
   problems->NotNegative(spread.misalignment_rad, name + " spread of the misalignment");
   problems->NotNegative(spread.g_sensitivity, name + " spread of the g-sensitivity");
   problems->NotNegative(spread.thermal_bias, name + " spread of the thermal bias");
+  problems->NotNegative(spread.turn_on_bias, name + " spread of the bias at turn-on");
   problems->NotNegative(spread.thermal_scale, name + " spread of the thermal scale");
   for (const AxisTermInfo& info : kAxisTerms) {
     problems->NotNegative(spread.axis_terms[info.term],

@@ -25,6 +25,8 @@ enum class Purpose : std::uint64_t {
   kDropout = 11,
   kThermometer = 12,
   kAmbient = 13,
+  kTurnOn = 14,   ///< The bias of a session.
+  kSession = 15,  ///< The seed of a session.
 };
 
 /// For what concerns a unit as a whole.

@@ -106,6 +106,36 @@ SimulatedUnit DrawUnit(const Scenario& scenario, int index) {
   return unit;
 }
 
+Scenario SessionOf(const Scenario& scenario, int index, int session) {
+  Scenario one = scenario;
+  const SimulatedUnit unit = DrawUnit(scenario, index);
+  const auto key = [&](Purpose purpose, std::uint64_t what) {
+    return FastRandom({scenario.seed,
+                       static_cast<std::uint64_t>(index),
+                       static_cast<std::uint64_t>(purpose),
+                       static_cast<std::uint64_t>(session),
+                       what});
+  };
+  one.serial = unit.serial;
+  one.count = 1;
+  one.sessions = 1;
+  if (index > 0 || session > 0) one.seed = key(Purpose::kSession, 0).Bits();
+  for (const Triad triad : kTriads) {
+    if (!unit.triads[triad]) continue;
+    SimulatedTriad& sensor = *one.sensors[triad];
+    const TrueTriad& truth = *unit.triads[triad];
+    const Eigen::Vector3d size = sensor.nominal.sensitivity.diagonal().cwiseAbs();
+    sensor.nominal = truth.model;
+    sensor.nominal.bias +=
+        size.cwiseProduct(sensor.spread.turn_on_bias *
+                          key(Purpose::kTurnOn, static_cast<std::uint64_t>(triad)).Normal3());
+    sensor.g_sensitivity = truth.g_sensitivity;
+    sensor.thermal = truth.thermal;
+    sensor.spread = {};
+  }
+  return one;
+}
+
 Calibration TruthOf(const Scenario& scenario, int index) {
   const SimulatedUnit unit = DrawUnit(scenario, index);
   Calibration truth;

@@ -39,6 +39,8 @@ constexpr std::size_t kMaxCandidates = 4;
 // Readings thinner in one direction than this share of their largest extent are as good as plane;
 // evenly spread ones are near 1.
 constexpr double kThinShare = 0.2;
+// Rates of a table that differ by less are one for a start.
+constexpr double kSameSpeed = 1e-3;
 
 Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, bool attitudes) {
   std::size_t needed = 9;
@@ -55,11 +57,12 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
+  const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   return NotEnoughError(Finding(FindingCode::kTooFewPoses,
-                                std::string(TriadName(triad)) + ": " + std::to_string(poses) +
-                                    (poses == 1 ? " pose, but " : " poses, but ") + model +
+                                std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " +
+                                    noun + (poses == 1 ? ", but " : "s, but ") + model +
                                     " needs at least " + std::to_string(needed),
-                                "add poses, or choose a smaller model")
+                                "add " + noun + "s, or choose a smaller model")
                             .About(triad)
                             .With("poses", static_cast<double>(poses))
                             .With("needed", static_cast<double>(needed)));
@@ -361,9 +364,61 @@ TriadModel<double> InShape(MatrixModel shape, TriadModel<double> model) {
   return model;
 }
 
+// Turns with the direction of gravity or the field as the vector sensor shows it.
+std::vector<DirectionMove> DirectionMovesOf(const PoseSet& poses,
+                                            Triad triad,
+                                            const TriadModel<double>& model) {
+  std::vector<DirectionMove> moves;
+  for (const RecordedMove& recorded : poses.moves) {
+    const auto& before = poses.poses[recorded.from].triads[triad];
+    const auto& after = poses.poses[recorded.from + 1].triads[triad];
+    if (recorded.fault || !before || !after) continue;
+    std::vector<Eigen::Vector3d> directions = FieldsDuring(recorded, triad, model);
+    if (directions.empty()) continue;
+    DirectionMove& move = moves.emplace_back();
+    move.move = MoveOf(recorded, nullptr);
+    move.direction = std::move(directions);
+    move.before = model.TruthFromRaw(before->mean_raw).normalized();
+    move.after = model.TruthFromRaw(after->mean_raw).normalized();
+  }
+  return moves;
+}
+
+// A gyroscope alone whose rates are known by their size: readings, less the bias that rests show,
+// over the size are on one ellipsoid. Without rests those of the size that is most frequent.
+Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
+                                               const CalibrateOptions& options) {
+  const TriadOptions& sensor = options.triads[Triad::kGyroscope];
+  const std::vector<Eigen::Vector3d> rests = ReadingsOf(poses, Triad::kGyroscope);
+  std::vector<double> speeds;
+  std::vector<Eigen::Vector3d> readings;
+  for (const KnownRate& rate : poses.rates) {
+    if (!rate.means.triads[Triad::kGyroscope]) continue;
+    speeds.push_back(rate.stated.rate_radps.norm());
+    readings.push_back(rate.means.triads[Triad::kGyroscope]->mean_raw);
+  }
+  const Eigen::Vector3d zero = rests.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                             : MedianReading(poses, Triad::kGyroscope);
+  const double usual = Median(speeds);
+  std::vector<Eigen::Vector3d> same;
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    const bool is_usual = std::abs(speeds[k] - usual) < kSameSpeed * usual;
+    if (rests.empty() && !is_usual) continue;
+    same.push_back(zero + usual / speeds[k] * (readings[k] - zero));
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckCount(Triad::kGyroscope, same.size(), sensor, false));
+  TRUETRIAD_ASSIGN_OR_RETURN(TriadModel<double> model, FitModelTrimmed(same, sensor.model, usual));
+  model.sensitivity *= GaugeRotation(Gauge::kAccelX, model.sensitivity) * LeadingAxisMap(options);
+  if (!rests.empty()) model.bias = zero;
+  model.bias = sensor.fixed_bias.value_or(model.bias);
+  return model;
+}
+
+// `vector`: what its turns are measured against, by the model of that sensor; null: nothing.
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
-                                          const TriadModel<double>* accelerometer) {
+                                          Triad vector,
+                                          const TriadModel<double>* vector_model) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
   TriadModel<double> model;
   model.bias = sensor.fixed_bias.value_or(MedianReading(poses, Triad::kGyroscope));
@@ -372,28 +427,22 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     return model;
   }
   // Whatever the accelerometer saw on the way, rates that are known show all at once.
-  const bool use_rates = accelerometer == nullptr || !poses.rates.empty();
+  const bool use_rates =
+      vector_model == nullptr ||
+      std::any_of(poses.rates.begin(), poses.rates.end(), [](const KnownRate& rate) {
+        return rate.stated.is_axis_known;
+      });
   auto known = GyroscopeFromKnownMotions(poses);
   if (known && use_rates) {
     known->bias = sensor.fixed_bias.value_or(known->bias);
     return InShape(sensor.model, *std::move(known));
   }
-  if (accelerometer == nullptr) return known.error();
-  std::vector<DirectionMove> moves;
-  for (const RecordedMove& recorded : poses.moves) {
-    const auto& before = poses.poses[recorded.from].triads[Triad::kAccelerometer];
-    const auto& after = poses.poses[recorded.from + 1].triads[Triad::kAccelerometer];
-    if (recorded.fault || recorded.accelerometer_raw.empty() || !before || !after) {
-      continue;
-    }
-    DirectionMove& move = moves.emplace_back();
-    move.move = MoveOf(recorded, accelerometer);
-    move.direction = std::move(move.move.force_mps2);
-    move.move.force_mps2.clear();
-    move.before = accelerometer->TruthFromRaw(before->mean_raw).normalized();
-    move.after = accelerometer->TruthFromRaw(after->mean_raw).normalized();
+  if (vector_model == nullptr && !options.has_stated_axes) {
+    return GyroscopeFromSpeeds(poses, options);
   }
-  const auto sensitivity = FindGyroSensitivity(moves, model.bias);
+  if (vector_model == nullptr) return known.error();
+  const auto sensitivity =
+      FindGyroSensitivity(DirectionMovesOf(poses, vector, *vector_model), model.bias);
   const Unit& unit = poses.Find(Triad::kGyroscope)->unit;
   if (sensitivity && IsPlausible(*sensitivity, unit)) {
     model.sensitivity = *sensitivity;
@@ -405,6 +454,17 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
     model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
   }
   return InShape(sensor.model, model);
+}
+
+// After the vector sensor that its turns are measured against; a gyroscope alone after none.
+Status AddGyroscope(const PoseSet& poses, const CalibrateOptions& options, StartValues* start) {
+  if (!options.triads[Triad::kGyroscope].enabled) return {};
+  const Triad vector =
+      start->models[Triad::kAccelerometer] ? Triad::kAccelerometer : Triad::kMagnetometer;
+  const auto& model = start->models[vector];
+  TRUETRIAD_ASSIGN_OR_RETURN(start->models[Triad::kGyroscope],
+                             GyroscopeStart(poses, options, vector, model ? &*model : nullptr));
+  return CheckTurnCounts(poses, *start);
 }
 
 }  // namespace
@@ -497,13 +557,8 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
         CheckAccelerometerUnit(poses, options, ReadingsOf(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
   }
-  if (options.triads[Triad::kGyroscope].enabled) {
-    const auto& accelerometer = start.models[Triad::kAccelerometer];
-    auto model = GyroscopeStart(poses, options, accelerometer ? &*accelerometer : nullptr);
-    if (!model) return model.error();
-    start.models[Triad::kGyroscope] = *model;
-    TRUETRIAD_RETURN_IF_ERROR(CheckTurnCounts(poses, start));
-  }
+  const bool against_magnetometer = !has_accelerometer && has_magnetometer;
+  if (!against_magnetometer) TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
   if (!has_magnetometer) return std::vector<StartValues>{start};
 
   start.reference[kField] = StartField(poses, options, &start.field_nominal);
@@ -513,13 +568,38 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
   if (options.attitudes.kind == AttitudeKind::kGiven &&
       !options.triads[Triad::kMagnetometer].fixed_sensitivity) {
     TRUETRIAD_RETURN_IF_ERROR(StartMagnetometerInGivenAttitudes(poses, options, &start));
+    TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
     return std::vector<StartValues>{start};
   }
   if (!options.triads[Triad::kMagnetometer].fixed_sensitivity) {
     own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity) * LeadingAxisMap(options);
   }
   start.models[Triad::kMagnetometer] = *own;
+  // The vertical of this world is the field.
+  if (options.TurnsAgainstField()) start.reference[kDip] = kVerticalFieldRad;
+  TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
   return std::vector<StartValues>{start};
+}
+
+CalibrateOptions WithMagnetometerMap(const Eigen::Matrix3d& map, CalibrateOptions options) {
+  options.triads[Triad::kMagnetometer].mounting = map;
+  options.triads[Triad::kMagnetometer].is_mounting_found = true;
+  return options;
+}
+
+std::optional<Eigen::Matrix3d> MagnetometerMapOf(const CalibrateOptions& options,
+                                                 const StartValues& start) {
+  const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
+  const TriadOptions& gyroscope = options.triads[Triad::kGyroscope];
+  if (!options.TurnsAgainstField() || magnetometer.mounting || magnetometer.fixed_sensitivity ||
+      !gyroscope.mounting) {
+    return std::nullopt;
+  }
+  // S_g Q lies along the stated axes; of another handedness no turn of the frame brings it there.
+  const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
+  const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
+  if (turn.determinant() < 0.0 || turn.isIdentity(0.0)) return std::nullopt;
+  return turn;
 }
 
 }  // namespace truetriad

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "problem/start_values.h"
 #include "truetriad/base/result.h"
@@ -24,5 +27,13 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
 // that cannot be in the stated unit (bad input).
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
                                                  const CalibrateOptions& options);
+
+// Of a magnetometer beside a gyroscope alone, whose mounting is not stated: the body axes along
+// which it senses where the gyroscope's are as stated, from a start without. Unset where that does
+// not apply or they are the body's.
+std::optional<Eigen::Matrix3d> MagnetometerMapOf(const CalibrateOptions& options,
+                                                 const StartValues& start);
+// With that map.
+CalibrateOptions WithMagnetometerMap(const Eigen::Matrix3d& map, CalibrateOptions options);
 
 }  // namespace truetriad

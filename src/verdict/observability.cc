@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -48,6 +49,11 @@ std::string SpokenName(const std::string& text) {
     if (name->power > 0) spoken += ", tau^" + std::to_string(name->power);
     if (info.rate) spoken.append(", ").append(InfoOf(*info.rate).words);
     return spoken;
+  }
+  int session = 0, read = 0;
+  if (std::sscanf(text.c_str(), "session_%d.%n", &session, &read) == 1) {
+    return SpokenName(text.substr(static_cast<std::size_t>(read))) + " in session " +
+           std::to_string(session);
   }
   if (text == "reference.dip_rad") return "dip of the field";
   if (text == "reference.field_ut") return "field strength";
@@ -267,8 +273,9 @@ std::string AdviceFor(const PoseGraph& graph,
   // More poses like those that are there would not make it good.
   if (has_thermal && name && *most * wanted * wanted < 1.0) return TemperatureAdvice(graph, *name);
   if (!(*most > 0.0)) return {};
-  const bool field_only = best.node.kind == PoseKind::kDirection &&
-                          best.node.observations.front().triad == Triad::kMagnetometer;
+  const bool field_only = !best.node.is_field_inclined ||
+                          (best.node.kind == PoseKind::kDirection &&
+                           best.node.observations.front().triad == Triad::kMagnetometer);
   const std::string how = field_only ? " along the field" : " up";
   // The opposite pose is named too where it helps about as much.
   double opposite = 0.0;

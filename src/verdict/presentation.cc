@@ -70,11 +70,15 @@ int PlaceOf(const NamedCovariance& covariance, const ParameterName& name) {
                                            : static_cast<int>(at - covariance.parameters.begin());
 }
 
-TriadModel<double> PresentedSolution::ModelAt(Triad triad,
-                                              double temperature_degc,
-                                              double rate_degcps) const {
-  if (!thermal[triad]) return *models[triad];
-  return ModelAtTemperature(*models[triad], *thermal[triad], temperature_degc, rate_degcps);
+TriadModel<double> PresentedSolution::ModelAt(Triad triad, const PoseNode& node) const {
+  TriadModel<double> model = *models[triad];
+  if (thermal[triad]) {
+    model = ModelAtTemperature(
+        model, *thermal[triad], node.temperature_degc, node.temperature_rate_degcps);
+  }
+  const auto session = static_cast<std::size_t>(node.session);
+  if (session < session_bias[triad].size()) model.bias += session_bias[triad][session];
+  return model;
 }
 
 PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance) {
@@ -104,6 +108,12 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
     for (int entry = 0; entry < 9; ++entry) {
       const int at = layout.sensitivity[triad] + RowMajorPlace(entry);
       list(at, layout.basis.row(at));
+    }
+    const SessionBlock& sessions = layout.sessions[triad];
+    for (std::size_t k = 0; k < (sessions.at < 0 ? 0 : sessions.places.size()); ++k) {
+      TriadModel<double> added{Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero()};
+      sessions.AddTo(static_cast<int>(k), graph.shared.data(), &added);
+      solution.session_bias[triad].push_back(added.bias);
     }
     const ThermalBlock& thermal = layout.thermal[triad];
     if (thermal.size() > 0) {

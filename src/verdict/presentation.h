@@ -15,13 +15,15 @@ namespace truetriad {
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;  // at the reference temperature
   PerTriad<std::optional<ThermalTerms>> thermal;
+  // What each session adds to the bias; empty where they share one.
+  PerTriad<std::vector<Eigen::Vector3d>> session_bias;
   std::optional<Eigen::Matrix3d> g_sensitivity;  // of the gyroscope
   NamedCovariance covariance;                    // singular where entries are fixed or tied
   // Derivative of the listed entries by the graph's free coordinates; empty for a stored solution.
   Eigen::MatrixXd from_free;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // this frame = solved frame * rotation
 
-  TriadModel<double> ModelAt(Triad triad, double temperature_degc, double rate_degcps) const;
+  TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const;
 };
 
 // The graph's solution in the frame it was solved in, with the reference entries that are

@@ -51,9 +51,7 @@ void FillPoseQuality(const PoseGraph& graph,
               : node.known_force_mps2;
       reading -= *solution.g_sensitivity * (solution.rotation.transpose() * force);
     }
-    const Eigen::Vector3d corrected =
-        solution.ModelAt(triad, node.temperature_degc, node.temperature_rate_degcps)
-            .TruthFromRaw(reading);
+    const Eigen::Vector3d corrected = solution.ModelAt(triad, node).TruthFromRaw(reading);
     residual.residual = corrected - field;
     residual.direction = field.normalized();
     residual.norm_error =

@@ -79,7 +79,12 @@ void StateReference(const CalibrateOptions& options,
   stated->field_ut = reference[kField];
   stated->field_nominal = !wanted.field_ut.known() && !field_free;
   stated->field_estimated = field_free || dip_free;
-  if (dip_free || wanted.dip_rad.known()) stated->dip_rad = reference[kDip];
+  // Where turns are measured against the field, the graph has a dip by convention.
+  if (dip_free) {
+    stated->dip_rad = reference[kDip];
+  } else if (wanted.dip_rad.known()) {
+    stated->dip_rad = *wanted.dip_rad.value;
+  }
 }
 
 void StateSolution(const CalibrateOptions& options,

@@ -13,29 +13,28 @@
 namespace truetriad {
 namespace {
 
-constexpr Triad kAccelerometer = Triad::kAccelerometer;
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-// Specific force at a pose as its accelerometer shows it; unset when it does not count.
-std::optional<Eigen::Vector3d> MeasuredForce(const SharedLayout& layout,
-                                             const Eigen::VectorXd& shared,
-                                             const PoseNode& node) {
+// What turns are measured against, at a pose as its sensor shows it; unset when it does not count.
+std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
+                                              const Eigen::VectorXd& shared,
+                                              const PoseNode& node) {
+  const Triad triad = TurnedAgainst(layout);
   for (const Observation& observation : node.observations) {
-    if (observation.triad != kAccelerometer || observation.rejected) continue;
-    return node.ModelOfTriad(layout, shared.data(), kAccelerometer)
-        .TruthFromRaw(observation.mean_raw);
+    if (observation.triad != triad || observation.rejected) continue;
+    return node.ModelOfTriad(layout, shared.data(), triad).TruthFromRaw(observation.mean_raw);
   }
   return std::nullopt;
 }
 
-// Unset where an accelerometer does not count. The edge is integrated at `shared`. What the earth
+// Unset where the sensor does not count. The edge is integrated at `shared`. What the earth
 // has turned meanwhile is taken out at the attitude of the graph.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
                               const Eigen::Quaterniond& turn) {
-  const auto before = MeasuredForce(graph.layout, shared, graph.nodes[edge.from]);
-  const auto after = MeasuredForce(graph.layout, shared, graph.nodes[edge.from + 1]);
+  const auto before = MeasuredVector(graph.layout, shared, graph.nodes[edge.from]);
+  const auto after = MeasuredVector(graph.layout, shared, graph.nodes[edge.from + 1]);
   if (!before || !after) return std::nullopt;
   const Eigen::Vector3d earth_turn = edge.EarthTurn(graph.layout, shared.data());
   if (earth_turn.isZero(0.0)) return TurnError(turn, *before, *after);
@@ -73,6 +72,10 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
 }
 
 }  // namespace
+
+Triad TurnedAgainst(const SharedLayout& layout) {
+  return layout.Has(Triad::kAccelerometer) ? Triad::kAccelerometer : Triad::kMagnetometer;
+}
 
 double TurnError(const Eigen::Quaterniond& turn,
                  const Eigen::Vector3d& before,

@@ -14,6 +14,10 @@
 
 namespace truetriad {
 
+// The vector sensor that turns are measured against: the accelerometer, without one the
+// magnetometer.
+Triad TurnedAgainst(const SharedLayout& layout);
+
 // Angle between `after` and where the turn puts `before`, two directions that stand still in the
 // world as the body sees them; rad.
 double TurnError(const Eigen::Quaterniond& turn,
@@ -24,14 +28,14 @@ double TurnError(const Eigen::Quaterniond& turn,
 // counts.
 std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses);
 
-// How far gravity at the next rest, as the accelerometer shows it, is from where a turn puts it, in
-// several ways; rad. Turns that do not count, or begin or end in a pose whose accelerometer does
-// not, are left out, so that all lists are of the same turns.
+// How far gravity (without accelerometer: the field) at the next rest, as its sensor shows it, is
+// from where a turn puts it, in several ways; rad. Turns that do not count, or begin or end in a
+// pose whose sensor does not, are left out, so that all lists are of the same turns.
 struct TurnErrors {
   std::vector<double> in_sample;
   // With parameters that have not seen the turn. Empty where they would not be determined.
   std::vector<double> held_out;
-  // With a nominal gyroscope; the accelerometer is the calibrated one. Empty for counts.
+  // With a nominal gyroscope; that sensor is the calibrated one. Empty for counts.
   std::vector<double> nominal;
 };
 

@@ -21,6 +21,7 @@
 #include "verdict/quality.h"
 #include "verdict/recording_faults.h"
 #include "verdict/result.h"
+#include "verdict/sessions.h"
 
 namespace truetriad {
 namespace {
@@ -38,7 +39,7 @@ constexpr std::array<Check, 11> kUsability = {&CheckFinite,
                                               &CheckTurnsTold,
                                               &CheckGains,
                                               &CheckMounting};
-constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
+constexpr std::array<Check, 12> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckHeldGyroscope,
                                             &CheckClockOffsets,
                                             &CheckNoiseFree,
@@ -48,7 +49,8 @@ constexpr std::array<Check, 11> kRemarks = {&CheckDegreesOfFreedom,
                                             &CheckDrift,
                                             &CheckLeftOutTerms,
                                             &CheckTimeBlocks,
-                                            &CheckCurves};
+                                            &CheckCurves,
+                                            &CheckSessions};
 
 bool Wants(const CalibrateOptions& options, Triad triad) { return options.triads[triad].enabled; }
 
@@ -235,6 +237,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(graph, triad);
   }
   quality.rests.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
+  StateSessions(run.poses, graph, covariance, &quality.rests);
   quality.rests.clock_offsets = FindClockOffsets(run.poses, graph);
   for (const Check check : kRemarks) {
     const Findings found = check(run, solved);

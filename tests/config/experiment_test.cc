@@ -18,6 +18,7 @@ namespace truetriad {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -119,13 +120,40 @@ TEST_F(ExperimentConfig, NeedsOnlyTheVersionAndTheSensors) {
   EXPECT_EQ(experiment.options.robust.scale, defaults.robust.scale);
   EXPECT_EQ(experiment.options.observable_sigma, defaults.observable_sigma);
   EXPECT_FALSE(experiment.poses.given);
-  EXPECT_THAT(experiment.input, IsEmpty());
+  EXPECT_THAT(experiment.inputs, IsEmpty());
+}
+
+TEST_F(ExperimentConfig, TakesSeveralRecordingsAsSessions) {
+  const Experiment experiment = LoadWell(
+      "experiment: 1\ninput: [a.csv, b/recording.yaml]\n"
+      "sensors: { accelerometer: { bias: shared }, magnetometer: { bias: per_session }, "
+      "gyroscope: {} }\n");
+  EXPECT_THAT(experiment.inputs,
+              ElementsAre((folder_ / "a.csv").string(), (folder_ / "b/recording.yaml").string()));
+  EXPECT_FALSE(experiment.options.HasSessionBias(Triad::kAccelerometer));
+  EXPECT_TRUE(experiment.options.HasSessionBias(Triad::kMagnetometer));
+  EXPECT_TRUE(experiment.options.HasSessionBias(Triad::kGyroscope));
+  const Experiment again = LoadWell(experiment.resolved_yaml);
+  EXPECT_EQ(again.inputs, experiment.inputs);
+  EXPECT_FALSE(again.options.HasSessionBias(Triad::kAccelerometer));
+}
+
+TEST_F(ExperimentConfig, SaysWhereSessionsAreWrong) {
+  EXPECT_THAT(ErrorOf("experiment: 1\ninput: []\nsensors: { accelerometer: {} }\n"),
+              HasSubstr("experiment.yaml:2: input: expected a recording, or a list"));
+  EXPECT_THAT(ErrorOf("experiment: 1\ninput: [a.csv, { file: b }]\n"
+                      "sensors: { accelerometer: {} }\n"),
+              HasSubstr("experiment.yaml:2: input[1]"));
+  EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n  gyroscope:\n    bias: each\n"),
+              AllOf(HasSubstr("experiment.yaml:4: sensors.gyroscope.bias"),
+                    HasSubstr("shared"),
+                    HasSubstr("per_session")));
 }
 
 TEST_F(ExperimentConfig, ReadsEveryKey) {
   const Experiment experiment = LoadWell(kEverything);
   const CalibrateOptions& options = experiment.options;
-  EXPECT_EQ(experiment.input, (folder_ / "data/log.csv").string());
+  EXPECT_THAT(experiment.inputs, ElementsAre((folder_ / "data/log.csv").string()));
   EXPECT_EQ(experiment.forces_file, (folder_ / "forces.csv").string());
   EXPECT_EQ(experiment.serial, "007");
   EXPECT_EQ(experiment.model, "a: b");
@@ -220,7 +248,7 @@ TEST_F(ExperimentConfig, ResolvesToAnExperimentWithTheSameOptions) {
     const Experiment first = LoadWell(text);
     const Experiment second = LoadWell(first.resolved_yaml);
     EXPECT_EQ(second.resolved_yaml, WithoutMarks(first.resolved_yaml));
-    EXPECT_EQ(second.input, first.input);
+    EXPECT_EQ(second.inputs, first.inputs);
     EXPECT_EQ(second.options.gauge, first.options.gauge);
     EXPECT_EQ(second.options.reference.gravity_mps2.value,
               first.options.reference.gravity_mps2.value);

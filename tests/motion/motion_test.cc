@@ -18,6 +18,7 @@
 #include "problem/start_values.h"
 #include "support/finding_matchers.h"
 #include "support/six_turns.h"
+#include "truetriad/model/gauge.h"
 
 namespace truetriad {
 namespace {
@@ -93,6 +94,68 @@ INSTANTIATE_TEST_SUITE_P(EachSpacing,
                                            std::pair(false, 0.0),
                                            std::pair(false, 0.1)));
 
+// Without the accelerometer the magnetometer leads the body frame, and turns are followed against
+// the field: the unit as it is in that frame.
+SixTurns InMagnetometersFrame(SixTurns unit) {
+  const Eigen::Matrix3d Q = GaugeRotation(Gauge::kAccelX, unit.magnetometer.sensitivity);
+  unit.magnetometer.sensitivity *= Q;
+  unit.gyroscope.sensitivity *= Q;
+  return unit;
+}
+
+CalibrateOptions FieldOptions(const SixTurns& unit, double spacing_s) {
+  CalibrateOptions options = SixTurnsOptions(unit, false, spacing_s);
+  options.triads[kAccel].enabled = false;
+  return options;
+}
+
+// As IsFollowedExactlyWithoutNoise: 2.4e-5 rad of the field's direction.
+TEST(MotionAgainstTheField, IsFollowedExactlyWithoutNoise) {
+  Random random(5);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 0.0, NoPush, &random);
+  const auto summary = Calibrate(recording, FieldOptions(unit, 0.1));
+  ASSERT_TRUE(summary) << summary.error().message;
+  const Calibration& found = summary->calibration;
+  ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
+  const SixTurns truth = InMagnetometersFrame(unit);
+  EXPECT_EQ(found.gauge_sensor, kMag);
+  EXPECT_LT((found.sensors[kGyro]->model.bias - truth.gyroscope.bias).norm(), 3e-5);
+  EXPECT_LT((found.sensors[kMag]->model.bias - truth.magnetometer.bias).norm(), 1e-4 * 27.0);
+  EXPECT_LT((found.sensors[kMag]->model.sensitivity - truth.magnetometer.sensitivity).norm(),
+            2e-4 * 27.0);
+  EXPECT_LT((found.sensors[kGyro]->model.sensitivity - truth.gyroscope.sensitivity).norm(), 2e-4);
+}
+
+TEST(MotionAgainstTheField, HasTheErrorsThatItStates) {
+  double chi2 = 0.0, dof = 0.0;
+  for (int run = 0; run < 30; ++run) {
+    Random random(static_cast<std::uint64_t>(200 + run));
+    const SixTurns unit = ShortUnit(&random);
+    const auto summary =
+        Calibrate(RecordSixTurns(unit, 1.0, NoPush, &random), FieldOptions(unit, 0.1));
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
+    const SixTurns truth = InMagnetometersFrame(unit);
+    Eigen::VectorXd error(24);
+    Eigen::Index at = 0;
+    for (const auto& [triad, model] :
+         {std::pair(kGyro, truth.gyroscope), std::pair(kMag, truth.magnetometer)}) {
+      const TriadModel<double>& found = summary->calibration.sensors[triad]->model;
+      error.segment<3>(at) = found.bias - model.bias;
+      const Eigen::Matrix3d by_rows = (found.sensitivity - model.sensitivity).transpose();
+      error.segment<9>(at + 3) = by_rows.reshaped();
+      at += 12;
+    }
+    const trials::JointError joint =
+        trials::JointErrorOf(error, summary->calibration.covariance.matrix);
+    chi2 += joint.chi2;
+    dof += joint.dof;
+  }
+  EXPECT_GT(ChiSquareCdf(chi2, dof), 0.0005) << chi2 / dof;
+  EXPECT_LT(ChiSquareCdf(chi2, dof), 0.9995) << chi2 / dof;
+}
+
 // A chain of a noisy recording, started at the truth.
 struct Tumble {
   PoseSet recording;
@@ -106,7 +169,7 @@ struct Tumble {
     const SixTurns unit = ShortUnit(&random);
     recording = RecordSixTurns(unit, 1.0, NoPush, &random);
     options = SixTurnsOptions(unit, false, 0.1);
-    track = *MotionTrack::Of(recording, true);
+    track = *MotionTrack::Of(recording, PerTriad<bool>{{true, true, true}});
     StartValues start;
     start.reference.head<3>() << kStandardGravityMps2, 1.0, unit.dip_rad;
     start.models[kAccel] = unit.accelerometer;

@@ -24,6 +24,7 @@
 #include "problem/rows/gyroscope_row.h"
 #include "problem/rows/integrated_turn_row.h"
 #include "problem/rows/known_rate_row.h"
+#include "problem/rows/known_speed_row.h"
 #include "problem/rows/magnetometer_row.h"
 #include "problem/rows/prior_row.h"
 #include "problem/rows/turn_row.h"
@@ -58,6 +59,8 @@ Everything WithEveryTerm(Random* random) {
     layout.sensitivity[triad] = take(9);
     layout.thermal[triad] = {size, terms};
     take(layout.thermal[triad].size());
+    layout.sessions[triad] = {size, {0, 1, 2}, 3};
+    take(layout.sessions[triad].size());
   }
   for (const AxisTermInfo& info : kAxisTerms) {
     layout.axis_terms[info.triad].push_back({info.term, take(3)});
@@ -84,12 +87,16 @@ Everything WithEveryTerm(Random* random) {
 // Without temperature terms, for what depends on them only by its blocks.
 Everything WithoutTemperature(Random* random) {
   Everything all = WithEveryTerm(random);
-  for (const Triad triad : kTriads) all.layout.thermal[triad] = {};
+  for (const Triad triad : kTriads) {
+    all.layout.thermal[triad] = {};
+    all.layout.sessions[triad] = {};
+  }
   return all;
 }
 
 ThermalFactors SomeFactors(const SharedLayout& layout, Triad triad, Random* random) {
-  return layout.FactorsOf(triad, random->Uniform(-30.0, 50.0), random->Uniform(-0.02, 0.02));
+  const double degc = random->Uniform(-30.0, 50.0), rate_degcps = random->Uniform(-0.02, 0.02);
+  return layout.FactorsOf(triad, degc, rate_degcps, random->Below(3));
 }
 
 PoseValues RandomState(PoseKind kind, Random* random) {
@@ -220,6 +227,19 @@ TEST(KnownRateRow, HasTheDerivativesOfItsPrediction) {
                            5.0 * random.Normal3(),
                            10.0 * random.Normal3());
     ExpectJetsAgree(row, all, {});
+  }
+}
+
+TEST(KnownSpeedRow, HasTheDerivativesOfItsPrediction) {
+  Random random(23);
+  for (int repeat = 0; repeat < 20; ++repeat) {
+    const Everything all = WithEveryTerm(&random);
+    const KnownSpeedRow row(all.layout,
+                            SomeFactors(all.layout, kGyro, &random),
+                            random.Uniform(0.5, 3.0),
+                            5.0 * random.Normal3(),
+                            10.0 * random.Normal3());
+    ExpectJetsAgree(row, all, {RandomState(PoseKind::kDirection, &random)});
   }
 }
 

@@ -65,11 +65,14 @@ void AddTurns(const SyntheticUnit& unit,
               Random* random,
               PoseSet* set) {
   const TriadModel<double>& gyroscope = *unit.models[Triad::kGyroscope];
-  const TriadModel<double>& accelerometer = *unit.models[Triad::kAccelerometer];
+  const bool has_force = unit.models[Triad::kAccelerometer].has_value();
+  const Triad vector = has_force ? Triad::kAccelerometer : Triad::kMagnetometer;
+  const TriadModel<double>& vector_model = *unit.models[vector];
   const Eigen::Vector3d rate_sigma_raw =
       turns.gyroscope_sigma_radps * gyroscope.sensitivity.rowwise().norm();
-  const Eigen::Vector3d force_sigma_raw =
-      turns.accelerometer_sigma_mps2 * accelerometer.sensitivity.rowwise().norm();
+  const Eigen::Vector3d vector_sigma_raw =
+      (has_force ? turns.accelerometer_sigma_mps2 : turns.magnetometer_sigma_ut) *
+      vector_model.sensitivity.rowwise().norm();
   const auto noise = [random](const Eigen::Vector3d& sigma) {
     if (random == nullptr) return Eigen::Vector3d(Eigen::Vector3d::Zero());
     return Eigen::Vector3d(sigma.cwiseProduct(random->Normal3()));
@@ -77,7 +80,7 @@ void AddTurns(const SyntheticUnit& unit,
   for (StreamSummary& stream : set->streams) {
     if (stream.triad == Triad::kGyroscope) stream.noise_sigma_raw = rate_sigma_raw;
   }
-  const Eigen::Vector3d gravity = unit.WorldVector(Triad::kAccelerometer);
+  const Eigen::Vector3d in_world = unit.WorldVector(vector);
   const auto steps = std::lround(turns.duration_s * turns.rate_hz);
   for (std::size_t k = 0; k + 1 < world_from_body.size(); ++k) {
     RecordedMove& move = set->moves.emplace_back();
@@ -92,8 +95,9 @@ void AddTurns(const SyntheticUnit& unit,
       move.time_ns.push_back(std::llround(1e9 * s * turns.duration_s));
       move.gyroscope_raw.emplace_back(gyroscope.RawFromTruth(speed_hz * turn) +
                                       noise(rate_sigma_raw));
-      move.accelerometer_raw.emplace_back(
-          accelerometer.RawFromTruth(attitude.conjugate() * gravity) + noise(force_sigma_raw));
+      (has_force ? move.accelerometer_raw : move.magnetometer_raw)
+          .emplace_back(vector_model.RawFromTruth(attitude.conjugate() * in_world) +
+                        noise(vector_sigma_raw));
     }
   }
 }

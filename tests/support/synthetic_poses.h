@@ -46,10 +46,12 @@ struct SyntheticTurns {
   /// White noise of one reading, isotropic in true units; that of the gyroscope is told.
   double gyroscope_sigma_radps = 0.0;
   double accelerometer_sigma_mps2 = 0.0;
+  double magnetometer_sigma_ut = 0.0;  ///< Of a unit without accelerometer.
 };
 
-/// Adds the readings of a gyroscope and an accelerometer that turn in place between the poses of
-/// `set`, as a recording's moves. Without `random` they are exact; the noise is told all the same.
+/// Adds the readings of a gyroscope and an accelerometer (of a unit without one: a magnetometer)
+/// that turn in place between the poses of `set`, as a recording's moves. Without `random` they are
+/// exact; the noise is told all the same.
 void AddTurns(const SyntheticUnit& unit,
               const std::vector<Eigen::Quaterniond>& world_from_body,
               const SyntheticTurns& turns,

@@ -14,6 +14,7 @@ namespace truetriad {
 /// The turns between the poses of an evaluation: the angle between gravity at the next rest as the
 /// accelerometer shows it and as the turn predicts it.
 struct EvaluatedTurns {
+  Triad against = Triad::kAccelerometer;  ///< Whose direction is predicted.
   int count = 0;
   double rms_rad = 0.0;
   double median_rad = 0.0;

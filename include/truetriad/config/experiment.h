@@ -23,6 +23,7 @@ struct KnownMotionsConfig {
   std::string rates_file;                   ///< As turns_file.
   double rate_sigma_degps = 0.0;
   double rate_axis_sigma_deg = 0.0;
+  bool rate_axes_known = true;
 };
 
 /// One item of `exclude:`.
@@ -67,7 +68,9 @@ struct ExperimentDraft;
 /// One experiment YAML, resolved. docs/experiments.md.
 struct Experiment {
   std::string path;
-  std::string input;  ///< Resolved against the experiment file; empty when not given.
+  /// Recordings, resolved against the experiment file; empty when not given. Several are sessions
+  /// of one unit, between which it was switched off.
+  std::vector<std::string> inputs;
   std::string serial;
   std::string model;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.

@@ -52,7 +52,9 @@ struct StatedTurn {
 struct StatedRate {
   MotionPlace at;
   std::string id;
-  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  ///< Body frame.
+  /// Body frame; where the axis is not known only its length means anything.
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
+  bool is_axis_known = true;
   /// Covariance of the error of rate_radps, (rad/s)^2; errors of several are independent.
   Eigen::Matrix3d covariance_radps2 = Eigen::Matrix3d::Zero();
 };

@@ -39,6 +39,7 @@ struct AttitudeReference {
 /// One rest of the unit: the sufficient statistics of its samples.
 struct StaticPose {
   int number = 0;              ///< 1-based; what people are shown.
+  int session = 0;             ///< PoseSet::sessions; 0-based.
   std::string id;              ///< Given name, or empty.
   std::int64_t start_ns = 0;   ///< Time of the first sample used; 0 without time.
   std::int64_t end_ns = 0;     ///< Time of the last sample used.
@@ -120,9 +121,17 @@ struct StreamSummary {
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
+/// One of several recordings of a unit that was switched off in between.
+struct Session {
+  std::string source;  ///< The recording's path.
+  int first_pose = 0;  ///< Its numbers in the set, both included.
+  int last_pose = 0;
+};
+
 /// All rests of one unit: what the estimator reads.
 struct PoseSet {
-  std::string source;  ///< The recording's path.
+  std::string source;             ///< The recording's path.
+  std::vector<Session> sessions;  ///< Empty: one recording.
   std::string serial;
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.

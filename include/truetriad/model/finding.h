@@ -111,6 +111,7 @@ enum class FindingCode : int {
   kBiasDrift,
   kLeftOutTerm,
   kStretchesDiffer,
+  kSessions,
   kOneTemperature,
   kStaticTemperature,
   kHeldAtReference,

@@ -55,6 +55,26 @@ struct ClockOffset {
   double p_value = 1.0;  ///< Of so large an offset, were there none.
 };
 
+/// The bias of a sensor in one of several sessions. Raw unit.
+struct SessionBias {
+  int session = 0;   ///< From 1 on.
+  std::string file;  ///< Its recording.
+  Triad triad = Triad::kAccelerometer;
+  int poses = 0;  ///< In which the sensor was seen.
+  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();
+};
+
+/// How a sensor's bias scatters from session to session, beyond what each is known to. Raw unit.
+struct BiasRepeatability {
+  Triad triad = Triad::kAccelerometer;
+  int sessions = 0;
+  Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< One σ of a session.
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< Of that, by how few sessions show it.
+  /// How far the bias of a session to come is from the stated mean, one σ.
+  Eigen::Vector3d next_session_raw = Eigen::Vector3d::Zero();
+};
+
 struct RejectedPose {
   int pose = 0;
   Triad triad = Triad::kAccelerometer;
@@ -214,6 +234,9 @@ struct RestQuality {
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;            ///< Those that were stated.
   std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests show them.
+  /// Of sensors with a bias for each session; that of the sensor is their mean.
+  std::vector<SessionBias> sessions;
+  std::vector<BiasRepeatability> repeatability;
   std::vector<PoseResidual> pose_residuals;
   std::vector<TemperatureSetting> temperature_settings;  ///< Of triads with temperature terms.
 };

@@ -142,6 +142,8 @@ struct TriadOptions {
   /// Body axes along which the sensing axes point (model/mounting.h); unset: any. Of the triad that
   /// defines the body frame it says where that frame is, of the others what a fit must find.
   std::optional<Eigen::Matrix3d> mounting;
+  /// `mounting` is not stated, but was found before the fit.
+  bool is_mounting_found = false;
   /// Accelerometer only.
   AccelerometerSign sign = AccelerometerSign::kSpecificForce;
   /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,
@@ -160,6 +162,9 @@ struct TriadOptions {
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
   /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: there is no such one.
   std::optional<Eigen::Matrix3d> nominal_sensitivity;
+  /// Over several sessions: a bias for each, of which the stated one is the mean. Unset: where
+  /// switching on changes it, in the accelerometer and the gyroscope.
+  std::optional<bool> bias_per_session;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
   /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
@@ -284,6 +289,9 @@ struct CalibrateOptions {
   LimitOptions limits;
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
+  /// Axes of known turns or rates are stated, so that a gyroscope alone has them as its body frame.
+  /// Off: only the sizes of its rates are known (StatedRate::is_axis_known).
+  bool has_stated_axes = true;
   /// Refuse readings, times and temperatures that cannot be in their unit. Off: what is stated is
   /// taken at its word (a field in coils, a normalised strength).
   bool check_units = true;
@@ -295,6 +303,9 @@ struct CalibrateOptions {
 
   /// The gyroscope is calibrated, and nothing that sees gravity or the field with it.
   bool HasGyroscopeAlone() const;
+  /// Turns are measured against the magnetic field, not gravity: magnetometer and gyroscope without
+  /// accelerometer in unknown attitudes. The vertical of such a world is the field.
+  bool TurnsAgainstField() const;
   /// Something outside defines the body frame: known attitudes, or for a gyroscope alone the axes
   /// of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
@@ -302,6 +313,8 @@ struct CalibrateOptions {
   Mode mode() const;
   /// Temperature terms are wanted of some triad.
   bool HasThermal() const;
+  /// Each session has a bias of its own.
+  bool HasSessionBias(Triad triad) const;
   /// Some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;
   /// Every problem with its value, or ok.

@@ -36,7 +36,7 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
 /// Error (usage): anything else.
 Result<PosesConfig> ParsePoses(const std::string& text);
 
-/// Calibrates what `experiment` asks for from experiment.input; everything of calibration.yaml is
+/// Calibrates what `experiment` asks for from experiment.inputs; everything of calibration.yaml is
 /// filled. Too little data is an outcome. Error (bad input, usage): files that contradict the
 /// experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,

@@ -27,6 +27,7 @@ struct UnitSpread {
   double g_sensitivity = 0.0;     ///< Each entry, true unit per m/s^2. Gyroscope only.
   double thermal_bias = 0.0;      ///< Each axis of the linear term of the bias, true unit / degC.
   double thermal_scale = 0.0;     ///< Each gain of the linear term of S, relative / degC.
+  double turn_on_bias = 0.0;      ///< Each axis, true unit; drawn for each session of the unit.
   /// Each axis, (true unit)^-power of the term; of the kind of sensor that may have it.
   PerAxisTerm<double> axis_terms = {};
 };
@@ -141,6 +142,8 @@ struct TumbleStep {
   double hand_acceleration_mps2 = 0.0;
 };
 
+inline constexpr int kMostSimulatedSessions = 16;
+
 using MotionStep = std::variant<PosesStep, TurnStep, RateStep, TumbleStep>;
 
 /// One stretch of the chamber's temperature.
@@ -246,6 +249,8 @@ struct Scenario {
   std::string model = "simulated";
   std::uint64_t seed = 1;
   int count = 1;  ///< Units. Range: 1…9999.
+  /// Recordings of each unit, which is switched off in between. Range: 1…kMostSimulatedSessions.
+  int sessions = 1;
 
   PerTriad<std::optional<SimulatedTriad>> sensors;  ///< At least one.
   SimulatedWorld world;

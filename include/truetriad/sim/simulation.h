@@ -35,6 +35,11 @@ struct SimulatedUnit {
 /// alone: units can be drawn in any order.
 SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 
+/// The scenario of one session (0-based) of unit `index`: that unit alone, with the bias that it
+/// has after it was switched on, and random numbers of the session's own. The first session differs
+/// from a scenario of one in its bias alone.
+Scenario SessionOf(const Scenario& scenario, int index, int session);
+
 /// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
 /// from its recording: converged, every sigma zero; the covariance lists all that is true of it,
 /// temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's matrix

@@ -17,6 +17,7 @@ TriadBlocks::TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalF
   const auto vectors = static_cast<std::size_t>(thermal.vector_count());
   const auto matrices = static_cast<std::size_t>(thermal.terms.matrix_order);
   const auto& axis_terms = layout.axis_terms[triad];
+  const SessionBlock& sessions = layout.sessions[triad];
   blocks_.reserve(2 + vectors + matrices + axis_terms.size());
   terms_.reserve(2 + vectors + matrices + axis_terms.size());
   Add({Part::kBias}, layout.bias[triad]);
@@ -29,6 +30,10 @@ TriadBlocks::TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalF
   }
   for (std::size_t i = 0; i < matrices; ++i) {
     Add({Part::kSensitivity, factors.power[i]}, thermal.matrix_at(static_cast<int>(i)));
+  }
+  for (int i = 0; i < sessions.block_count(); ++i) {
+    const double factor = sessions.Factor(i, factors.session);
+    if (factor != 0.0) Add({Part::kBias, factor}, sessions.block_at(i));
   }
   for (const auto& [term, at] : axis_terms) Add({Part::kAxisTerm, 1.0, term}, at);
 }

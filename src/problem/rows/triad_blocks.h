@@ -13,11 +13,12 @@
 namespace truetriad {
 
 // How the model of one triad at one pose is made of parameter blocks: each block, times the factor
-// that temperature and its rate give it at that pose, adds to the bias, to the sensitivity or to a
-// higher term. A block of a term that the model does not have is not in the list.
+// that temperature, its rate and the session give it at that pose, adds to the bias, to the
+// sensitivity or to a higher term. A block of a term that the model does not have is not in the
+// list.
 //
 //   bias (3), sensitivity (9, column by column), thermal bias and rate terms (3 each), thermal
-//   sensitivity (9 each), axis terms (3 each)
+//   sensitivity (9 each), sessions' biases (3 each), axis terms (3 each)
 class TriadBlocks {
  public:
   TriadBlocks(const SharedLayout& layout, Triad triad, const ThermalFactors& factors);

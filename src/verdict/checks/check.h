@@ -68,6 +68,7 @@ Findings CheckDrift(const SettledRun& run, const SolvedRun& solved);
 Findings CheckLeftOutTerms(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTimeBlocks(const SettledRun& run, const SolvedRun& solved);
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
+Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verdict/sessions.cc
 
 // Parts that hold however the solution was found.
 //

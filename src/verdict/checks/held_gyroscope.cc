@@ -26,10 +26,11 @@ bool IsHeld(const TriadOptions& gyroscope) {
   return gyroscope.enabled && (gyroscope.fixed_sensitivity || gyroscope.fixed_bias);
 }
 
-std::optional<Eigen::Vector3d> ForceAt(const PoseGraph& graph, const PoseNode& node) {
+std::optional<Eigen::Vector3d> VectorAt(const PoseGraph& graph, const PoseNode& node) {
+  const Triad triad = TurnedAgainst(graph.layout);
   for (const Observation& seen : node.observations) {
-    if (seen.triad != Triad::kAccelerometer) continue;
-    return graph.ModelAt(Triad::kAccelerometer, node).TruthFromRaw(seen.mean_raw);
+    if (seen.triad != triad) continue;
+    return graph.ModelAt(triad, node).TruthFromRaw(seen.mean_raw);
   }
   return std::nullopt;
 }
@@ -50,8 +51,8 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
   std::vector<double> missed_rad;
   for (const IncrementEdge& edge : graph.increments) {
     if (edge.stated_turn >= 0) continue;
-    const auto before = ForceAt(graph, graph.nodes[edge.from]);
-    const auto after = ForceAt(graph, graph.nodes[edge.from + 1]);
+    const auto before = VectorAt(graph, graph.nodes[edge.from]);
+    const auto after = VectorAt(graph, graph.nodes[edge.from + 1]);
     if (before && after) missed_rad.push_back(TurnError(edge.increment.rotation, *before, *after));
   }
   if (missed_rad.size() < kFewTurns) return std::nullopt;
@@ -59,8 +60,9 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
   const double median_rad = Median(std::move(missed_rad));
   if (!(median_rad > kMostMissedRad)) return std::nullopt;
   return Finding(FindingCode::kHeldGyroscope,
-                 "gyroscope: with what `fixed:` holds of it, predicted gravity at the next rest is "
-                 "off by " +
+                 "gyroscope: with what `fixed:` holds of it, predicted " +
+                     std::string(options.TurnsAgainstField() ? "field" : "gravity") +
+                     " at the next rest is off by " +
                      Format("%.0f deg (median of ", kDegPerRad * median_rad) +
                      std::to_string(count) +
                      " turns): it is not this unit's, not in the log's unit, or of other axes",

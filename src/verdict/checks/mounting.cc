@@ -115,7 +115,8 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
 Findings FoundMountings(const CalibrateOptions& options, const MountingView& view) {
   Findings findings;
   for (const Triad triad : kTriads) {
-    if (!view.maps[triad] || options.triads[triad].mounting) continue;
+    const TriadOptions& sensor = options.triads[triad];
+    if (!view.maps[triad] || (sensor.mounting && !sensor.is_mounting_found)) continue;
     const Eigen::Matrix3d& map = *view.maps[triad];
     if (map.isIdentity(0.0)) continue;
     const bool is_judged = !options.limits.limits.empty();

@@ -47,12 +47,14 @@ struct SeenTurn {
   GyroMove move;
 };
 
-// Up as the accelerometer shows it, before any calibration.
+// Up as the accelerometer shows it, before any calibration; without one the field.
 Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
-  // In counts the middle of the range is nearer to zero force than zero.
+  // In counts the middle of the range is nearer to zero force than zero, and beside iron to no
+  // field.
+  const bool is_centred = !stream.unit.is_counts && stream.triad == Triad::kAccelerometer;
   const Eigen::Vector3d zero =
-      stream.unit.is_counts ? Eigen::Vector3d(0.5 * (stream.minimum_raw + stream.maximum_raw))
-                            : Eigen::Vector3d::Zero();
+      is_centred ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                 : Eigen::Vector3d(0.5 * (stream.minimum_raw + stream.maximum_raw));
   return (reading_raw - zero).normalized();
 }
 
@@ -64,8 +66,8 @@ void AddTurn(SeenTurn turn, std::vector<SeenTurn>* turns) {
 std::vector<SeenTurn> TurnsBetweenRests(const PoseSet& poses, const StreamSummary& stream) {
   std::vector<SeenTurn> turns;
   for (const RecordedMove& move : poses.moves) {
-    const auto& before = poses.poses[move.from].triads[Triad::kAccelerometer];
-    const auto& after = poses.poses[move.from + 1].triads[Triad::kAccelerometer];
+    const auto& before = poses.poses[move.from].triads[stream.triad];
+    const auto& after = poses.poses[move.from + 1].triads[stream.triad];
     if (move.fault || !before || !after) continue;
     AddTurn({RoughUp(stream, before->mean_raw),
              RoughUp(stream, after->mean_raw),
@@ -91,7 +93,7 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
                                     const StreamSummary& stream,
                                     double piece_s) {
   const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
-  const ReadingTrack& accelerometer = poses.tracks[Triad::kAccelerometer];
+  const ReadingTrack& vectors = poses.tracks[stream.triad];
   std::vector<SeenTurn> turns;
   if (gyroscope.time_ns.empty()) return turns;
   const auto length = static_cast<std::int64_t>(1e9 * piece_s);
@@ -102,8 +104,8 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
     const auto begin = std::lower_bound(gyroscope.time_ns.begin(), gyroscope.time_ns.end(), from);
     const auto end = std::upper_bound(begin, gyroscope.time_ns.end(), from + length);
     if (end - begin < 3) continue;
-    SeenTurn turn{RoughUp(stream, MeanAbout(accelerometer, *begin)),
-                  RoughUp(stream, MeanAbout(accelerometer, *(end - 1))),
+    SeenTurn turn{RoughUp(stream, MeanAbout(vectors, *begin)),
+                  RoughUp(stream, MeanAbout(vectors, *(end - 1))),
                   {}};
     for (auto at = begin; at != end; ++at) {
       turn.move.time_s.push_back(1e-9 * static_cast<double>(*at - *begin));
@@ -176,14 +178,16 @@ Explanation SmallestFactor(const std::vector<SeenTurn>& turns,
 std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
                                               const CalibrateOptions& options) {
   const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
-  const StreamSummary* accelerometer = poses.Find(Triad::kAccelerometer);
+  const bool against_field = options.TurnsAgainstField();
+  const StreamSummary* vectors =
+      poses.Find(against_field ? Triad::kMagnetometer : Triad::kAccelerometer);
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
   if (!sensor.enabled || sensor.fixed_sensitivity || gyroscope == nullptr ||
-      gyroscope->unit.is_counts || accelerometer == nullptr) {
+      gyroscope->unit.is_counts || vectors == nullptr) {
     return std::nullopt;
   }
-  std::vector<SeenTurn> turns = options.motion ? TurnsInMotion(poses, *accelerometer)
-                                               : TurnsBetweenRests(poses, *accelerometer);
+  std::vector<SeenTurn> turns =
+      options.motion ? TurnsInMotion(poses, *vectors) : TurnsBetweenRests(poses, *vectors);
   if (turns.size() < kFewestTurns) return std::nullopt;
   if (turns.size() > kMostTurns) {
     for (std::size_t k = 0; k < kMostTurns; ++k) {
@@ -199,7 +203,8 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
   if (best.error >= kExplainedRad || kBetterBy * best.error > error) return std::nullopt;
   const auto unit = LooksLike(Triad::kGyroscope, best.factor * stated, gyroscope->unit);
   return Finding(FindingCode::kWrongUnit,
-                 "the gyroscope's turns miss those of gravity by " +
+                 "the gyroscope's turns miss those of " +
+                     std::string(against_field ? "the field" : "gravity") + " by " +
                      Format("%.0f deg, but by ", error * kDegPerRad) +
                      Format("%.1f deg with ", best.error * kDegPerRad) +
                      Format("readings times %.3g: looks like ", best.factor) +

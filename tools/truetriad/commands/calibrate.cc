@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -26,6 +29,16 @@ std::string ShortPath(const std::string& path) {
   const std::string shorter = std::filesystem::path(path).lexically_normal().string();
   std::error_code failure;
   return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
+}
+
+/// --input, one log or several with commas between them; a file whose name has a comma is one.
+std::vector<std::string> StatedInputs() {
+  std::error_code failure;
+  if (std::filesystem::exists(FLAGS_input, failure)) return {FLAGS_input};
+  std::vector<std::string> inputs;
+  std::istringstream list(FLAGS_input);
+  for (std::string input; std::getline(list, input, ',');) inputs.push_back(input);
+  return inputs;
 }
 
 /// Results of an earlier run, which are not those of this one.
@@ -68,10 +81,13 @@ Result<Solver> StatedSolver() {
 Result<Calibration> CalibrateAsAsked(Solver solver, bool* is_of_another) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   experiment.options.solver = solver;
-  experiment.input = FLAGS_input.empty() ? ShortPath(experiment.input) : FLAGS_input;
-  if (experiment.input.empty()) {
+  if (!FLAGS_input.empty()) experiment.inputs = StatedInputs();
+  if (experiment.inputs.empty()) {
     return UsageError("no recording: " + FLAGS_config +
                       " has no `input:`; add it or give --input=LOG");
+  }
+  if (FLAGS_input.empty()) {
+    for (std::string& input : experiment.inputs) input = ShortPath(input);
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
   const auto check_unit = [&](const std::string& serial) -> Status {
@@ -81,7 +97,7 @@ Result<Calibration> CalibrateAsAsked(Solver solver, bool* is_of_another) {
   };
   TRUETRIAD_RETURN_IF_ERROR(check_unit(experiment.serial));
   Result<Calibration> calibration = [&] {
-    ProgressLine progress("reading " + experiment.input);
+    ProgressLine progress("reading " + experiment.inputs.front());
     return CalibrateExperiment(std::move(experiment), progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
@@ -107,20 +123,23 @@ Result<int> RunCalibrate(const std::vector<std::string>&) {
 }  // namespace
 
 Command CalibrateCommand() {
-  return {.name = "calibrate",
-          .summary = "What are the biases, gains and misalignments of these sensors?",
-          .examples =
-              "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-              "--output=out/demo",
-          .details = "Writes DIR/calibration.yaml and DIR/report.html and prints the result.\n",
-          .flags = {{"config", "EXPERIMENT.yaml", true},
-                    {"input", "LOG"},
-                    {"output", "DIR", true},
-                    {"set", "KEY=VALUE,..."},
-                    {"report", "true|false"},
-                    {"overwrite", "true|false"},
-                    {"solver", "eliminated|ceres"}},
-          .run = RunCalibrate};
+  return {
+      .name = "calibrate",
+      .summary = "What are the biases, gains and misalignments of these sensors?",
+      .examples =
+          "build/truetriad calibrate --config=configs/experiments/joint.yaml "
+          "--output=out/demo",
+      .details =
+          "Writes DIR/calibration.yaml and DIR/report.html and prints the result. Several logs are "
+          "sessions\nof one unit.\n",
+      .flags = {{"config", "EXPERIMENT.yaml", true},
+                {"input", "LOG,..."},
+                {"output", "DIR", true},
+                {"set", "KEY=VALUE,..."},
+                {"report", "true|false"},
+                {"overwrite", "true|false"},
+                {"solver", "eliminated|ceres"}},
+      .run = RunCalibrate};
 }
 
 }  // namespace truetriad

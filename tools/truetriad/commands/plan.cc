@@ -43,7 +43,11 @@ Result<int> RunPlan(const std::vector<std::string>&) {
   }
   std::string measured = FLAGS_input;
   if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
-    measured = experiment.input;
+    if (experiment.inputs.size() > 1) {
+      return UsageError(FLAGS_config +
+                        ": `start: recording` takes one recording; give it as --input=LOG");
+    }
+    if (experiment.inputs.size() == 1) measured = experiment.inputs.front();
     if (measured.empty()) {
       return UsageError(FLAGS_config +
                         ": `start: recording` needs a recording; add `input:` or give --input=LOG");

@@ -116,18 +116,18 @@ std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
   return text;
 }
 
-/// Writes the recording of one unit and what is true of it.
-Status WriteUnit(const Scenario& scenario,
-                 int index,
-                 const fs::path& folder,
-                 const ProgressCallback& progress) {
+/// Writes the recording of one unit and what is true of it; says what that is.
+Result<Calibration> WriteRecordingOf(const Scenario& scenario,
+                                     int index,
+                                     const fs::path& folder,
+                                     const ProgressCallback& progress) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> simulation,
                              Simulation::Create(scenario, index));
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::string manifest,
       WriteRecording(*simulation, simulation->format(), folder.string(), progress));
-  const Calibration truth = TruthOf(scenario, index, *simulation);
+  Calibration truth = TruthOf(scenario, index, *simulation);
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(truth)));
   TRUETRIAD_RETURN_IF_ERROR(
@@ -139,8 +139,42 @@ Status WriteUnit(const Scenario& scenario,
         WriteFileAtomically((folder / "turns.yaml").string(), StatedTurnsToYaml(turns)));
   }
   const std::vector<StatedRate> rates = simulation->rates();
-  if (rates.empty()) return {};
-  return WriteFileAtomically((folder / "rates.yaml").string(), StatedRatesToYaml(rates));
+  if (!rates.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFileAtomically((folder / "rates.yaml").string(), StatedRatesToYaml(rates)));
+  }
+  return truth;
+}
+
+/// Each session of a unit in a folder of its own, and beside them the unit on the mean of them.
+Status WriteUnit(const Scenario& scenario,
+                 int index,
+                 const fs::path& folder,
+                 const ProgressCallback& progress) {
+  const int count = scenario.sessions;
+  if (count == 1) {
+    const Result<Calibration> truth = WriteRecordingOf(scenario, index, folder, progress);
+    return truth ? Status() : Status(truth.error());
+  }
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  std::optional<Calibration> mean;
+  for (int session = 0; session < count; ++session) {
+    const fs::path of_session = folder / ("session-" + std::to_string(session + 1));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Calibration truth,
+        WriteRecordingOf(SessionOf(scenario, index, session), 0, of_session, [&](double share) {
+          if (progress) progress((session + share) / count);
+        }));
+    const bool is_first = !mean.has_value();
+    if (is_first) mean = truth;
+    for (const Triad triad : kTriads) {
+      if (!truth.sensors[triad]) continue;
+      Eigen::Vector3d& bias = mean->sensors[triad]->model.bias;
+      if (is_first) bias.setZero();
+      bias += truth.sensors[triad]->model.bias / count;
+    }
+  }
+  return WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(*mean));
 }
 
 /// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
@@ -230,8 +264,9 @@ ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
   }
   if (scenario.temperature.logged) numbers += size.rows;
   if (scenario.temperature.ambient_logged) numbers += size.rows;
-  size.rows *= scenario.count;
-  size.bytes = kBytesATime * size.rows + kBytesANumber * numbers * scenario.count;
+  const int recordings = scenario.count * scenario.sessions;
+  size.rows *= recordings;
+  size.bytes = kBytesATime * size.rows + kBytesANumber * numbers * recordings;
   return size;
 }
 
@@ -280,6 +315,13 @@ Status CheckKeepsInputs(const Scenario& scenario) {
 
 void Tell(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
+  if (scenario.count == 1 && scenario.sessions > 1) {
+    std::printf("%d sessions, from %s on\nTruth: %s\n",
+                scenario.sessions,
+                (folder / "session-1" / "recording.yaml").c_str(),
+                (folder / "truth.yaml").c_str());
+    return;
+  }
   if (scenario.count == 1) {
     std::printf("Recording: %s\nTruth:     %s\nAttitudes: %s\nRests:     %s\n",
                 (folder / "recording.yaml").c_str(),

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/data/sessions.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+namespace truetriad {
+namespace {
+
+// By which the times of a session are moved to come after those of the one before: recordings
+// often start at zero.
+constexpr std::int64_t kApartNs = 1'000'000'000;
+
+// "b/recording.yaml" is too long for a finding where "b" says it.
+std::string ShortName(const std::string& source) {
+  const std::filesystem::path path(source);
+  const std::string folder = path.parent_path().filename().string();
+  return folder.empty() ? path.filename().string() : folder + "/" + path.filename().string();
+}
+
+// What both say of one sensor's stream.
+void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
+  const auto a = static_cast<double>(pooled->samples), b = static_cast<double>(more.samples);
+  const auto mean = [&](const auto& first, const auto& second) {
+    return (a * first + b * second) / std::max(a + b, 1.0);
+  };
+  pooled->noise_sigma_raw =
+      mean(pooled->noise_sigma_raw.cwiseAbs2().eval(), more.noise_sigma_raw.cwiseAbs2().eval())
+          .cwiseSqrt()
+          .eval();
+  pooled->correlation_inflation =
+      mean(pooled->correlation_inflation, more.correlation_inflation).eval();
+  pooled->mean_length_raw = mean(pooled->mean_length_raw, more.mean_length_raw);
+  pooled->length_scatter = std::max(pooled->length_scatter, more.length_scatter);
+  pooled->one_sided_raw = pooled->one_sided_raw.cwiseMax(more.one_sided_raw).eval();
+  pooled->minimum_raw = pooled->minimum_raw.cwiseMin(more.minimum_raw).eval();
+  pooled->maximum_raw = pooled->maximum_raw.cwiseMax(more.maximum_raw).eval();
+  pooled->resolution_raw = pooled->resolution_raw.cwiseMax(more.resolution_raw).eval();
+  pooled->longest_gap_s = std::max(pooled->longest_gap_s, more.longest_gap_s);
+  if (more.samples > pooled->samples) pooled->rate_hz = more.rate_hz;
+  pooled->samples += more.samples;
+  pooled->dropped_empty += more.dropped_empty;
+  pooled->gaps += more.gaps;
+  pooled->duplicate_times += more.duplicate_times;
+}
+
+// Two sessions that cannot be of one unit, or not be put together.
+Status CheckAgree(const PoseSet& first, const PoseSet& more) {
+  const std::string& source = first.sessions.front().source;
+  if (!first.serial.empty() && !more.serial.empty() && first.serial != more.serial) {
+    return BadInputError(more.source + ": is a recording of unit `" + more.serial + "`, but " +
+                         source + " is of unit `" + first.serial +
+                         "`; sessions are of one unit: give that unit's recording");
+  }
+  if (first.has_time != more.has_time) {
+    return BadInputError(more.source + ": has " + (more.has_time ? "" : "no ") + "times, but " +
+                         source + " has " + (first.has_time ? "some" : "none") +
+                         "; sessions either all have times or none");
+  }
+  for (const StreamSummary& stream : more.streams) {
+    const StreamSummary* other = first.Find(stream.triad);
+    if (other == nullptr || other->unit.name == stream.unit.name) continue;
+    return BadInputError(more.source + ": the " + std::string(TriadName(stream.triad)) + " is in " +
+                         stream.unit.name + ", but in " + other->unit.name + " in " + source +
+                         "; record all sessions in one unit, or convert");
+  }
+  return {};
+}
+
+// Times of a pose or a move, later by `shift_ns`.
+void Shift(std::int64_t shift_ns, StaticPose* pose) {
+  pose->start_ns += shift_ns;
+  pose->end_ns += shift_ns;
+}
+void Shift(std::int64_t shift_ns, RecordedMove* move) {
+  for (std::int64_t& time_ns : move->time_ns) time_ns += shift_ns;
+}
+
+// The session's poses get the numbers and times after those that are there.
+void AppendPoses(PoseSet more, PoseSet* set) {
+  const auto session = static_cast<int>(set->sessions.size());
+  const std::size_t places = set->poses.size();
+  const int numbers = places == 0 ? 0 : set->poses.back().number;
+  std::int64_t shift_ns = 0;
+  if (set->has_time && places > 0 && !more.poses.empty()) {
+    shift_ns = std::max<std::int64_t>(
+        0, set->poses.back().end_ns + kApartNs - more.poses.front().start_ns);
+  }
+  for (StaticPose& pose : more.poses) {
+    pose.session = session;
+    pose.number += numbers;
+    Shift(shift_ns, &pose);
+    set->poses.push_back(std::move(pose));
+  }
+  for (RecordedMove& move : more.moves) {
+    move.from += places;
+    Shift(shift_ns, &move);
+    set->moves.push_back(std::move(move));
+  }
+  const int last = set->poses.empty() ? 0 : set->poses.back().number;
+  set->sessions.push_back({more.source, numbers + 1, last});
+}
+
+// What is known of the recordings as wholes.
+void PoolRecordings(const PoseSet& more, PoseSet* set) {
+  if (set->serial.empty()) set->serial = more.serial;
+  const double duration_s = set->duration_s + more.duration_s;
+  if (duration_s > 0.0) {
+    set->static_share =
+        (set->static_share * set->duration_s + more.static_share * more.duration_s) / duration_s;
+  }
+  set->duration_s = duration_s;
+  for (const StreamSummary& stream : more.streams) {
+    const auto same =
+        std::find_if(set->streams.begin(), set->streams.end(), [&](const StreamSummary& other) {
+          return other.triad == stream.triad;
+        });
+    if (same == set->streams.end()) {
+      set->streams.push_back(stream);
+    } else {
+      PoolStreams(stream, &*same);
+    }
+  }
+  if (const auto& range = more.temperature_range_degc) {
+    auto& whole = set->temperature_range_degc;
+    whole = whole ? Eigen::Vector2d(std::min((*whole)[0], (*range)[0]),
+                                    std::max((*whole)[1], (*range)[1]))
+                  : *range;
+  }
+  for (const Triad triad : kTriads) {
+    auto& lag_s = set->clock_lag_s[triad];
+    if (!lag_s) lag_s = more.clock_lag_s[triad];
+    auto& not_at_rest = set->not_at_rest[triad];
+    if (!not_at_rest) not_at_rest = more.not_at_rest[triad];
+  }
+  for (Finding finding : more.findings) {
+    finding.text = ShortName(more.source) + ": " + finding.text;
+    if (finding.pose && !set->poses.empty()) *finding.pose += set->poses.back().number;
+    set->findings.push_back(std::move(finding));
+  }
+}
+
+}  // namespace
+
+Result<PoseSet> JoinSessions(std::vector<PoseSet> sessions) {
+  PoseSet set;
+  for (PoseSet& more : sessions) {
+    if (set.sessions.empty()) {
+      set.source = more.source;
+      set.has_time = more.has_time;
+      set.how = more.how;
+      set.time_offset_s = more.time_offset_s;
+    } else {
+      TRUETRIAD_RETURN_IF_ERROR(CheckAgree(set, more));
+      set.source += ", " + more.source;
+    }
+    PoolRecordings(more, &set);
+    AppendPoses(std::move(more), &set);
+  }
+  return set;
+}
+
+}  // namespace truetriad

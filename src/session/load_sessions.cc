@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session/load_sessions.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "problem/session_block.h"
+#include "truetriad/data/sessions.h"
+
+namespace truetriad {
+namespace {
+
+/// What has a meaning in one recording alone, by its key in the experiment.
+Status CheckOneRecordingKeys(const Experiment& experiment) {
+  if (experiment.inputs.size() > kMaxSessions) {
+    return UsageError(std::to_string(experiment.inputs.size()) + " recordings; expected at most " +
+                          std::to_string(kMaxSessions),
+                      "input");
+  }
+  const PosesConfig& poses = experiment.poses;
+  const auto one = [](const char* key, const char* what, const char* instead) -> Status {
+    return UsageError(
+        std::string("`") + key + "` " + what + ", but `input` lists several recordings; " + instead,
+        key);
+  };
+  if (poses.kind == PoseSelectionKind::kMotion || poses.kind == PoseSelectionKind::kSweep) {
+    return one("poses", "follows one recording", "give one, or calibrate from rests");
+  }
+  if (poses.kind == PoseSelectionKind::kRanges) {
+    return one("poses", "names rows of one file", "state `poses:` in the manifest of each");
+  }
+  if (!poses.exclude.empty()) {
+    return one("exclude", "counts seconds of one recording", "use `exclude_poses:`");
+  }
+  if (!poses.known_motions.turns_file.empty()) {
+    return one("turns", "are places in one recording", "give one, or remove it");
+  }
+  if (!poses.known_motions.rates_file.empty()) {
+    return one("rates", "are places in one recording", "give one, or remove it");
+  }
+  return {};
+}
+
+/// Counts are one size in all sessions.
+Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
+  for (const StreamSummary& stream : more.poses.streams) {
+    const StreamSummary* other = first.poses.Find(stream.triad);
+    if (other == nullptr || first.si_per_count[stream.triad] == more.si_per_count[stream.triad]) {
+      continue;
+    }
+    return BadInputError(more.poses.source + ": `si_per_count` of the " +
+                         std::string(TriadName(stream.triad)) + " is not that of " +
+                         first.poses.source + "; sessions are of one unit, so state the same");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<LoadedPoses> LoadSessions(const Experiment& experiment, const ProgressCallback& progress) {
+  const std::vector<std::string>& inputs = experiment.inputs;
+  if (inputs.size() == 1) return LoadPoses(inputs.front(), experiment.poses, progress);
+  TRUETRIAD_RETURN_IF_ERROR(CheckOneRecordingKeys(experiment));
+  LoadedPoses all;
+  std::vector<PoseSet> sessions;
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    const ProgressCallback part = [&](double share) {
+      if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(inputs.size()));
+    };
+    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses more, LoadPoses(inputs[k], experiment.poses, part));
+    if (more.not_enough) {
+      more.not_enough->message = inputs[k] + ": " + more.not_enough->message;
+      return more;
+    }
+    sessions.push_back(more.poses);
+    if (k == 0) {
+      all = std::move(more);
+      continue;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(CheckCountSizes(all, more));
+    for (const StreamSummary& stream : more.poses.streams) {
+      all.si_per_count[stream.triad] = more.si_per_count[stream.triad];
+    }
+    std::move(more.inputs.begin(), more.inputs.end(), std::back_inserter(all.inputs));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(all.poses, JoinSessions(std::move(sessions)));
+  return all;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "problem/graph.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/quality.h"
+
+namespace truetriad {
+
+// The bias of each session where sessions have their own, and how they scatter. `free_covariance`:
+// of the graph's free coordinates.
+void StateSessions(const PoseSet& poses,
+                   const PoseGraph& graph,
+                   const Eigen::MatrixXd& free_covariance,
+                   RestQuality* quality);
+
+}  // namespace truetriad
