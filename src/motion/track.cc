@@ -61,6 +61,7 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer)
     excluded.push_back({seconds(range.start_ns), seconds(range.end_ns)});
   }
   track.FindUntoldSteps(*poses.Find(Triad::kGyroscope), excluded);
+  for (const RecordingJoint& joint : poses.joints) track.BreakBefore(seconds(joint.time_ns));
   return track;
 }
 
@@ -104,6 +105,13 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     untold_s_ += time_s_[i + 1] - time_s_[i];
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
+}
+
+void MotionTrack::BreakBefore(double time_s) {
+  // Half a nanosecond, by which the joint's time may be rounded.
+  const auto after = std::lower_bound(time_s_.begin(), time_s_.end(), time_s - 5e-10);
+  if (after == time_s_.begin() || after == time_s_.end()) return;
+  is_untold_[static_cast<std::size_t>(after - time_s_.begin()) - 1] = true;
 }
 
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
