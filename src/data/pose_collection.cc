@@ -229,6 +229,7 @@ void StateJoints(const SampleSource& source,
     const std::string seen = "rows before it come a second time";
     set->joints.push_back({stretch.first_ns, stretch.first_row, seen, true});
     set->joints.push_back({stretch.last_ns + 1, stretch.last_row + 1, seen, true});
+    set->excluded.push_back({stretch.first_ns, stretch.last_ns});
   }
   const Findings findings = FindingsOf(repeated, set->start_ns);
   set->findings.insert(set->findings.end(), findings.begin(), findings.end());
@@ -266,6 +267,9 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (more) {
       excluded.Apply(&blocks);
       if (info.has_time) repeated.Apply(&blocks);
+      for (const StreamInfo& stream : info.streams) {
+        monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
+      }
       impossible.Apply(&blocks);
     } else {
       impossible.Flush(&blocks);

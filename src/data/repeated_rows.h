@@ -66,6 +66,10 @@ class RepeatedRows {
   // Leaves the pieces of the blocks that count, in order.
   void Apply(std::vector<SampleBlock>* blocks);
 
+  const std::vector<RepeatedStretch>& StretchesOf(Triad triad) const {
+    return finders_[triad].stretches();
+  }
+
   // In order of time; of triads that repeat the same, once.
   std::vector<RepeatedStretch> Stretches() const;
 

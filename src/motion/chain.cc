@@ -76,10 +76,13 @@ Eigen::Vector3d MotionChain::VectorRoot(Triad triad, const GatheredReadings& see
   return std::sqrt(seen.weight * static_cast<double>(seen.count)) * inverse_sigma_[triad];
 }
 
-// Without a magnetometer the heading of a chain is not observable: that of its first attitude is
-// held.
+// Without a magnetometer the heading of a chain, or of a piece of it, is not observable: that of
+// its first attitude is held.
 bool MotionChain::HoldsHeading(std::size_t k) const {
-  return !layout_.Has(Triad::kMagnetometer) && (k == 0 || !nodes_[k - 1].is_linked);
+  if (k > 0 && nodes_[k - 1].is_linked) return false;
+  if (!layout_.Has(Triad::kMagnetometer)) return true;
+  while (nodes_[k].magnetometer.count == 0 && nodes_[k].is_linked) ++k;
+  return nodes_[k].magnetometer.count == 0;
 }
 
 ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {

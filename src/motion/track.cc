@@ -23,6 +23,22 @@ double UsualSpacing(const std::vector<double>& time_s) {
   return median_s > 0.0 ? median_s : mean_s;
 }
 
+// Pieces of a broken chain in which no accelerometer reading shows which way is down.
+void RemoveUntied(std::vector<MotionNode>* nodes) {
+  std::size_t kept = 0;
+  for (std::size_t begin = 0; begin < nodes->size();) {
+    std::size_t end = begin;
+    bool is_tied = false;
+    do {
+      is_tied = is_tied || (*nodes)[end].accelerometer.count > 0;
+    } while ((*nodes)[end++].is_linked);
+    for (; begin < end; ++begin) {
+      if (is_tied) (*nodes)[kept++] = (*nodes)[begin];
+    }
+  }
+  nodes->resize(kept);
+}
+
 }  // namespace
 
 Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, bool has_magnetometer) {
@@ -225,6 +241,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       seen.turn /= seen.count;
     }
   }
+  RemoveUntied(&nodes);
   return nodes;
 }
 

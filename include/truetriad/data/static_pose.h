@@ -139,7 +139,7 @@ struct PoseSet {
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
   std::vector<RecordingJoint> joints;                     ///< In order of time.
-  std::vector<TimeRange> excluded;   ///< Stretches whose readings were left out on request.
+  std::vector<TimeRange> excluded;   ///< Stretches left out: on request, or since they come twice.
   PerTriad<double> time_offset_s{};  ///< Has been taken off the times of the triad's readings.
   /// By how much a triad's readings change later than those of the others all the same, where that
   /// is tenths of a second and more.
