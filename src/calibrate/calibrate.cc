@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,6 +19,7 @@
 #include "noise/variance_components.h"
 #include "problem/graph.h"
 #include "problem/graph_builder.h"
+#include "problem/hemisphere.h"
 #include "problem/start_values.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
@@ -128,33 +128,8 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
   return best;
 }
 
-// (S_m, dip) and (-S_m, -dip) explain the same readings with every attitude, or where those are
-// given the field, turned half a turn about the vertical. A start spoilt by disturbed poses may
-// have ended on the wrong side of the equator.
 void SettleHemisphere(const CalibrateOptions& options, PoseGraph* graph) {
-  const SharedLayout& layout = graph->layout;
-  if (!options.triads[Triad::kMagnetometer].enabled || !layout.IsFree(layout.reference + kDip) ||
-      options.reference.dip_rad.known() ||
-      (options.attitudes.kind == AttitudeKind::kGiven &&
-       !layout.IsFree(layout.reference + kHeading)) ||
-      options.triads[Triad::kMagnetometer].prior ||
-      options.triads[Triad::kMagnetometer].fixed_sensitivity) {
-    return;
-  }
-  double& dip = graph->shared[layout.reference + kDip];
-  const bool north = dip > 0.0;
-  if (std::abs(std::sin(dip)) < kEquatorSine || north == options.reference.northern_hemisphere) {
-    return;
-  }
-  dip = -dip;
-  graph->shared.segment<9>(layout.sensitivity[Triad::kMagnetometer]) *= -1.0;
-  const ThermalBlock& thermal = layout.thermal[Triad::kMagnetometer];
-  graph->shared.segment(thermal.matrix_at(0), 9 * thermal.terms.matrix_order) *= -1.0;
-  if (options.attitudes.kind == AttitudeKind::kGiven) {
-    double& heading = graph->shared[layout.reference + kHeading];
-    heading += heading > 0.0 ? -std::numbers::pi : std::numbers::pi;
-    return;
-  }
+  if (!SettleHemisphereOfField(options, graph)) return;
   const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
   for (PoseNode& node : graph->nodes) {
     if (node.kind == PoseKind::kRotation) {

@@ -8,26 +8,9 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/block_piece.h"
 
 namespace truetriad {
-namespace {
-
-SampleBlock Piece(const SampleBlock& block, std::size_t begin, std::size_t end) {
-  const auto part = [&](const auto& span) {
-    return span.empty() ? span : span.subspan(begin, end - begin);
-  };
-  SampleBlock piece = block;
-  piece.time_ns = part(block.time_ns);
-  piece.x = part(block.x), piece.y = part(block.y), piece.z = part(block.z);
-  piece.temperature_degc = part(block.temperature_degc);
-  piece.pose = part(block.pose);
-  piece.row = part(block.row);
-  piece.ambient_degc = part(block.ambient_degc);
-  return piece;
-}
-
-}  // namespace
-
 ExcludedTime::ExcludedTime(const std::vector<ExcludedRange>& ranges)
     : ranges_(ranges), readings_(ranges.size(), 0) {}
 
@@ -44,11 +27,11 @@ void ExcludedTime::Apply(std::vector<SampleBlock>* blocks) {
             return each.times.start_ns <= time_ns && time_ns <= each.times.end_ns;
           });
       if (range == ranges_.end()) continue;
-      if (begin < i) pieces.push_back(Piece(block, begin, i));
+      if (begin < i) pieces.push_back(PieceOf(block, begin, i));
       begin = i + 1;
       ++readings_[static_cast<std::size_t>(std::distance(ranges_.begin(), range))];
     }
-    if (begin < size) pieces.push_back(Piece(block, begin, size));
+    if (begin < size) pieces.push_back(PieceOf(block, begin, size));
   }
   *blocks = std::move(pieces);
 }

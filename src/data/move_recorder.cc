@@ -9,6 +9,7 @@
 
 #include "base/rounded_text.h"
 #include "data/gyroscope_faults.h"
+#include "data/readings_at.h"
 
 namespace truetriad {
 namespace {
@@ -196,26 +197,6 @@ void MoveRecorder::Compact(Stream* stream) const {
   stream->reading_raw.resize(kept);
 }
 
-std::vector<Eigen::Vector3d> MoveRecorder::At(const Stream& stream,
-                                              const std::vector<std::int64_t>& at_ns) {
-  std::vector<Eigen::Vector3d> readings;
-  const std::vector<std::int64_t>& times = stream.time_ns;
-  if (times.empty() || at_ns.empty()) return readings;
-  readings.reserve(at_ns.size());
-  auto next = std::lower_bound(times.begin(), times.end(), at_ns.front());
-  for (const std::int64_t time_ns : at_ns) {
-    while (next != times.end() && *next < time_ns) ++next;
-    const auto right = static_cast<std::size_t>(std::min(next, times.end() - 1) - times.begin());
-    const std::size_t left = right > 0 && times[right] > time_ns ? right - 1 : right;
-    const double span = static_cast<double>(times[right] - times[left]);
-    const double share =
-        span > 0.0 ? std::clamp(static_cast<double>(time_ns - times[left]) / span, 0.0, 1.0) : 0.0;
-    readings.emplace_back((1.0 - share) * stream.reading_raw[left] +
-                          share * stream.reading_raw[right]);
-  }
-  return readings;
-}
-
 RecordedMove MoveRecorder::Cut(std::size_t first,
                                std::size_t last,
                                const StreamSummary& gyroscope) const {
@@ -226,8 +207,10 @@ RecordedMove MoveRecorder::Cut(std::size_t first,
   };
   move.time_ns = span(gyroscope_.time_ns);
   move.gyroscope_raw = span(gyroscope_.reading_raw);
-  move.accelerometer_raw = At(accelerometer_, move.time_ns);
-  move.magnetometer_raw = At(magnetometer_, move.time_ns);
+  move.accelerometer_raw =
+      ReadingsAt(move.time_ns, accelerometer_.time_ns, accelerometer_.reading_raw);
+  move.magnetometer_raw =
+      ReadingsAt(move.time_ns, magnetometer_.time_ns, magnetometer_.reading_raw);
   move.fault = Fault(move, gyroscope);
   return move;
 }

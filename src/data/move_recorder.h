@@ -76,10 +76,6 @@ class MoveRecorder {
   // The stretches without the spans, in order.
   std::vector<Stretch> OutsideSpans() const;
 
-  // Readings of a stream between its own, at ascending times; empty where it has none.
-  static std::vector<Eigen::Vector3d> At(const Stream& stream,
-                                         const std::vector<std::int64_t>& at_ns);
-
   // Readings number first…last - 1 of the gyroscope.
   RecordedMove Cut(std::size_t first, std::size_t last, const StreamSummary& gyroscope) const;
 

@@ -12,7 +12,9 @@
 #include "data/excluded_time.h"
 #include "data/given_poses.h"
 #include "data/impossible_rows.h"
+#include "data/joints.h"
 #include "data/motion_spikes.h"
+#include "data/repeated_rows.h"
 #include "data/rest_collector.h"
 #include "data/stream_checks.h"
 #include "data/sweep_windows.h"
@@ -135,6 +137,8 @@ class MotionCollector : public Collector {
       for (std::size_t i = 0; i < block.x.size(); ++i) {
         track.reading_raw.emplace_back(block.x[i], block.y[i], block.z[i]);
       }
+      if (block.triad != Triad::kGyroscope) continue;
+      track.row.insert(track.row.end(), block.row.begin(), block.row.end());
     }
     return {};
   }
@@ -153,6 +157,7 @@ class MotionCollector : public Collector {
                                   .With("readings", static_cast<double>(screen.replaced)));
     }
     set->tracks = std::move(tracks_);
+    FindJointsInMotion(set);
     return {};
   }
 
@@ -212,8 +217,24 @@ Status DescribeRecording(const SampleSource& source,
     const Eigen::Vector2d before = set->temperature_range_degc.value_or(range);
     set->temperature_range_degc = {std::min(range[0], before[0]), std::max(range[1], before[1])};
   }
+  set->start_ns = first_ns;
   if (info.has_time) set->duration_s = static_cast<double>(last_ns - first_ns) * 1e-9;
   return {};
+}
+
+// Where the source's times and repeated rows show that the recording was put together.
+void StateJoints(const SampleSource& source,
+                 const std::vector<RepeatedStretch>& repeated,
+                 PoseSet* set) {
+  set->joints = source.joints();
+  for (const RepeatedStretch& stretch : repeated) {
+    const std::string seen = "rows before it come a second time";
+    set->joints.push_back({stretch.first_ns, stretch.first_row, seen, true});
+    set->joints.push_back({stretch.last_ns + 1, stretch.last_row + 1, seen, true});
+    set->excluded.push_back({stretch.first_ns, stretch.last_ns});
+  }
+  const Findings findings = FindingsOf(repeated, set->start_ns);
+  set->findings.insert(set->findings.end(), findings.begin(), findings.end());
 }
 
 }  // namespace
@@ -239,6 +260,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(CheckKnownMotions(info, selection));
 
   ExcludedTime excluded(selection.excluded);
+  RepeatedRows repeated;
   ImpossibleRows impossible;
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
@@ -246,6 +268,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, source.Next(&blocks));
     if (more) {
       excluded.Apply(&blocks);
+      if (info.has_time) repeated.Apply(&blocks);
+      for (const StreamInfo& stream : info.streams) {
+        monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
+      }
       impossible.Apply(&blocks);
     } else {
       impossible.Flush(&blocks);
@@ -270,6 +296,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, monitor_of, *leading, &set));
+  StateJoints(source, repeated.Stretches(), &set);
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   if (progress) progress(1.0);
   return set;

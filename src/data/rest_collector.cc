@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "data/joints.h"
 #include "data/rest_movement.h"
 
 namespace truetriad {
@@ -138,6 +139,7 @@ Status RestCollector::Finish(PoseSet* set) {
   TRUETRIAD_RETURN_IF_ERROR(rates_.Finish(resolution_raw, &moments, set));
   if (records_moves_) {
     set->moves = moves_.Moves(*set);
+    BreakMovesAtJoints(set);
     TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection_, moves_, set));
   }
   SetStaticShare(set);

@@ -143,6 +143,13 @@ bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) 
   });
 }
 
+void StreamMonitor::Excuse(const std::vector<RepeatedStretch>& repeated) {
+  for (; excused_ < repeated.size(); ++excused_) {
+    const RepeatedStretch& stretch = repeated[excused_];
+    excluded_.push_back({{stretch.first_ns, stretch.last_ns}, {}});
+  }
+}
+
 void StreamMonitor::CountGap(std::int64_t spacing_ns, double median_ns) {
   if (!(static_cast<double>(spacing_ns) > kGapSpacings * median_ns)) return;
   ++gaps_;

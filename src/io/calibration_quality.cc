@@ -324,6 +324,8 @@ void ReadItem(YamlReader& item, LeftOutTest* test) {
   if (YamlReader kappa = item.Child("kappa")) {
     ReadNumber(kappa, &test->kappa.emplace());
   }
+}
+
 void ReadItem(YamlReader& item, SessionBias* session) {
   item.Require("session", &session->session);
   item.Require("file", &session->file);

@@ -17,6 +17,7 @@
 #include "motion/track.h"
 #include "problem/graph.h"
 #include "problem/graph_builder.h"
+#include "problem/hemisphere.h"
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
 #include "verdict/checks/check.h"
@@ -158,14 +159,22 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
 }
 
 // A field beyond the vertical is one before it with every attitude turned half a turn about that: a
-// start that was spoilt may have ended there.
-void FoldDip(MotionRun* run) {
-  const SharedLayout& layout = run->graph.layout;
-  if (!layout.IsFree(layout.reference + kDip)) return;
-  double& dip = run->graph.shared[layout.reference + kDip];
+// start that was spoilt may have ended there. Returns whether it was.
+bool FoldDip(PoseGraph* graph) {
+  const SharedLayout& layout = graph->layout;
+  if (!layout.IsFree(layout.reference + kDip)) return false;
+  double& dip = graph->shared[layout.reference + kDip];
   dip = std::remainder(dip, 2.0 * std::numbers::pi);
-  if (std::cos(dip) >= 0.0) return;
+  if (std::cos(dip) >= 0.0) return false;
   dip = std::copysign(std::numbers::pi, dip) - dip;
+  return true;
+}
+
+// The same solution, with the field on the side where it is.
+void SettleField(const CalibrateOptions& options, MotionRun* run) {
+  const bool was_beyond = FoldDip(&run->graph);
+  const bool was_on_other_side = SettleHemisphereOfField(options, &run->graph);
+  if (was_beyond == was_on_other_side) return;
   const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
   for (Eigen::Quaterniond& attitude : run->attitudes) attitude = half_turn * attitude;
 }
@@ -247,7 +256,9 @@ double DegreesOfFreedom(const MotionRun& run) {
       rows += 3.0;
     }
     rows += node.is_linked ? 0.0 : -3.0;  // a turn has as many rows as an attitude unknowns
-    if (!node.is_linked && !tells_heading) rows += 1.0;
+    if (node.is_linked) continue;
+    rows += tells_heading ? 0.0 : 1.0;
+    tells_heading = false;
   }
   return rows;
 }
@@ -495,7 +506,7 @@ Status CalibrateMotion(const PoseSet& poses,
                       "sensors");
   }
   Settle(options, settling_s, &*track, &run);
-  FoldDip(&run);
+  SettleField(options, &run);
   GatherAgain(options, wanted_s, &*track, &run);
   MotionChain chain = ChainOf(*track, run);
   Solve(kMotionTolerance, &chain, &run);

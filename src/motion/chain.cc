@@ -76,11 +76,17 @@ Eigen::Vector3d MotionChain::VectorRoot(Triad triad, const GatheredReadings& see
   return std::sqrt(seen.weight * static_cast<double>(seen.count)) * inverse_sigma_[triad];
 }
 
-// With one vector sensor the heading of a chain about what that sees is not observable: that of its
-// first attitude is held.
+// Where one vector sensor is all that a chain, or a piece of it, has, its heading about what that
+// sees is not observable: that of its first attitude is held.
 bool MotionChain::HoldsHeading(std::size_t k) const {
-  const bool sees_both = layout_.Has(Triad::kMagnetometer) && layout_.Has(Triad::kAccelerometer);
-  return !sees_both && (k == 0 || !nodes_[k - 1].is_linked);
+  if (k > 0 && nodes_[k - 1].is_linked) return false;
+  const auto is_seen = [&](Triad triad) {
+    if (!layout_.Has(triad)) return false;
+    std::size_t at = k;
+    while (nodes_[at].seen(triad).count == 0 && nodes_[at].is_linked) ++at;
+    return nodes_[at].seen(triad).count > 0;
+  };
+  return !is_seen(Triad::kMagnetometer) || !is_seen(Triad::kAccelerometer);
 }
 
 ChainProblem MotionChain::Problem(std::vector<Source>* sources) const {

@@ -23,6 +23,22 @@ double UsualSpacing(const std::vector<double>& time_s) {
   return median_s > 0.0 ? median_s : mean_s;
 }
 
+// Pieces of a broken chain in which no accelerometer reading shows which way is down.
+void RemoveUntied(std::vector<MotionNode>* nodes) {
+  std::size_t kept = 0;
+  for (std::size_t begin = 0; begin < nodes->size();) {
+    std::size_t end = begin;
+    bool is_tied = false;
+    do {
+      is_tied = is_tied || (*nodes)[end].accelerometer.count > 0;
+    } while ((*nodes)[end++].is_linked);
+    for (; begin < end; ++begin) {
+      if (is_tied) (*nodes)[kept++] = (*nodes)[begin];
+    }
+  }
+  nodes->resize(kept);
+}
+
 }  // namespace
 
 Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& wanted) {
@@ -61,6 +77,7 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
     excluded.push_back({seconds(range.start_ns), seconds(range.end_ns)});
   }
   track.FindUntoldSteps(*poses.Find(Triad::kGyroscope), excluded);
+  for (const RecordingJoint& joint : poses.joints) track.BreakBefore(seconds(joint.time_ns));
   return track;
 }
 
@@ -104,6 +121,13 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     untold_s_ += time_s_[i + 1] - time_s_[i];
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
+}
+
+void MotionTrack::BreakBefore(double time_s) {
+  // Half a nanosecond, by which the joint's time may be rounded.
+  const auto after = std::lower_bound(time_s_.begin(), time_s_.end(), time_s - 5e-10);
+  if (after == time_s_.begin() || after == time_s_.end()) return;
+  is_untold_[static_cast<std::size_t>(after - time_s_.begin()) - 1] = true;
 }
 
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
@@ -217,6 +241,7 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       seen.turn /= seen.count;
     }
   }
+  RemoveUntied(&nodes);
   return nodes;
 }
 

@@ -81,6 +81,8 @@ class MotionTrack {
     double from_s = 0.0, to_s = 0.0;
   };
   void FindUntoldSteps(const StreamSummary& gyroscope, const std::vector<Span>& excluded);
+  // The step to the first reading at `time_s` or later tells nothing; this is no lack of readings.
+  void BreakBefore(double time_s);
 
   std::vector<double> time_s_;
   std::vector<Eigen::Vector3d> rate_raw_, force_mps2_;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "truetriad/base/units.h"
+#include "trust/joined.h"
 
 namespace truetriad::trust {
 namespace {
@@ -681,6 +682,39 @@ std::vector<Fault> FaultsOfLogs() {
        kEither,
        nullptr,
        HalvesExchanged},
+      {"pieces exchanged",
+       2,
+       40,
+       {},
+       {kHand, kAccelerometer, kMotion},
+       kEither,
+       nullptr,
+       PiecesExchanged},
+      {"pieces cut out",
+       2,
+       40,
+       {},
+       {kHand, kAccelerometer, kMotion},
+       kEither,
+       nullptr,
+       PiecesCutOut},
+      {"moves cut out", 0.03, 1, {}, {kHand, kAccelerometer}, kEither, nullptr, MovesCutOut},
+      {"clock set back",
+       2,
+       10,
+       {},
+       {kHand, kAccelerometer, kMotion},
+       kEither,
+       nullptr,
+       ClockSetBack},
+      {"repeated elsewhere",
+       1,
+       30,
+       {},
+       {kHand, kAccelerometer, kMotion, kRows},
+       kEither,
+       nullptr,
+       RepeatedElsewhere},
   };
 }
 

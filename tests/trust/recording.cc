@@ -2,8 +2,10 @@
 #include "trust/recording.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <utility>
 
@@ -24,6 +26,25 @@ std::string AttitudesOf(const std::vector<TrueRest>& rests) {
     text += line;
   }
   return text;
+}
+
+// The times of a table begin at zero at each restart.
+Status RestartClock(const std::vector<double>& restarts_s, const std::string& path) {
+  std::ifstream file(path);
+  std::string text, line;
+  while (std::getline(file, line)) {
+    const bool is_data = !line.empty() && std::isdigit(static_cast<unsigned char>(line[0])) != 0;
+    if (is_data) {
+      const double time_s = std::stod(line);
+      double restart_s = 0.0;
+      for (const double at_s : restarts_s) restart_s = at_s <= time_s ? at_s : restart_s;
+      char time[40];
+      std::snprintf(time, sizeof time, "%.9f", time_s - restart_s);
+      line = time + line.substr(line.find(','));
+    }
+    text += line + '\n';
+  }
+  return WriteFileAtomically(path, text);
 }
 
 }  // namespace
@@ -112,7 +133,7 @@ Result<Recording> Play(const Scenario& scenario, int unit) {
 Result<std::string> Write(const Recording& recording, const std::string& folder) {
   std::vector<MemoryStream> streams;
   RecordingFormat format;
-  format.one_file = false;
+  format.one_file = !recording.clock_restarts_s.empty();
   for (const Triad triad : kTriads) {
     if (recording.samples[triad].empty()) continue;
     MemoryStream& stream = streams.emplace_back(triad);
@@ -127,6 +148,9 @@ Result<std::string> Write(const Recording& recording, const std::string& folder)
   MemorySource source(std::move(streams));
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string manifest, WriteRecording(source, format, folder));
+  if (format.one_file) {
+    TRUETRIAD_RETURN_IF_ERROR(RestartClock(recording.clock_restarts_s, folder + "/recording.csv"));
+  }
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(folder + "/attitudes.csv", AttitudesOf(recording.rests)));
   TRUETRIAD_RETURN_IF_ERROR(

@@ -35,6 +35,8 @@ struct Recording {
   std::vector<PoseRange> rest_rows;
   std::vector<StatedRate> rates;
   double duration_s = 0.0;
+  // Where the clock was set to zero again; then all sensors are in one file.
+  std::vector<double> clock_restarts_s;
   // Mean error of the bias that was added in each rest.
   PerTriad<std::vector<Eigen::Vector3d>> rest_errors;
 

@@ -11,6 +11,7 @@
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
+#include "truetriad/data/recording_joint.h"
 
 namespace truetriad {
 
@@ -73,6 +74,9 @@ class SampleSource {
   virtual double progress() const = 0;
 
   virtual StreamCounts counts(Triad triad) const = 0;
+
+  /// Where times began anew and were taken on from the last; complete once Next has returned false.
+  virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.
   virtual std::vector<InputFile> inputs() const = 0;

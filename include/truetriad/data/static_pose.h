@@ -13,6 +13,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/data/known_motion.h"
+#include "truetriad/data/recording_joint.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/thermometer/temperature_track.h"
 
@@ -70,6 +71,7 @@ struct RecordedMove {
 struct ReadingTrack {
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> reading_raw;
+  std::vector<std::int64_t> row;  ///< Of its file, 0-based; kept for the gyroscope only.
 };
 
 /// What windows of a sweep were cut from.
@@ -141,10 +143,12 @@ struct PoseSet {
   std::vector<KnownRate> rates;     ///< Likewise.
   std::vector<StreamSummary> streams;
   bool has_time = true;
+  std::int64_t start_ns = 0;  ///< Time of the first reading of all.
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
-  std::vector<TimeRange> excluded;   ///< Stretches whose readings were left out on request.
+  std::vector<RecordingJoint> joints;                     ///< In order of time.
+  std::vector<TimeRange> excluded;   ///< Stretches left out: on request, or since they come twice.
   PerTriad<double> time_offset_s{};  ///< Has been taken off the times of the triad's readings.
   /// By how much a triad's readings change later than those of the others all the same, where that
   /// is tenths of a second and more.

@@ -36,6 +36,7 @@ enum class FindingCode : int {
   kImpossibleRows,
   kClippedPoses,
   kRepeatedRows,
+  kJoinedRecording,
   kRowsLeftOver,
   kMovingReadings,
   kNotAtRest,

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+// Readings of a triad, taken at `time_ns`, between its own at ascending times; held at both ends,
+// empty where it has none.
+std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<std::int64_t>& at_ns,
+                                        const std::vector<std::int64_t>& time_ns,
+                                        const std::vector<Eigen::Vector3d>& reading_raw);
+
+}  // namespace truetriad
