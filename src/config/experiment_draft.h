@@ -68,6 +68,11 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
     {FieldSite::kClean, "clean"},
 }};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
+constexpr NamedValues<TimeStamps, 3> kTimeStamps = {{
+    {TimeStamps::kAuto, "auto"},
+    {TimeStamps::kAsStamped, "as_stamped"},
+    {TimeStamps::kRegular, "regular"},
+}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
     {InitialiseMethod::kAuto, "auto"},
@@ -99,6 +104,7 @@ struct ExperimentDraft {
   PerTriad<double> time_offset_s{};
   PerTriad<std::optional<StatedMounting>> mounting;
   std::vector<ExcludedSeconds> exclude;
+  TimeStamps time_stamps = TimeStamps::kAuto;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
