@@ -27,7 +27,7 @@ constexpr double kTogether = 0.25;
 // intervals that are off by a five-hundredth from looking like lost samples, and bursts of 200.
 constexpr double kLeak = 0.002;
 // Steps over so many samples are about as long, however the samples came.
-constexpr std::size_t kBurstSamples = 64;
+constexpr std::size_t kBurstSamples = 256;
 // The level that tells lost samples follows the clocks with this share of what a sample is off.
 constexpr double kLevelGain = 1.0 / 64.0;
 // So many samples lost at once end a piece: the sensor's own count is no longer certain.
@@ -75,17 +75,16 @@ std::vector<std::size_t> OnTime(std::span<const std::int64_t> stamps, double per
 
 // The usual interval: stretches with a gap or a lost sample are the fewer.
 double UsualPeriod(std::span<const std::int64_t> stamps) {
-  std::vector<double> steps;
-  for (std::size_t k = 1; k < stamps.size(); ++k) steps.push_back(Slope(stamps, k - 1, k));
-  const double median = Median(steps);
+  const double usual = UsualSpacing(stamps);
   double near = 0.0, sum = 0.0;
-  for (const double step : steps) {
-    if (std::abs(step - median) > 0.25 * median) continue;
+  for (std::size_t k = 1; k < stamps.size(); ++k) {
+    const double step = Slope(stamps, k - 1, k);
+    if (std::abs(step - usual) > 0.25 * usual) continue;
     ++near, sum += step;
   }
   // Single steps tell it whatever is lost, unless jitter hides them.
-  if (near >= 0.6 * static_cast<double>(steps.size())) return sum / near;
-  const std::vector<std::size_t> places = OnTime(stamps, UsualSpacing(stamps));
+  if (near >= 0.6 * static_cast<double>(stamps.size())) return sum / near;
+  const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
   const auto apart =
       static_cast<std::size_t>(std::clamp(std::round(static_cast<double>(kSlopeSamples) / run),
@@ -95,7 +94,7 @@ double UsualPeriod(std::span<const std::int64_t> stamps) {
   for (std::size_t i = apart; i < places.size(); ++i) {
     slopes.push_back(Slope(stamps, places[i - apart], places[i]));
   }
-  return slopes.empty() ? median : Median(std::move(slopes));
+  return slopes.empty() ? usual : Median(std::move(slopes));
 }
 
 // Samples in a row that one count goes through.
