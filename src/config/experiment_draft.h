@@ -70,6 +70,11 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
 constexpr NamedValues<bool, 2> kSessionBiases = {{{false, "shared"}, {true, "per_session"}}};
 constexpr NamedValues<bool, 2> kRateAxes = {{{true, "known"}, {false, "unknown"}}};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
+constexpr NamedValues<TimeStamps, 3> kTimeStamps = {{
+    {TimeStamps::kAuto, "auto"},
+    {TimeStamps::kAsStamped, "as_stamped"},
+    {TimeStamps::kRegular, "regular"},
+}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
     {InitialiseMethod::kAuto, "auto"},
@@ -102,6 +107,7 @@ struct ExperimentDraft {
   PerTriad<double> time_offset_s{};
   PerTriad<std::optional<StatedMounting>> mounting;
   std::vector<ExcludedSeconds> exclude;
+  TimeStamps time_stamps = TimeStamps::kAuto;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;

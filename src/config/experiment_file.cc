@@ -99,6 +99,13 @@ PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {
   return offsets_s;
 }
 
+TimeStamps TimeStampsOf(const Calibration& calibration) {
+  TimeStamps time_stamps = TimeStamps::kAuto;
+  Result<YamlReader> config = YamlReader::FromText(calibration.config_yaml, "config");
+  if (config && config->IsMap()) ReadChoice(config->Child("time"), kTimeStamps, &time_stamps);
+  return time_stamps;
+}
+
 Error AtItsKey(const Experiment& experiment, const Error& error) {
   if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
   const std::string place = PlaceOf(error.key, experiment.draft->places);

@@ -530,6 +530,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   }
   ReadMounting(root.Child("mounting"), draft);
   ReadPoses(root.Child("poses"), draft);
+  ReadChoice(root.Child("time"), kTimeStamps, &draft->time_stamps);
   ReadExclude(root.Child("exclude"), &draft->exclude);
   ReadExcludePoses(root.Child("exclude_poses"), &draft->experiment);
   ReadAttitudes(root.Child("attitudes"), draft);

@@ -269,6 +269,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   experiment.poses.moves = has_gyroscope;
   experiment.poses.time_offset_s = draft->time_offset_s;
   experiment.poses.exclude = draft->exclude;
+  experiment.poses.time_stamps = draft->time_stamps;
   const bool has_poses = experiment.poses.kind != PoseSelectionKind::kMotion &&
                          experiment.poses.kind != PoseSelectionKind::kSweep;
   if (!has_poses && !experiment.exclude_poses.empty()) {

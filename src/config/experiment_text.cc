@@ -305,6 +305,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
   out.Close();
   WriteMounting(out, draft);
   WritePoses(out, draft);
+  out.Line("time", kTimeStamps.Name(draft.time_stamps));
   WriteExcluded(out, draft);
   WriteAttitudes(out, draft);
   if (!draft.static_file.empty()) out.Line("static", Quoted{draft.static_file});

@@ -42,74 +42,7 @@ constexpr double kStaysNear = 0.3;
 // Far from all: nothing is known of what came before.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
 
-template <typename T>
-void AppendTo(std::vector<T>* values, std::span<const T> more) {
-  values->insert(values->end(), more.begin(), more.end());
-}
-
-// Optional columns are empty.
-template <typename T>
-void MoveWithin(std::vector<T>* values, std::size_t from, std::size_t to) {
-  if (!values->empty()) (*values)[to] = (*values)[from];
-}
-
-template <typename T>
-void ResizeTo(std::vector<T>* values, std::size_t size) {
-  if (values->size() > size) values->resize(size);
-}
-
-template <typename T>
-std::span<const T> Front(const std::vector<T>& values, std::size_t count) {
-  return {values.data(), std::min(count, values.size())};
-}
-
 }  // namespace
-
-void RowScreen::Rows::Append(const SampleBlock& block) {
-  AppendTo(&time_ns, block.time_ns);
-  AppendTo(&row, block.row);
-  AppendTo(&x, block.x);
-  AppendTo(&y, block.y);
-  AppendTo(&z, block.z);
-  AppendTo(&temperature_degc, block.temperature_degc);
-  AppendTo(&ambient_degc, block.ambient_degc);
-  AppendTo(&pose, block.pose);
-}
-
-void RowScreen::Rows::Move(std::size_t from, std::size_t to) {
-  if (from == to) return;
-  MoveWithin(&time_ns, from, to);
-  MoveWithin(&row, from, to);
-  MoveWithin(&x, from, to);
-  MoveWithin(&y, from, to);
-  MoveWithin(&z, from, to);
-  MoveWithin(&temperature_degc, from, to);
-  MoveWithin(&ambient_degc, from, to);
-  MoveWithin(&pose, from, to);
-}
-
-void RowScreen::Rows::Resize(std::size_t count) {
-  ResizeTo(&time_ns, count);
-  ResizeTo(&row, count);
-  ResizeTo(&x, count);
-  ResizeTo(&y, count);
-  ResizeTo(&z, count);
-  ResizeTo(&temperature_degc, count);
-  ResizeTo(&ambient_degc, count);
-  ResizeTo(&pose, count);
-}
-
-SampleBlock RowScreen::Rows::View(Triad triad, std::size_t count) const {
-  return {triad,
-          Front(time_ns, count),
-          Front(x, count),
-          Front(y, count),
-          Front(z, count),
-          Front(temperature_degc, count),
-          Front(pose, count),
-          Front(row, count),
-          Front(ambient_degc, count)};
-}
 
 void RowScreen::WatchSteps(const SampleBlock& block) {
   const std::array<std::span<const double>, 3> axes = {block.x, block.y, block.z};
@@ -317,7 +250,7 @@ SampleBlock RowScreen::Judge(bool at_end) {
   handed_ = kept;
   for (; i < count; ++i) rows_.Move(i, kept++);
   rows_.Resize(kept);
-  return rows_.View(triad_, handed_);
+  return rows_.View(triad_, 0, handed_);
 }
 
 std::optional<Finding> RowScreen::Left() const {

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "data/held_samples.h"
 #include "data/word_check.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/sample_source.h"
@@ -39,18 +40,6 @@ class RowScreen {
  private:
   /// Why a row is none.
   enum Kind : std::size_t { kZero, kWord, kAbsurd, kWrapped, kKinds };
-  struct Rows {
-    std::vector<std::int64_t> time_ns, row;
-    std::vector<double> x, y, z, temperature_degc, ambient_degc;
-    std::vector<std::int32_t> pose;
-    std::size_t size() const { return x.size(); }
-    Eigen::Vector3d reading(std::size_t i) const { return {x[i], y[i], z[i]}; }
-    void Append(const SampleBlock& block);
-    void Move(std::size_t from, std::size_t to);
-    void Resize(std::size_t size);
-    SampleBlock View(Triad triad, std::size_t count) const;
-  };
-
   void WatchSteps(const SampleBlock& block);
   bool MayHaveSuspects(const SampleBlock& block) const;
   bool IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const;
@@ -63,7 +52,7 @@ class RowScreen {
   void Leave(Kind kind, std::size_t i);
 
   Triad triad_;
-  Rows rows_;                             // Handed over last, then what is held back.
+  HeldSamples rows_;                      // Handed over last, then what is held back.
   std::size_t handed_ = 0;                // Of rows_.
   std::vector<Eigen::Vector3d> history_;  // The last ones that were kept.
   // Of neighbouring rows, the smallest difference that is none of rounding; the largest reading.

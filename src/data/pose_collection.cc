@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "data/detected_poses.h"
+#include "data/even_source.h"
 #include "data/excluded_time.h"
 #include "data/given_poses.h"
 #include "data/impossible_rows.h"
@@ -194,6 +195,7 @@ std::unique_ptr<Collector> MakeCollector(const PoseSelection& selection,
 
 // What the set says of the recording as a whole.
 Status DescribeRecording(const SampleSource& source,
+                         const EvenSource& even,
                          const Monitors& monitors,
                          Triad leading,
                          PoseSet* set) {
@@ -204,8 +206,8 @@ Status DescribeRecording(const SampleSource& source,
   std::int64_t first_ns = monitors[leading]->first_ns(), last_ns = first_ns;
   for (const StreamInfo& stream : info.streams) {
     const StreamMonitor& monitor = *monitors[stream.triad];
-    TRUETRIAD_ASSIGN_OR_RETURN(const StreamSummary summary,
-                               monitor.Summary(source.counts(stream.triad)));
+    TRUETRIAD_ASSIGN_OR_RETURN(StreamSummary summary, monitor.Summary(source.counts(stream.triad)));
+    if (info.has_time) even.Describe(&summary, &set->findings);
     const Findings findings = monitor.Check(summary);
     set->findings.insert(set->findings.end(), findings.begin(), findings.end());
     set->streams.push_back(summary);
@@ -261,13 +263,13 @@ Result<PoseSet> CollectPoses(SampleSource& source,
 
   ExcludedTime excluded(selection.excluded);
   RepeatedRows repeated;
+  EvenSource even(&source, &excluded, selection.time_stamps);
   ImpossibleRows impossible;
   TimeShift shift(selection.time_offset_s);
   std::vector<SampleBlock> blocks;
   for (bool more = true; more;) {
-    TRUETRIAD_ASSIGN_OR_RETURN(more, source.Next(&blocks));
+    TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
-      excluded.Apply(&blocks);
       if (info.has_time) repeated.Apply(&blocks);
       for (const StreamInfo& stream : info.streams) {
         monitor_of[stream.triad]->Excuse(repeated.StretchesOf(stream.triad));
@@ -295,7 +297,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   set.findings = impossible.Left();
   for (const ExcludedRange& range : selection.excluded) set.excluded.push_back(range.times);
   TRUETRIAD_RETURN_IF_ERROR(excluded.Tell(info, &set.findings));
-  TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, monitor_of, *leading, &set));
+  TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, even, monitor_of, *leading, &set));
   StateJoints(source, repeated.Stretches(), &set);
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
   if (progress) progress(1.0);

@@ -8,13 +8,14 @@
 
 #include "base/messages.h"
 #include "base/rounded_text.h"
+#include "data/time_stamps.h"
 #include "math/distributions.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-// Enough for the median to be that of the clock, whatever the first packets do.
+// Enough for the usual one to be that of the clock, whatever the first packets do.
 constexpr std::size_t kSpacingSamples = 1024;
 // Chosen: the smallest step between readings shows long before.
 constexpr std::int64_t kResolutionSamples = 20000;
@@ -28,16 +29,6 @@ constexpr std::size_t kFewestStuckWindows = 3;
 constexpr std::size_t kMaxListed = 3;
 // Windows with noise that say what the noise is.
 constexpr std::size_t kFewestNoisyWindows = 5;
-
-double MedianOf(std::vector<std::int64_t> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (*middle > 0) return static_cast<double>(*middle);
-  // Times in bursts of equal stamps: the mean spacing says more.
-  double sum = 0.0;
-  for (const std::int64_t value : values) sum += static_cast<double>(value);
-  return sum / static_cast<double>(values.size());
-}
 
 std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return Format("%.2f s", 1e-9 * static_cast<double>(to_ns - from_ns));
@@ -115,20 +106,15 @@ Status StreamMonitor::Add(const SampleBlock& block) {
                            "; expected times that never decrease: sort the rows, or split the file "
                            "where the clock was set");
     }
-    const bool is_gap_asked_for = i == 0 && IsExcludedBetween(last_ns, block.time_ns[i]);
     last_ns = block.time_ns[i];
-    if (is_gap_asked_for) continue;
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
-    if (median_ns_ > 0.0) {
-      if (static_cast<double>(spacing_ns) > kGapSpacings * median_ns_)
-        CountGap(spacing_ns, median_ns_);
-    } else {
-      first_spacings_ns_.push_back(spacing_ns);
-      if (first_spacings_ns_.size() >= kSpacingSamples) {
-        median_ns_ = MedianOf(first_spacings_ns_);
-        for (const std::int64_t first : first_spacings_ns_) CountGap(first, median_ns_);
-      }
+    if (usual_ns_ > 0.0) {
+      CountSpacing(last_ns - spacing_ns, spacing_ns);
+      continue;
     }
+    if (first_times_ns_.empty()) first_times_ns_.push_back(first_ns_);
+    first_times_ns_.push_back(last_ns);
+    if (first_times_ns_.size() > kSpacingSamples) CountFirst();
   }
   last_ns_ = last_ns;
   samples_ += static_cast<std::int64_t>(size);
@@ -150,15 +136,30 @@ void StreamMonitor::Excuse(const std::vector<RepeatedStretch>& repeated) {
   }
 }
 
-void StreamMonitor::CountGap(std::int64_t spacing_ns, double median_ns) {
-  if (!(static_cast<double>(spacing_ns) > kGapSpacings * median_ns)) return;
+void StreamMonitor::CountFirst() {
+  usual_ns_ = spacing_ns();
+  if (!(usual_ns_ > 0.0)) return;
+  for (std::size_t i = 1; i < first_times_ns_.size(); ++i) {
+    CountSpacing(first_times_ns_[i - 1], first_times_ns_[i] - first_times_ns_[i - 1]);
+  }
+}
+
+void StreamMonitor::CountSpacing(std::int64_t from_ns, std::int64_t spacing_ns) {
+  if (static_cast<double>(spacing_ns) <= kGapSpacings * usual_ns_) {
+    ++spacings_;
+    spacings_ns_ += spacing_ns;
+    return;
+  }
+  if (IsExcludedBetween(from_ns, from_ns + spacing_ns)) return;
   ++gaps_;
-  longest_gap_ns_ = std::max(longest_gap_ns_, spacing_ns);
+  if (spacing_ns <= longest_gap_ns_) return;
+  longest_gap_ns_ = spacing_ns;
+  longest_gap_from_ns_ = from_ns;
 }
 
 double StreamMonitor::spacing_ns() const {
-  if (median_ns_ > 0.0) return median_ns_;
-  return first_spacings_ns_.empty() ? 0.0 : MedianOf(first_spacings_ns_);
+  if (usual_ns_ > 0.0) return usual_ns_;
+  return first_times_ns_.size() < 2 ? 0.0 : UsualSpacing(first_times_ns_);
 }
 
 Eigen::Vector3d StreamMonitor::resolution_raw() const {
@@ -189,15 +190,16 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
                          ": the sensor is stuck; check its wiring, its power-up and the columns");
   }
   if (!has_time_) return summary;
-  const double spacing = spacing_ns();
-  summary.rate_hz = spacing > 0.0 ? 1e9 / spacing : 0.0;
   summary.duplicate_times = duplicate_times_;
   StreamMonitor all = *this;
-  if (median_ns_ == 0.0) {  // A short stream: its gaps have not been counted yet.
-    for (const std::int64_t first : first_spacings_ns_) all.CountGap(first, spacing);
+  if (usual_ns_ == 0.0) all.CountFirst();  // A short stream.
+  if (all.spacings_ns_ > 0) {
+    summary.rate_hz =
+        1e9 * static_cast<double>(all.spacings_) / static_cast<double>(all.spacings_ns_);
   }
   summary.gaps = all.gaps_;
   summary.longest_gap_s = static_cast<double>(all.longest_gap_ns_) * 1e-9;
+  summary.longest_gap_at_s = 1e-9 * static_cast<double>(all.longest_gap_from_ns_ - first_ns_);
   return summary;
 }
 
@@ -214,10 +216,12 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
   if (summary.gaps > 0) {
     findings.push_back(Finding(FindingCode::kTimeGaps,
                                name + ": " + Counted(summary.gaps, "gap") + " in time, longest " +
-                                   Number(summary.longest_gap_s) + " s")
+                                   Number(summary.longest_gap_s) + " s after " +
+                                   RoundedText(summary.longest_gap_at_s, 6) + " s")
                            .About(triad)
                            .With("gaps", static_cast<double>(summary.gaps))
-                           .With("longest", summary.longest_gap_s, "s"));
+                           .With("longest", summary.longest_gap_s, "s")
+                           .With("longest_at", summary.longest_gap_at_s, "s"));
   }
   if (summary.duplicate_times > 0) {
     findings.push_back(Finding(FindingCode::kEqualTimes,

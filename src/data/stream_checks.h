@@ -32,7 +32,7 @@ class StreamMonitor {
   /// What is missing in these is no gap either. Only those that are new since the last call count.
   void Excuse(const std::vector<RepeatedStretch>& repeated);
 
-  /// Median spacing of the first thousand samples; 0 before there are two, or without time.
+  /// UsualSpacing of the first thousand samples; 0 before there are two, or without time.
   double spacing_ns() const;
   /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
   Eigen::Vector3d resolution_raw() const;
@@ -49,7 +49,8 @@ class StreamMonitor {
   Findings Check(const StreamSummary& summary) const;
 
  private:
-  void CountGap(std::int64_t spacing_ns, double median_ns);
+  void CountFirst();
+  void CountSpacing(std::int64_t from_ns, std::int64_t spacing_ns);
   bool IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const;
   Status CheckFinite(const SampleBlock& block) const;
 
@@ -58,9 +59,10 @@ class StreamMonitor {
   std::vector<ExcludedRange> excluded_;
   std::size_t excused_ = 0;
   std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
-  std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0;
-  std::vector<std::int64_t> first_spacings_ns_;
-  double median_ns_ = 0.0;  // Known once first_spacings_ns_ is full.
+  std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0, longest_gap_from_ns_ = 0;
+  std::int64_t spacings_ = 0, spacings_ns_ = 0;  // Without the gaps.
+  std::vector<std::int64_t> first_times_ns_;
+  double usual_ns_ = 0.0;  // Known once there are enough of those.
   Eigen::Vector3d last_raw_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);

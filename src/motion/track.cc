@@ -7,20 +7,16 @@
 #include <utility>
 
 #include "data/gyroscope_faults.h"
+#include "data/time_stamps.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
 
-// Of times in bursts of equal stamps the mean says more. Zero where no two times differ.
-double UsualSpacing(const std::vector<double>& time_s) {
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < time_s.size(); ++i) steps.push_back(time_s[i] - time_s[i - 1]);
-  if (steps.empty()) return 0.0;
-  const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(steps.size());
-  const double median_s = Median(std::move(steps));
-  return median_s > 0.0 ? median_s : mean_s;
+// Zero where no two times differ.
+double UsualSpacingS(std::span<const std::int64_t> time_ns) {
+  return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
 // Pieces of a broken chain in which no accelerometer reading shows which way is down.
@@ -67,11 +63,11 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
     Vectors& vectors = track.vectors_[triad];
     for (const std::int64_t time_ns : readings.time_ns) vectors.time_s.push_back(seconds(time_ns));
     vectors.reading_raw = readings.reading_raw;
-    track.spacing_s_[triad] = UsualSpacing(vectors.time_s);
+    track.spacing_s_[triad] = UsualSpacingS(readings.time_ns);
     if (!(track.spacing_s_[triad] > 0.0)) return missing(triad);
   }
   if (track.time_s_.size() < 2) return missing(Triad::kGyroscope);
-  track.spacing_s_[Triad::kGyroscope] = UsualSpacing(track.time_s_);
+  track.spacing_s_[Triad::kGyroscope] = UsualSpacingS(gyroscope.time_ns);
   std::vector<Span> excluded;
   for (const TimeRange& range : poses.excluded) {
     excluded.push_back({seconds(range.start_ns), seconds(range.end_ns)});

@@ -74,12 +74,15 @@ bool MayBeTable(const PosesConfig& config) {
 }
 
 /// What can be said about the streams of a recording without any pose.
-Result<PoseSet> DescribeStreams(const std::string& input, const OpenRecordingOptions& options) {
+Result<PoseSet> DescribeStreams(const std::string& input,
+                                const OpenRecordingOptions& options,
+                                TimeStamps time_stamps) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(input, options));
   PoseSelection everything;
   everything.kind = PoseSelectionKind::kEveryN;
   everything.every = std::numeric_limits<std::int64_t>::max();
+  everything.time_stamps = time_stamps;
   TRUETRIAD_ASSIGN_OR_RETURN(PoseSet set, CollectPoses(*source, everything));
   set.poses.clear();
   set.how = "static detection";
@@ -143,6 +146,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
 
   selection.moves = config.moves;
   selection.time_offset_s = config.time_offset_s;
+  selection.time_stamps = config.time_stamps;
   TRUETRIAD_RETURN_IF_ERROR(
       SelectExcluded(input, options, config, source->info().has_time, &selection));
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
@@ -150,7 +154,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().code == ErrorCode::kNotEnough) {
     loaded.not_enough = poses.error();
-    poses = DescribeStreams(input, options);
+    poses = DescribeStreams(input, options, config.time_stamps);
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);

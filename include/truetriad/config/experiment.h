@@ -44,6 +44,7 @@ struct PosesConfig {
   SweepWindows sweep;             ///< Of kSweep; `file` says where its attitudes are, if it does.
   bool moves = false;             ///< The gyroscope's readings between the poses are wanted, too.
   KnownMotionsConfig known_motions;
+  TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
   /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
   PerTriad<double> time_offset_s{};
@@ -102,8 +103,10 @@ struct Experiment {
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
-/// What the experiment inside a calibration takes off the times of each sensor, s.
+/// What the experiment inside a calibration takes off the times of each sensor, s, and what it
+/// makes of time stamps.
 PerTriad<double> TimeOffsetsOf(const Calibration& calibration);
+TimeStamps TimeStampsOf(const Calibration& calibration);
 
 /// An error (usage) of what the experiment's keys ask for together, with the file and the line of
 /// the key that it is about; others stay as they are.

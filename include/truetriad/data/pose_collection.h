@@ -47,6 +47,13 @@ struct ExcludedRange {
   std::string stated_in;  ///< "experiment.yaml:12: exclude[0]", for messages.
 };
 
+/// What the times of readings are: `time:` of an experiment.
+enum class TimeStamps {
+  kAuto,       ///< Even where the stamps scatter about even times and the readings agree.
+  kAsStamped,  ///< The stamps.
+  kRegular,    ///< Even between the gaps, whatever the stamps look like.
+};
+
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;  ///< Rows a pose, for kEveryN. Range: >= 1.
@@ -61,6 +68,7 @@ struct PoseSelection {
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
   std::vector<ExcludedRange> excluded;
+  TimeStamps time_stamps = TimeStamps::kAuto;
   /// By how much the times of each triad are later than when its readings were taken: is taken off
   /// them first of all. Needs times where it is not zero.
   PerTriad<double> time_offset_s{};

@@ -99,15 +99,28 @@ struct KnownRate {
   StaticPose means;
 };
 
+/// How the time stamps of a stream lie about even times between its gaps.
+enum class StampKind {
+  kRegular,    ///< As even as matters.
+  kJittered,   ///< Each is early or late by itself.
+  kInBursts,   ///< Several samples wait and are stamped when they arrive.
+  kOnTicks,    ///< Rounded to a clock that ticks more slowly than the sensor.
+  kIrregular,  ///< Not about even times.
+};
+
 /// How one triad's readings behave over the whole recording.
 struct StreamSummary {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
   std::int64_t samples = 0;
   std::int64_t dropped_empty = 0;
-  double rate_hz = 0.0;   ///< 1 / median sample spacing; 0 without time.
-  std::int64_t gaps = 0;  ///< Spacings above 5 medians.
+  double rate_hz = 0.0;  ///< Mean between the gaps; 0 without time.
+  StampKind stamps = StampKind::kRegular;
+  double jitter_s = 0.0;         ///< RMS of the time stamps about even times.
+  bool are_stamps_even = false;  ///< Even times have taken the place of the stamps.
+  std::int64_t gaps = 0;         ///< Spacings above 5 usual ones.
   double longest_gap_s = 0.0;
+  double longest_gap_at_s = 0.0;  ///< Where it begins, from the stream's first sample.
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();

@@ -29,6 +29,8 @@ enum class FindingCode : int {
   // The recording.
   kNoReadings,
   kExcluded,
+  kEvenTimes,
+  kUnevenTimes,
   kTimeGaps,
   kEqualTimes,
   kConstantAxis,

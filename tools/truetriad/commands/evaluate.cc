@@ -21,6 +21,7 @@ namespace {
 /// off these as well.
 void TakeClocks(const Calibration& calibration, PosesConfig* config) {
   config->time_offset_s = TimeOffsetsOf(calibration);
+  config->time_stamps = TimeStampsOf(calibration);
   for (const Triad triad : kTriads) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;

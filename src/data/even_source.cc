@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/even_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "base/messages.h"
+#include "base/rounded_text.h"
+
+namespace truetriad {
+namespace {
+
+// Of all streams: 14 minutes of three at 100 Hz, some 25 MB.
+constexpr std::size_t kMostWaiting = 262144;
+// Samples at the end that wait for those after them, and handed over ones that stay, so that the
+// line through the stamps goes on from one batch to the next.
+constexpr std::size_t kOverlap = 512;
+// As the reader of logs hands them over: blocks that stay in the cache.
+constexpr std::size_t kSlice = 4096;
+
+std::string KindText(StampKind kind) {
+  switch (kind) {
+    case StampKind::kRegular:
+      return "are even";
+    case StampKind::kJittered:
+      return "jitter";
+    case StampKind::kInBursts:
+      return "come in bursts";
+    case StampKind::kOnTicks:
+      return "lie on the ticks of a slow clock";
+    case StampKind::kIrregular:
+      return "are irregular";
+  }
+  return "";
+}
+
+}  // namespace
+
+Result<bool> EvenSource::Next(std::vector<SampleBlock>* blocks) {
+  while (true) {
+    blocks->clear();
+    if (HandOver(blocks)) return true;
+    if (at_end_) return false;
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source_->Next(blocks));
+    if (more) excluded_->Apply(blocks);
+    at_end_ = !more;
+    if (more && !MustHold(*blocks)) {
+      for (const SampleBlock& block : *blocks) {
+        if (!block.time_ns.empty()) streams_[block.triad].last_ns = block.time_ns.back();
+      }
+      return true;
+    }
+    Hold(*blocks);
+    std::size_t waiting = 0;
+    for (const Stream& stream : streams_) waiting += stream.waiting();
+    if (at_end_ || waiting >= kMostWaiting) Settle(at_end_);
+  }
+}
+
+bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
+  if (!source_->info().has_time) return false;
+  for (const SampleBlock& block : blocks) {
+    Stream& stream = streams_[block.triad];
+    if (stream.judgement != Judgement::kOpen) continue;
+    if (!stream.watch.AreEven(block.time_ns)) stream.looks_even = false;
+    holds_ = holds_ || !stream.looks_even || how_ == TimeStamps::kRegular;
+  }
+  return holds_;
+}
+
+void EvenSource::Hold(const std::vector<SampleBlock>& blocks) {
+  for (const SampleBlock& block : blocks) streams_[block.triad].held.Append(block);
+}
+
+void EvenSource::SettleStream(Stream* stream) const {
+  const bool is_open = stream->judgement == Judgement::kOpen;
+  const bool may_be_even = is_open ? !stream->looks_even || how_ == TimeStamps::kRegular
+                                   : stream->judgement == Judgement::kEven;
+  stream->even_ns.clear();
+  if (!may_be_even) return;
+  const HeldSamples& held = stream->held;
+  EvenTimes even = FitEvenTimes(held.time_ns);
+  if (even.time_ns.empty()) return;
+  if (is_open) {
+    stream->kind = even.kind;
+    stream->period_ns = even.period_ns;
+    stream->are_true =
+        ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns).StampsAreTrue();
+    const bool is_even = how_ == TimeStamps::kRegular ||
+                         (how_ == TimeStamps::kAuto && even.AreEvident() && !stream->are_true);
+    stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
+  }
+  for (std::size_t i = stream->handed; i < held.size(); ++i) {
+    const auto off = static_cast<double>(held.time_ns[i] - even.time_ns[i]);
+    stream->squares_ns2 += off * off;
+  }
+  stream->judged += static_cast<double>(stream->waiting());
+  // One that is irregular for a while is as it is stamped for that while.
+  const bool can_be_even = how_ == TimeStamps::kRegular || even.kind != StampKind::kIrregular;
+  if (stream->judgement != Judgement::kEven) return;
+  stream->even_ns = can_be_even ? std::move(even.time_ns) : held.time_ns;
+  std::int64_t last_ns = stream->last_ns;
+  for (std::size_t i = stream->handed; i < held.size(); ++i) {
+    stream->even_ns[i] = last_ns = std::max(last_ns, stream->even_ns[i]);
+  }
+}
+
+void EvenSource::Settle(bool at_end) {
+  std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
+  holds_ = false;
+  for (Stream& stream : streams_) {
+    if (stream.held.size() == 0) continue;
+    SettleStream(&stream);
+    if (stream.judgement != Judgement::kEven) continue;
+    holds_ = true;
+    if (at_end || stream.waiting() == 0) continue;
+    const std::size_t kept = std::min(kOverlap, stream.waiting() / 2);
+    until_ns = std::min(until_ns, stream.held.time_ns[stream.held.size() - 1 - kept]);
+  }
+  for (Stream& stream : streams_) {
+    const std::vector<std::int64_t>& stamps = stream.held.time_ns;
+    stream.ready = static_cast<std::size_t>(
+        std::upper_bound(
+            stamps.begin() + static_cast<std::ptrdiff_t>(stream.handed), stamps.end(), until_ns) -
+        stamps.begin());
+  }
+}
+
+bool EvenSource::HandOver(std::vector<SampleBlock>* blocks) {
+  const Stream* lagging = nullptr;
+  Triad triad = Triad::kAccelerometer;
+  for (const Triad each : kTriads) {
+    const Stream& stream = streams_[each];
+    if (stream.handed >= stream.ready) continue;
+    const auto next_ns = [](const Stream& of) { return of.times_ns()[of.handed]; };
+    if (lagging != nullptr && next_ns(*lagging) <= next_ns(stream)) continue;
+    lagging = &stream, triad = each;
+  }
+  if (lagging == nullptr) {
+    for (Stream& stream : streams_) {
+      if (stream.ready == 0) continue;
+      const std::size_t stays = holds_ ? std::min(kOverlap, stream.handed) : 0;
+      stream.held.EraseFront(stream.handed - stays);
+      stream.handed = stays;
+      stream.ready = 0;
+    }
+    return false;
+  }
+  Stream& stream = streams_[triad];
+  const std::size_t end = std::min(stream.ready, stream.handed + kSlice);
+  SampleBlock& block = blocks->emplace_back(stream.held.View(triad, stream.handed, end));
+  block.time_ns = stream.times_ns().subspan(stream.handed, end - stream.handed);
+  stream.last_ns = block.time_ns.back();
+  stream.handed = end;
+  return true;
+}
+
+void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
+  const Stream& stream = streams_[summary->triad];
+  summary->stamps = stream.kind;
+  summary->jitter_s = stream.judged > 0.0 ? 1e-9 * std::sqrt(stream.squares_ns2 / stream.judged)
+                                          : stream.watch.jitter_s();
+  summary->are_stamps_even = stream.judgement == Judgement::kEven;
+  if (stream.kind == StampKind::kRegular && !summary->are_stamps_even) return;
+  if (!summary->are_stamps_even && stream.are_true) return;
+  const std::string what = std::string(TriadName(summary->triad)) + ": its time stamps " +
+                           KindText(stream.kind) + " (" + RoundedText(1e3 * summary->jitter_s, 3) +
+                           " ms RMS off even times at " + RoundedText(summary->rate_hz, 5) + " Hz)";
+  Finding finding = summary->are_stamps_even
+                        ? Finding(FindingCode::kEvenTimes,
+                                  what + "; its samples are taken to be evenly spaced instead")
+                        : Finding(FindingCode::kUnevenTimes,
+                                  what + ", and are used as they are",
+                                  "let the sensor's own clock stamp them");
+  findings->push_back(finding.About(summary->triad)
+                          .With("jitter", summary->jitter_s, "s")
+                          .With("rate", summary->rate_hz, "Hz"));
+}
+
+}  // namespace truetriad

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "data/excluded_time.h"
+#include "data/held_samples.h"
+#include "data/time_stamps.h"
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/pose_collection.h"
+#include "truetriad/data/sample_source.h"
+#include "truetriad/data/static_pose.h"
+#include "truetriad/model/finding.h"
+
+namespace truetriad {
+
+/// The readings of a recording without those that are excluded, at even times where its stamps
+/// scatter about such.
+///
+/// Streams whose stamps are even enough pass through. From the first block on that has others the
+/// samples of all streams are held, a quarter of a million at most, which are some minutes, and the
+/// stamps judged by what is held; the judgement of a stream stays.
+class EvenSource {
+ public:
+  /// Both belong to the caller.
+  EvenSource(SampleSource* source, ExcludedTime* excluded, TimeStamps how)
+      : source_(source), excluded_(excluded), how_(how) {}
+
+  /// As SampleSource::Next.
+  Result<bool> Next(std::vector<SampleBlock>* blocks);
+
+  /// Fills in how the stamps of the stream are; adds what should be said of them.
+  void Describe(StreamSummary* summary, Findings* findings) const;
+
+ private:
+  enum class Judgement { kOpen, kAsStamped, kEven };
+  struct Stream {
+    StampWatch watch;
+    bool looks_even = true;
+    Judgement judgement = Judgement::kOpen;
+    StampKind kind = StampKind::kRegular;
+    double period_ns = 0.0;
+    bool are_true = false;                   // The readings say so of the stamps.
+    double squares_ns2 = 0.0, judged = 0.0;  // Of what stamps are off even times.
+
+    HeldSamples held;
+    std::size_t handed = 0;             // Of those held; they stay so that lines go on.
+    std::size_t ready = 0;              // Those before can be handed over.
+    std::vector<std::int64_t> even_ns;  // Of those held; empty: as they are stamped.
+    // Time of the last one handed over.
+    std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
+
+    std::size_t waiting() const { return held.size() - handed; }
+    std::span<const std::int64_t> times_ns() const {
+      return even_ns.empty() ? held.time_ns : even_ns;
+    }
+  };
+
+  bool MustHold(const std::vector<SampleBlock>& blocks);
+  void Hold(const std::vector<SampleBlock>& blocks);
+  void Settle(bool at_end);
+  void SettleStream(Stream* stream) const;
+  bool HandOver(std::vector<SampleBlock>* blocks);
+
+  SampleSource* source_;
+  ExcludedTime* excluded_;
+  TimeStamps how_;
+  PerTriad<Stream> streams_;
+  bool holds_ = false, at_end_ = false;
+};
+
+}  // namespace truetriad

@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/time_stamps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "math/distributions.h"
+
+namespace truetriad {
+namespace {
+
+// Fewer stamps show no kind.
+constexpr std::size_t kFewestStamps = 64;
+// Samples over which the usual interval is measured: noise of a stamp counts a hundredth, and most
+// such stretches have no lost sample unless one in 180 is.
+constexpr std::size_t kSlopeSamples = 128;
+// A sample that is followed so soon waited for the next; the last one that waited came straight
+// from the sensor.
+constexpr double kSoon = 0.5;
+// A burst: this share of the samples waited, ...
+constexpr double kWaitingShare = 0.25;
+// ... so long that they came (nearly) together with the next one.
+constexpr double kTogether = 0.25;
+// By how much a sample may come later for each sample that it is behind one that is on time: keeps
+// intervals that are off by a five-hundredth from looking like lost samples, and bursts of 200.
+constexpr double kLeak = 0.002;
+// Steps over so many samples are about as long, however the samples came.
+constexpr std::size_t kBurstSamples = 256;
+// The level that tells lost samples follows the clocks with this share of what a sample is off.
+constexpr double kLevelGain = 1.0 / 64.0;
+// So many samples lost at once end a piece: the sensor's own count is no longer certain.
+constexpr double kMostLost = 5.0;
+// What comes after these samples is not known, so they are not taken for late.
+constexpr std::size_t kTail = 8;
+// Half the width over which the wander of the clocks is a straight line, in samples: jitter counts
+// a twentieth, a clock that is slewed by 500 ppm is off by 0.3 ms at 100 Hz.
+constexpr std::size_t kHalfWidth = 512;
+// Bursts that it must have.
+constexpr std::size_t kFewestBursts = 16;
+// In jitter the RMS about short lines is that about long ones; where errors add up, as when each
+// sample waits for the one before, it grows with the root of the length, here by 2.8.
+constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
+constexpr double kMostGrowth = 1.6;
+// Of ticks: stamps this near to whole ones, ...
+constexpr double kNearTick = 0.1;
+constexpr double kShareOnTicks = 0.95;
+// ... and jitter no more than the rounding's 0.29 of one.
+constexpr double kMostOfTick = 0.35;
+// Stamps further off than so many RMS (of the nearer half) do not pull the line.
+constexpr double kFarOff = 3.0;
+
+// Stamps in a line that is watched: few enough for a clock that wanders, enough to hold a burst.
+constexpr double kLineSamples = 256.0;
+constexpr double kFewestOfLine = 8.0;
+// Of samples that pass as even, those that may wait for the next: a hiccup of the logger.
+constexpr double kMostSoon = 0.01;
+
+double Slope(std::span<const std::int64_t> stamps, std::size_t from, std::size_t to) {
+  return static_cast<double>(stamps[to] - stamps[from]) / static_cast<double>(to - from);
+}
+
+// The samples that did not wait for the next one.
+std::vector<std::size_t> OnTime(std::span<const std::int64_t> stamps, double period) {
+  std::vector<std::size_t> places;
+  for (std::size_t k = 0; k < stamps.size(); ++k) {
+    const bool is_last = k + 1 == stamps.size();
+    if (is_last || static_cast<double>(stamps[k + 1] - stamps[k]) >= kSoon * period) {
+      places.push_back(k);
+    }
+  }
+  return places;
+}
+
+// The usual interval: stretches with a gap or a lost sample are the fewer.
+double UsualPeriod(std::span<const std::int64_t> stamps) {
+  const double usual = UsualSpacing(stamps);
+  double near = 0.0, sum = 0.0;
+  for (std::size_t k = 1; k < stamps.size(); ++k) {
+    const double step = Slope(stamps, k - 1, k);
+    if (std::abs(step - usual) > 0.25 * usual) continue;
+    ++near, sum += step;
+  }
+  // Single steps tell it whatever is lost, unless jitter hides them.
+  if (near >= 0.6 * static_cast<double>(stamps.size())) return sum / near;
+  const std::vector<std::size_t> places = OnTime(stamps, usual);
+  const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
+  const auto apart =
+      static_cast<std::size_t>(std::clamp(std::round(static_cast<double>(kSlopeSamples) / run),
+                                          2.0,
+                                          std::max(2.0, static_cast<double>(places.size()) / 4.0)));
+  std::vector<double> slopes;
+  for (std::size_t i = apart; i < places.size(); ++i) {
+    slopes.push_back(Slope(stamps, places[i - apart], places[i]));
+  }
+  return slopes.empty() ? usual : Median(std::move(slopes));
+}
+
+// Samples in a row that one count goes through.
+struct Piece {
+  std::size_t begin = 0, end = 0;
+};
+
+struct Numbers {
+  std::vector<double> number;  // Of each sample within its piece, those lost counted.
+  std::vector<Piece> pieces;
+};
+
+// Counts the samples. A lost one is a step of a period in stamp − period × number that stays: the
+// least of what is to come tells it from a sample that is late.
+Numbers Count(std::span<const std::int64_t> stamps, double period, double tick) {
+  const std::size_t count = stamps.size();
+  std::vector<double> least(count);  // In periods.
+  for (std::size_t i = count; i-- > 0;) {
+    const double off = static_cast<double>(stamps[i] - stamps[0]) / period - static_cast<double>(i);
+    least[i] = i + 1 < count ? std::min(off, least[i + 1] + kLeak) : off;
+  }
+  const double least_step = std::max(0.5, tick / period + 0.5);
+  Numbers counted;
+  counted.number.resize(count);
+  counted.pieces.push_back({0, count});
+  double lost = 0.0, level = least[0], first = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double off = least[i] - lost - level;
+    const bool is_known = i + kTail < count;
+    double step = is_known && off > least_step ? std::round(off) : 0.0;
+    if (step > kMostLost || (is_known && off < -least_step - 1.0)) {
+      counted.pieces.back().end = i;
+      counted.pieces.push_back({i, count});
+      lost = 0.0, level = least[i], first = static_cast<double>(i), step = 0.0;
+    }
+    lost += step;
+    level += kLevelGain * (least[i] - lost - level);
+    counted.number[i] = static_cast<double>(i) - first + lost;
+  }
+  return counted;
+}
+
+struct Point {
+  double number = 0.0, off_ns = 0.0;  // stamp − period × number.
+};
+
+// The weighted line through the points within `half_width` of `number`, there.
+double LineAt(std::span<const Point> points, double number, double half_width) {
+  const auto before = [](const Point& point, double value) { return point.number < value; };
+  auto from = std::lower_bound(points.begin(), points.end(), number - half_width, before);
+  auto to = std::lower_bound(from, points.end(), number + half_width, before);
+  double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0;
+  for (auto point = from; point != to; ++point) {
+    const double x = (point->number - number) / half_width;
+    const double weight = (1.0 - x * x) * (1.0 - x * x);
+    s += weight, sx += weight * x, sxx += weight * x * x;
+    sy += weight * point->off_ns, sxy += weight * x * point->off_ns;
+  }
+  const double determinant = s * sxx - sx * sx;
+  if (determinant > 1e-9 * s * s) return (sxx * sy - sx * sxy) / determinant;
+  return s > 0.0 ? sy / s : points[0].off_ns;
+}
+
+// The slow part of the points: lines at knots, straight between them.
+std::vector<Point> SlowPart(std::span<const Point> points, double last, double half_width) {
+  const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 8.0))) + 1;
+  std::vector<Point> slow(std::max<std::size_t>(knots, 2));
+  const double spacing = last > 0.0 ? last / static_cast<double>(slow.size() - 1) : 1.0;
+  for (std::size_t i = 0; i < slow.size(); ++i) {
+    slow[i].number = spacing * static_cast<double>(i);
+    slow[i].off_ns = LineAt(points, slow[i].number, half_width);
+  }
+  return slow;
+}
+
+double ValueAt(std::span<const Point> slow, double number) {
+  const double spacing = slow[1].number - slow[0].number;
+  const auto left = static_cast<std::size_t>(
+      std::clamp(std::floor(number / spacing), 0.0, static_cast<double>(slow.size() - 2)));
+  return std::lerp(
+      slow[left].off_ns, slow[left + 1].off_ns, number / spacing - static_cast<double>(left));
+}
+
+// Brings points that are far off nearer.
+void Clip(std::span<const Point> slow, double least_ns, std::vector<Point>* points) {
+  std::vector<double> distances;
+  for (const Point& point : *points) {
+    distances.push_back(std::abs(point.off_ns - ValueAt(slow, point.number)));
+  }
+  // The median of |z| of a normal z is 0.6745.
+  const double most = std::max(kFarOff / 0.6745 * Median(std::move(distances)), least_ns);
+  for (Point& point : *points) {
+    const double value = ValueAt(slow, point.number);
+    point.off_ns = std::clamp(point.off_ns, value - most, value + most);
+  }
+}
+
+double RmsAbout(std::span<const Point> slow, std::span<const Point> points) {
+  double squares = 0.0;
+  for (const Point& point : points) {
+    squares += std::pow(point.off_ns - ValueAt(slow, point.number), 2);
+  }
+  return std::sqrt(squares / static_cast<double>(points.size()));
+}
+
+// One attempt to make even times.
+class EvenFit {
+ public:
+  explicit EvenFit(std::span<const std::int64_t> stamps) : stamps_(stamps) {
+    period_ = UsualPeriod(stamps);
+  }
+
+  EvenTimes Run();
+
+ private:
+  std::vector<Point> PointsOf(const Piece& piece) const;
+  void FindTick();
+  bool Waits() const;
+  void Fit(EvenTimes* even);
+  void FitPieces(EvenTimes* even);
+  bool ErrorsAddUp() const;
+  StampKind KindOf(double jitter_ns) const;
+
+  std::span<const std::int64_t> stamps_;
+  double period_ = 0.0;
+  double tick_ = 0.0;       // 0: none.
+  bool in_bursts_ = false;  // Only samples that did not wait count.
+  double run_ = 1.0;        // Samples for one of those.
+  Numbers counted_;
+};
+
+bool EvenFit::Waits() const {
+  std::size_t together = 0;
+  for (std::size_t k = 1; k < stamps_.size(); ++k) {
+    together += static_cast<double>(stamps_[k] - stamps_[k - 1]) < kTogether * period_ ? 1 : 0;
+  }
+  return static_cast<double>(together) > kWaitingShare * static_cast<double>(stamps_.size());
+}
+
+void EvenFit::FindTick() {
+  std::vector<double> steps;
+  for (std::size_t k = 1; k < stamps_.size(); ++k) {
+    if (stamps_[k] > stamps_[k - 1]) steps.push_back(Slope(stamps_, k - 1, k));
+  }
+  if (steps.size() < kFewestBursts) return;
+  // The smallest but for a few.
+  const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 100);
+  std::nth_element(steps.begin(), low, steps.end());
+  const double tick = *low;
+  const auto on_ticks = std::count_if(steps.begin(), steps.end(), [tick](double step) {
+    return std::abs(step / tick - std::round(step / tick)) < kNearTick;
+  });
+  if (static_cast<double>(on_ticks) < kShareOnTicks * static_cast<double>(steps.size())) return;
+  tick_ = tick;
+}
+
+std::vector<Point> EvenFit::PointsOf(const Piece& piece) const {
+  std::vector<Point> points;
+  for (std::size_t k = piece.begin; k < piece.end; ++k) {
+    const bool is_last = k + 1 == piece.end;
+    if (in_bursts_ && !is_last &&
+        static_cast<double>(stamps_[k + 1] - stamps_[k]) < kSoon * period_) {
+      continue;
+    }
+    points.push_back(
+        {counted_.number[k],
+         static_cast<double>(stamps_[k] - stamps_[piece.begin]) - period_ * counted_.number[k]});
+  }
+  return points;
+}
+
+void EvenFit::FitPieces(EvenTimes* even) {
+  const double half_width =
+      std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
+  double squares = 0.0;
+  std::int64_t last_ns = stamps_.front() - static_cast<std::int64_t>(1e3 * period_);
+  for (const Piece& piece : counted_.pieces) {
+    std::vector<Point> points = PointsOf(piece);
+    const double last = counted_.number[piece.end - 1];
+    std::vector<Point> slow = SlowPart(points, last, half_width);
+    Clip(slow, 0.5 * period_, &points);
+    slow = SlowPart(points, last, half_width);
+    for (std::size_t k = piece.begin; k < piece.end; ++k) {
+      const double number = counted_.number[k];
+      const std::int64_t time_ns =
+          stamps_[piece.begin] + std::llround(period_ * number + ValueAt(slow, number));
+      squares += std::pow(static_cast<double>(stamps_[k] - time_ns), 2);
+      last_ns = std::max(time_ns, last_ns);
+      even->time_ns.push_back(last_ns);
+    }
+  }
+  even->jitter_ns = std::sqrt(squares / static_cast<double>(stamps_.size()));
+}
+
+// Whether what stamps are off grows with the length of the line.
+bool EvenFit::ErrorsAddUp() const {
+  double long_squares = 0.0, short_squares = 0.0;
+  const double long_width = run_ * static_cast<double>(kLongPoints);
+  const double short_width = run_ * static_cast<double>(kShortPoints);
+  for (const Piece& piece : counted_.pieces) {
+    const std::vector<Point> points = PointsOf(piece);
+    const double last = counted_.number[piece.end - 1];
+    if (points.size() < 2 * kShortPoints) continue;
+    const auto weight = static_cast<double>(points.size());
+    long_squares += weight * std::pow(RmsAbout(SlowPart(points, last, long_width), points), 2);
+    short_squares += weight * std::pow(RmsAbout(SlowPart(points, last, short_width), points), 2);
+  }
+  // A burst that ends when it should tells no less than one sample's interval.
+  const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
+  return long_squares >
+         kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
+}
+
+StampKind EvenFit::KindOf(double jitter_ns) const {
+  if (jitter_ns < kJitterThatMatters * period_) return StampKind::kRegular;
+  if (ErrorsAddUp()) return StampKind::kIrregular;
+  if (tick_ > 0.0) return StampKind::kOnTicks;
+  return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
+}
+
+void EvenFit::Fit(EvenTimes* even) {
+  even->time_ns.clear();
+  counted_ = Count(stamps_, period_, tick_);
+  FitPieces(even);
+}
+
+EvenTimes EvenFit::Run() {
+  EvenTimes even;
+  even.period_ns = period_;
+  if (!(period_ > 0.0)) return even;
+  FindTick();
+  Fit(&even);
+  const bool is_tick = tick_ > 0.0 && even.jitter_ns < kMostOfTick * tick_;
+  if (!is_tick && (tick_ > 0.0 || Waits())) {
+    tick_ = 0.0;
+    in_bursts_ = Waits();
+    if (in_bursts_) {
+      run_ = static_cast<double>(stamps_.size()) /
+             static_cast<double>(OnTime(stamps_, period_).size());
+    }
+    Fit(&even);
+  }
+  even.kind = KindOf(even.jitter_ns);
+  return even;
+}
+
+}  // namespace
+
+double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
+  const std::size_t steps = stamps_ns.size() - 1;
+  const auto median_over = [&](std::size_t lag) {
+    std::vector<double> slopes;
+    for (std::size_t k = lag; k <= steps; ++k) slopes.push_back(Slope(stamps_ns, k - lag, k));
+    return Median(std::move(slopes));
+  };
+  const double single = median_over(1);
+  const double several = median_over(std::min(kBurstSamples, steps));
+  return single < kTogether * several ? several : single;
+}
+
+EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns) {
+  if (stamps_ns.size() < kFewestStamps) return {};
+  return EvenFit(stamps_ns).Run();
+}
+
+bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
+  if (stamps_ns.empty()) return true;
+  if (period_ns_ == 0.0) {
+    if (stamps_ns.size() >= 2) period_ns_ = UsualSpacing(stamps_ns);
+    if (!(period_ns_ > 0.0)) return stamps_ns.size() < 2;
+    first_ns_ = last_ns_ = stamps_ns.front();
+  }
+  const double squares_before = squares_ns2_, freedom_before = freedom_;
+  const double soon = kSoon * period_ns_, late = (1.0 + kSoon) * period_ns_;
+  std::size_t soons = 0;
+  for (const std::int64_t stamp : stamps_ns) {
+    const auto step = static_cast<double>(stamp - last_ns_);
+    last_ns_ = stamp;
+    soons += step < soon ? 1 : 0;
+    if (step > late || line_.count == kLineSamples) {
+      CloseLine();
+      first_ns_ = stamp;
+    }
+    const double number = line_.count;
+    const double off = static_cast<double>(stamp - first_ns_) - period_ns_ * number;
+    line_.count += 1.0, line_.number += number, line_.numbers += number * number;
+    line_.off += off, line_.offs += off * off, line_.product += number * off;
+  }
+  const double squares = squares_ns2_ - squares_before, freedom = freedom_ - freedom_before;
+  const double most = kJitterThatMatters * period_ns_;
+  return static_cast<double>(soons) <= 1.0 + kMostSoon * static_cast<double>(stamps_ns.size()) &&
+         squares <= most * most * freedom;
+}
+
+void StampWatch::CloseLine() {
+  const Line line = std::exchange(line_, Line{});
+  if (line.count < kFewestOfLine) return;
+  const double numbers = line.numbers - line.number * line.number / line.count;
+  const double product = line.product - line.number * line.off / line.count;
+  const double offs = line.offs - line.off * line.off / line.count;
+  squares_ns2_ += std::max(0.0, offs - product * product / numbers);
+  freedom_ += line.count - 2.0;
+  period_ns_ += product / numbers;
+}
+
+double StampWatch::jitter_s() const {
+  return freedom_ > 0.0 ? 1e-9 * std::sqrt(squares_ns2_ / freedom_) : 0.0;
+}
+
+StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
+                         std::span<const double> x,
+                         std::span<const double> y,
+                         std::span<const double> z,
+                         double period_ns) {
+  // The slope is also taken from further neighbours, whose noise is not that of the three.
+  constexpr std::size_t kFurther = 3;
+  double zd = 0.0, zx = 0.0, zz = 0.0, dd = 0.0, count = 0.0;
+  for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
+    const auto span = static_cast<double>(stamps_ns[k + 1] - stamps_ns[k - 1]);
+    const auto around = static_cast<double>(stamps_ns[k + kFurther] - stamps_ns[k - kFurther]);
+    if (!(span > 0.0) || around > 4.0 * kFurther * period_ns) continue;
+    const double share = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) / span - 0.5;
+    for (const std::span<const double>& axis : {x, y, z}) {
+      const double off = axis[k] - 0.5 * (axis[k - 1] + axis[k + 1]);
+      const double instrument =
+          share * (axis[k + kFurther] - axis[k - kFurther]) / static_cast<double>(kFurther);
+      zd += instrument * off;
+      zx += instrument * share * (axis[k + 1] - axis[k - 1]);
+      zz += instrument * instrument;
+      dd += off * off;
+      ++count;
+    }
+  }
+  if (!(std::abs(zx) > 0.0)) return {};
+  return {zd / zx, std::sqrt(dd / count * zz) / std::abs(zx)};
+}
+
+}  // namespace truetriad
