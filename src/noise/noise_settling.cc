@@ -299,6 +299,12 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
   return dof;
 }
 
+OffOptimum FurthestOff(const NoiseState& noise,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system) {
+  return FurthestOff(noise.estimate, ExcessFloor(noise, graph), graph, system);
+}
+
 int SettleNoise(const RobustOptions& robust,
                 NoiseState* noise,
                 PoseGraph* graph,
