@@ -67,6 +67,7 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
     {FieldSite::kUnknown, "unknown"},
     {FieldSite::kClean, "clean"},
 }};
+constexpr NamedValues<bool, 2> kClocks = {{{true, "correct"}, {false, "as_stated"}}};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
 constexpr NamedValues<bool, 2> kLosses = {{{true, "huber"}, {false, "none"}}};
 constexpr NamedValues<InitialiseMethod, 5> kMethods = {{

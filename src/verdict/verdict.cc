@@ -16,10 +16,8 @@
 #include "problem/graph_builder.h"
 #include "problem/known_motion_rows.h"
 #include "problem/start_values.h"
-#include "verdict/checks/clock_offsets.h"
 #include "verdict/observability.h"
 #include "verdict/quality.h"
-#include "verdict/recording_faults.h"
 #include "verdict/result.h"
 
 namespace truetriad {
@@ -187,19 +185,13 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
-  const DriftCovariance drift =
-      FindDriftCovariance(graph, system, quality.rests.temperature_settings);
-  LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
-  PerTriad<Eigen::Vector3d> sigma_raw{};
-  for (const StreamSummary& stream : run.poses.streams) {
-    sigma_raw[stream.triad] = stream.noise_sigma_raw;
-  }
-  AddFaultsOfRecording(run.poses, sigma_raw, graph, system.covariance(), &left_out);
-  const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph.layout);
-  quality.effective_dof = std::min(joint.dof, drift.dof);
+  const Unmodelled unmodelled = FindUnmodelled(
+      run.poses, graph, system, run.noise, options, quality.rests.temperature_settings);
+  quality.rests.clock_offsets = unmodelled.clocks;
+  quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
-  const Eigen::MatrixXd covariance = AdjustedCovariance(run.noise.estimate, system) / joint.scale +
-                                     drift.covariance + left_out.covariance + blocks.covariance;
+  const Eigen::MatrixXd covariance =
+      AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);
 
   Observability observability =
@@ -217,8 +209,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   StateChi2(run, system, quality.dof, &quality);
 
-  const SolvedRun solved{
-      system, solution, drift, left_out, blocks, observability.determined, *calibration};
+  const SolvedRun solved{system, solution, unmodelled, observability.determined, *calibration};
   if (!IsUsable(run, solved, &calibration->findings)) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);
@@ -233,7 +224,6 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     if (sensor && sensor->thermal) sensor->thermal->range_degc = TemperatureRange(graph, triad);
   }
   quality.rests.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
-  quality.rests.clock_offsets = FindClockOffsets(run.poses, graph);
   for (const Check check : kRemarks) {
     const Findings found = check(run, solved);
     calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
