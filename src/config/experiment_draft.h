@@ -69,6 +69,7 @@ constexpr NamedValues<FieldSite, 2> kFieldSites = {{
 }};
 constexpr NamedValues<bool, 2> kSessionBiases = {{{false, "shared"}, {true, "per_session"}}};
 constexpr NamedValues<bool, 2> kRateAxes = {{{true, "known"}, {false, "unknown"}}};
+constexpr NamedValues<bool, 2> kClocks = {{{true, "correct"}, {false, "as_stated"}}};
 constexpr NamedValues<bool, 2> kUnitChecks = {{{true, "checked"}, {false, "trust"}}};
 constexpr NamedValues<TimeStamps, 3> kTimeStamps = {{
     {TimeStamps::kAuto, "auto"},

@@ -106,6 +106,20 @@ TimeStamps TimeStampsOf(const Calibration& calibration) {
   return time_stamps;
 }
 
+Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s) {
+  Experiment changed = experiment;
+  changed.poses.time_offset_s = offset_s;
+  if (experiment.draft == nullptr) return changed;
+  ExperimentDraft draft = *experiment.draft;
+  draft.time_offset_s = offset_s;
+  for (const Triad triad : kTriads) {  // no line of these is a default
+    draft.given.insert("sensors." + std::string(TriadName(triad)) + ".time_offset_s");
+  }
+  changed.resolved_yaml = ResolvedYaml(draft, experiment.options);
+  changed.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
+  return changed;
+}
+
 Error AtItsKey(const Experiment& experiment, const Error& error) {
   if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
   const std::string place = PlaceOf(error.key, experiment.draft->places);

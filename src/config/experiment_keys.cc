@@ -517,6 +517,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   ReadDevice(root.Child("device"), &draft->experiment);
   ReadReference(root.Child("reference"), draft);
   if (Gauge gauge; ReadChoice(root.Child("gauge"), Gauges(), &gauge)) draft->gauge = gauge;
+  ReadChoice(root.Child("clocks"), kClocks, &options.corrects_clocks);
   ReadChoice(root.Child("units"), kUnitChecks, &options.check_units);
   if (YamlReader sensors = root.Child("sensors")) {
     for (const Triad triad : kTriads) {

@@ -277,6 +277,9 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
   }
   options.motion.reset();
   if (experiment.poses.kind == PoseSelectionKind::kMotion) {
+    if (!options.corrects_clocks) {
+      fail("clocks", "a motion is followed with the clocks that it shows; remove `as_stated`");
+    }
     if (!(draft->turns_file.empty() && draft->rates_file.empty())) {
       fail(motions_key,
            "turns: and rates: need rests and cannot be combined with `poses: { motion }`; remove "

@@ -297,6 +297,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
            " }");
   WriteReference(out, draft);
   out.Line("gauge", Gauges().Name(options.gauge));
+  out.Line("clocks", kClocks.Name(options.corrects_clocks));
   out.Line("units", kUnitChecks.Name(options.check_units));
   out.Open("sensors");
   for (const Triad triad : kTriads) {

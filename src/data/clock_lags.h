@@ -14,6 +14,9 @@
 
 namespace truetriad {
 
+/// σ of a lag: what it is read from has ten slots a second.
+inline constexpr double kClockLagSigmaS = 0.05;
+
 /// Whether one triad's readings change long after, or before, another's: seconds, not the
 /// milliseconds that a fit finds.
 ///

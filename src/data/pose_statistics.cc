@@ -323,6 +323,7 @@ TriadPoseMoments TriadPoseAccumulator::Finish() const {
   moments.minimum_raw = total_.minimum_raw;
   moments.maximum_raw = total_.maximum_raw;
   moments.eighths_raw = Eighths();
+  if (segments_.size() > 1) moments.end_to_end_raw = segments_.back().mean - segments_.front().mean;
   for (const Level& level : levels_) {
     const Line& line = level.line;
     if (line.count < 3.0) break;
@@ -370,6 +371,7 @@ StaticPose PoseAccumulator::Finish(Triad leading, PerTriad<TriadPoseMoments>* mo
     TriadPose& reading = pose.triads[triad].emplace();
     reading.samples = triad_moments.count;
     reading.mean_raw = triad_moments.mean_raw;
+    reading.end_to_end_raw = triad_moments.end_to_end_raw;
   }
   const Extent& extent = extents_[leading];
   pose.start_ns = extent.first_ns, pose.end_ns = extent.last_ns;

@@ -53,6 +53,7 @@ struct TriadPoseMoments {
   /// Means of eighths of the pose, in order, about `mean_raw`; empty with fewer than two windows an
   /// eighth.
   std::vector<Eigen::Vector3d> eighths_raw;
+  Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
 
 /// Reduces the windows of one triad in one pose, in one pass.

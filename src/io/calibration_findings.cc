@@ -24,6 +24,9 @@ void WriteFinding(YamlText& out, const Finding& finding) {
     if (!value.unit.empty()) out << ", unit: " << Quoted{value.unit};
     out << " }\n";
   }
+  if (finding.treatment != Treatment::kNone) {
+    out << "      treatment: " << TreatmentName(finding.treatment) << "\n";
+  }
   out << "      text: " << Quoted{finding.text} << "\n";
   if (!finding.remedy.empty()) out << "      remedy: " << Quoted{finding.remedy} << "\n";
 }
@@ -46,6 +49,9 @@ void ReadFinding(YamlReader reader, Finding* finding) {
       item.Optional("unit", &value.unit);
       item.RejectUnknown();
     }
+  }
+  if (YamlReader treatment = reader.Child("treatment")) {
+    ReadWord(treatment, TreatmentFromName, &finding->treatment);
   }
   reader.Require("text", &finding->text);
   reader.Optional("remedy", &finding->remedy);

@@ -15,11 +15,20 @@ constexpr NamedValues<Severity, 3> kSeverities = {{
     {Severity::kWarning, "warning"},
     {Severity::kRefusal, "refusal"},
 }};
+constexpr NamedValues<Treatment, 3> kTreatments = {{
+    {Treatment::kNone, "none"},
+    {Treatment::kCorrected, "corrected"},
+    {Treatment::kWidened, "widened"},
+}};
+constexpr const char* kEffect = "effect";
 
 }  // namespace
 
 std::string_view SeverityName(Severity severity) { return kSeverities.Name(severity); }
 std::optional<Severity> SeverityFromName(std::string_view name) { return kSeverities.Find(name); }
+
+std::string_view TreatmentName(Treatment treatment) { return kTreatments.Name(treatment); }
+std::optional<Treatment> TreatmentFromName(std::string_view name) { return kTreatments.Find(name); }
 
 std::string_view FindingCodeName(FindingCode code) { return FindingKindOf(code).name; }
 
@@ -61,6 +70,15 @@ Finding& Finding::With(std::string name, double value, std::string unit) {
 Finding& Finding::With(std::string name, double value, double sigma, std::string unit) {
   values.push_back({std::move(name), value, sigma, std::move(unit)});
   return *this;
+}
+
+Finding& Finding::Shifting(double sigmas, Treatment t) {
+  treatment = t;
+  return With(kEffect, sigmas, "sigma");
+}
+
+bool Finding::IsLeftStanding() const {
+  return treatment == Treatment::kNone && !IsRefusal() && Value(kEffect).value_or(0.0) > 1.0;
 }
 
 std::string Finding::Message() const { return remedy.empty() ? text : text + "; " + remedy; }

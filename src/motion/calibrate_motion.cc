@@ -21,6 +21,7 @@
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
 #include "verdict/checks/check.h"
+#include "verdict/checks/clock_offsets.h"
 #include "verdict/checks/units.h"
 #include "verdict/observability.h"
 #include "verdict/presentation.h"
@@ -302,14 +303,7 @@ void SayRemarks(const CalibrateOptions& options,
         !(std::abs(ahead_s) > kSaidClockError * run.clock_sigma_s[triad])) {
       continue;
     }
-    findings->push_back(Finding(FindingCode::kClockCorrected,
-                                std::string(TriadName(triad)) +
-                                    Format(": its times are %.2f ", 1e3 * std::abs(ahead_s)) +
-                                    Format("± %.2f ms ", 1e3 * run.clock_sigma_s[triad]) +
-                                    (ahead_s > 0.0 ? "later" : "earlier") +
-                                    " than the gyroscope's; corrected")
-                            .About(triad)
-                            .With("offset", ahead_s, run.clock_sigma_s[triad], "s"));
+    findings->push_back(ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad]));
   }
   const Findings mounting = CheckMounting(options, run.graph);
   findings->insert(findings->end(), mounting.begin(), mounting.end());

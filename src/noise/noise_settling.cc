@@ -21,6 +21,8 @@ namespace truetriad {
 namespace {
 
 constexpr int kMaxNoiseRounds = 15;
+// Each begins where turns have been integrated anew; a second is rare, a third rarer.
+constexpr int kMostNoisePasses = 3;
 // σ of a turn from which on it tells nothing of a sensor that is worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
@@ -178,6 +180,49 @@ bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
   return false;
 }
 
+// Rounds of the robust step (unless `robust` is null), the solution and the excess, until nothing
+// changes; false where the solution does not converge: along a direction that nothing determines
+// more rounds would only creep.
+bool TakeRounds(const RobustOptions* robust,
+                NoiseState* noise,
+                UnknownNoise* unknown,
+                PoseGraph* graph,
+                ReducedSystem* system,
+                SolveLog* log,
+                Findings* findings,
+                int* rounds) {
+  for (int round = 0; round < kMaxNoiseRounds; ++round) {
+    ++*rounds;
+    // Late in the day borderline observations could come and go for ever.
+    WeightChange weights;
+    if (robust != nullptr) {
+      const bool may_readmit = round < kReadmittingRounds;
+      weights = UpdateWeights(*robust, *noise, *unknown, *system, may_readmit, graph);
+    }
+    if (weights.any) system->Eliminate(*graph);
+    if (!TakeSteps(graph, system)) {
+      log->Solve(kRoundTolerance, graph);
+      if (!log->converged) return false;
+      ApplyExcess(noise->excess, graph);
+      *system = ReducedSystem(*graph);
+    }
+    const ExcessVariance before = noise->excess;
+    if (!noise->estimated.empty()) {
+      Estimate(noise, graph, system);
+      if (robust != nullptr && ReadmitWhatCannotBeJudged(*noise, *graph, unknown)) continue;
+      DropExcessThatIsNotSeen(noise, graph, system, findings);
+    }
+    bool excess_changed = false;
+    for (const NoiseComponent component : noise->estimated) {
+      const double total = noise->excess[component] + MeanKnownVariance(*graph, component);
+      excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
+                                             kSettledExcess * total;
+    }
+    if (!weights.notable && !excess_changed) break;
+  }
+  return true;
+}
+
 }  // namespace
 
 NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings) {
@@ -299,6 +344,12 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
   return dof;
 }
 
+OffOptimum FurthestOff(const NoiseState& noise,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system) {
+  return FurthestOff(noise.estimate, ExcessFloor(noise, graph), graph, system);
+}
+
 int SettleNoise(const RobustOptions& robust,
                 NoiseState* noise,
                 PoseGraph* graph,
@@ -337,40 +388,16 @@ int SettleNoise(const RobustOptions& robust,
   }
   if (weighs) GuessExcessFromMedians(noise, graph, &system);
   int rounds = 0;
-  for (int round = 0; round < kMaxNoiseRounds; ++round) {
-    ++rounds;
-    // Late in the day borderline observations could come and go for ever.
-    WeightChange weights;
-    if (weighs) {
-      weights = UpdateWeights(robust, *noise, unknown, system, round < kReadmittingRounds, graph);
-    }
-    if (weights.any) system.Eliminate(*graph);
-    if (!TakeSteps(graph, &system)) {
-      log->Solve(kRoundTolerance, graph);
-      // A direction that nothing determines: more rounds would only creep along it.
-      if (!log->converged) {
-        StateCurvatures(*graph, system, &noise->estimate);
-        return rounds;
-      }
-      ApplyExcess(noise->excess, graph);
-      system = ReducedSystem(*graph);
-    }
-    const ExcessVariance before = noise->excess;
-    if (!noise->estimated.empty()) {
-      Estimate(noise, graph, &system);
-      if (weighs && ReadmitWhatCannotBeJudged(*noise, *graph, &unknown)) continue;
-      DropExcessThatIsNotSeen(noise, graph, &system, findings);
-    }
-    bool excess_changed = false;
-    for (const NoiseComponent component : noise->estimated) {
-      const double total = noise->excess[component] + MeanKnownVariance(*graph, component);
-      excess_changed = excess_changed || std::abs(noise->excess[component] - before[component]) >
-                                             kSettledExcess * total;
-    }
-    if (!weights.notable && !excess_changed) break;
+  for (int pass = 0; pass < kMostNoisePasses; ++pass) {
+    const bool came_to_an_end = TakeRounds(
+        weighs ? &robust : nullptr, noise, &unknown, graph, &system, log, findings, &rounds);
+    if (came_to_an_end) log->Solve(kFinalTolerance, graph);
+    system = ReducedSystem(*graph);
+    StateCurvatures(*graph, system, &noise->estimate);
+    // The rounds step on with turns as they were integrated once; where they moved far, the last
+    // solution, which integrates anew, leaves residuals of another size.
+    if (!came_to_an_end || FurthestOff(*noise, *graph, system).IsSettled()) break;
   }
-  StateCurvatures(*graph, system, &noise->estimate);
-  log->Solve(kFinalTolerance, graph);
   return rounds;
 }
 

@@ -56,6 +56,11 @@ double RejectedFrom(std::size_t tests);
 // Rows and priors less unknowns; rejected observations do not count.
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
 
+// How far the variances are from their optimum at the graph's state; `system`: of the graph.
+OffOptimum FurthestOff(const NoiseState& noise,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system);
+
 // The robust step, the excess noise and the solution, in turn until nothing changes. Returns the
 // number of rounds.
 int SettleNoise(const RobustOptions& robust,

@@ -4,30 +4,25 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
-
-#include <Eigen/LU>
 
 #include "math/dense/cholesky.h"
 #include "math/dense/eigenvalues.h"
-#include "math/dense/lu.h"
 #include "math/dense/products.h"
+#include "noise/bounded_step.h"
 
 namespace truetriad {
 namespace {
 
 constexpr int kMaxScoringSteps = 60;
+// The steps end; where that is not at the optimum, they begin again from there.
+constexpr int kMostPasses = 3;
 // Of a variance's own σ.
 constexpr double kSettledScoring = 1e-4;
 // Of a variance: a step as short as this is taken by Newton's method, and the expected information
 // is worked out anew when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
 constexpr double kLongestStep = 20.0;
-
-}  // namespace
-
-namespace {
 
 // Rows of D J that have one variance, component by component, and Z_s D J.
 class ComponentRows {
@@ -187,57 +182,6 @@ Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
   return ScaledBothSides(ratio, information);
 }
 
-// What brings the diagonal of an information matrix to one: variances of turns (rad^2) and of
-// magnetometers (uT^2) differ by so much that elimination would take the smaller pivots for zeros.
-Eigen::VectorXd Balance(const Eigen::MatrixXd& information) {
-  Eigen::VectorXd balance(information.rows());
-  for (Eigen::Index s = 0; s < balance.size(); ++s) {
-    const double own = information(s, s);
-    balance[s] = own > 0.0 ? 1.0 / std::sqrt(own) : 1.0;
-  }
-  return balance;
-}
-
-Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information) {
-  const Eigen::VectorXd balance = Balance(information);
-  return ScaledBothSides(balance, InverseByLu(ScaledBothSides(balance, information)));
-}
-
-// The step to the maximum of a likelihood with this score and information that takes no component
-// below its limit (≤ 0): those that it would take there stand on it, the others follow. Only those
-// are solved for, balanced: beside information of 1e17 a row of ones looks like a lost rank.
-Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
-                          const Eigen::MatrixXd& information,
-                          const Eigen::VectorXd& score) {
-  Eigen::VectorXd step = limit;
-  std::vector<Eigen::Index> free(static_cast<std::size_t>(score.size()));
-  std::iota(free.begin(), free.end(), Eigen::Index{0});
-  while (!free.empty()) {
-    const auto count = static_cast<Eigen::Index>(free.size());
-    Eigen::MatrixXd of_free(count, count);
-    Eigen::VectorXd right(count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const Eigen::Index row = free[static_cast<std::size_t>(i)];
-      right[i] = score[row];
-      for (Eigen::Index s = 0; s < score.size(); ++s) {
-        if (std::find(free.begin(), free.end(), s) != free.end()) continue;
-        right[i] -= information(row, s) * limit[s];
-      }
-      for (Eigen::Index j = 0; j < count; ++j) {
-        of_free(i, j) = information(row, free[static_cast<std::size_t>(j)]);
-      }
-    }
-    const Eigen::VectorXd solved = TimesVector(BalancedInverse(of_free), right);
-    for (Eigen::Index i = 0; i < count; ++i) step[free[static_cast<std::size_t>(i)]] = solved[i];
-    const auto stands = [&](Eigen::Index s) { return step[s] < limit[s]; };
-    const auto kept = std::remove_if(free.begin(), free.end(), stands);
-    if (kept == free.end()) break;
-    free.erase(kept, free.end());
-    step = step.cwiseMax(limit);
-  }
-  return step;
-}
-
 // How far the steps of the scoring go: far from the optimum they overshoot, and back, for ever.
 class ScoringReach {
  public:
@@ -274,25 +218,153 @@ class ScoringReach {
   Eigen::VectorXd last_step_;
 };
 
-// The largest change, in σ of the variance.
-double TakeStep(const std::vector<NoiseComponent>& components,
-                const Eigen::VectorXd& step,
-                const Eigen::MatrixXd& expected,
-                const ExcessVariance& floor,
-                ExcessVariance* variances) {
-  double largest_change = 0.0;
-  for (Eigen::Index s = 0; s < step.size(); ++s) {
+// The component whose score is the most of its own σ, of those that do not stand at their floor
+// because they would go below.
+OffOptimum FurthestOff(const std::vector<NoiseComponent>& components,
+                       const ExcessVariance& variance,
+                       const ExcessVariance& floor,
+                       const Eigen::VectorXd& score,
+                       const Eigen::MatrixXd& information) {
+  OffOptimum furthest;
+  for (Eigen::Index s = 0; s < score.size(); ++s) {
     const NoiseComponent component = components[static_cast<std::size_t>(s)];
-    double& variance = (*variances)[component];
-    const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
-    double next = variance + step[s];
-    if (next < 1e-9 * sigma) next = 0.0;
-    next = std::isfinite(next) ? std::max(next, floor[component]) : variance;
-    largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
-    variance = next;
+    const double sigma = std::sqrt(std::max(information(s, s), 0.0));
+    const bool at_floor = variance[component] <= floor[component];
+    const double sigmas = at_floor ? std::max(score[s] / sigma, 0.0) : std::abs(score[s] / sigma);
+    if (furthest.component && sigmas <= furthest.score_sigmas) continue;
+    furthest.component = component;
+    furthest.score_sigmas = sigmas;
   }
-  return largest_change;
+  return furthest;
 }
+
+// The way to the optimum, step by step.
+class Scoring {
+ public:
+  Scoring(const std::vector<NoiseComponent>& components,
+          const ExcessEstimate& before,
+          const ExcessVariance& start,
+          const ExcessVariance& floor,
+          PoseGraph* graph,
+          ReducedSystem* system)
+      : components_(components),
+        floor_(floor),
+        graph_(graph),
+        system_(system),
+        count_(static_cast<Eigen::Index>(components.size())),
+        rows_(components, *graph),
+        variance_(start),
+        known_(count_),
+        score_(Eigen::VectorXd::Zero(count_)) {
+    for (Eigen::Index s = 0; s < count_; ++s) {
+      known_[s] = MeanKnownVariance(*graph, components[static_cast<std::size_t>(s)]);
+    }
+    if (before.components == components) {
+      fisher_ = before.fisher;
+      fisher_at_ = Totals(before.variance);
+    }
+    ScoreOf(rows_, *system_, &score_, &average_);
+  }
+
+  // Steps until they no longer change anything. In the end the score is that of where it stands.
+  void Run() {
+    ScoringReach reach(count_);
+    double last_change = 0.0;
+    for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
+      const double largest_change = TakeStep(NextStep(&reach));
+      ApplyExcess(variance_, graph_);
+      system_->Eliminate(*graph_);
+      ScoreOf(rows_, *system_, &score_, &average_);
+      // What is still to come, if the steps go on shrinking as they did.
+      const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
+      if (!(largest_change * contraction > kSettledScoring)) break;
+      last_change = largest_change;
+    }
+  }
+
+  // Nothing is known of the information any more.
+  void Forget() { fisher_.resize(0, 0); }
+
+  OffOptimum off() const {
+    return FurthestOff(components_, variance_, floor_, score_, FisherHere());
+  }
+
+  ExcessEstimate Finish() {
+    ExcessEstimate estimate;
+    estimate.variance = variance_;
+    estimate.components = components_;
+    if (fisher_.size() == 0 || !IsNear(fisher_at_, Totals(variance_))) UpdateFisher();
+    estimate.fisher = FisherHere();
+    estimate.covariance = BalancedInverse(estimate.fisher);
+    return estimate;
+  }
+
+ private:
+  Eigen::VectorXd Totals(const ExcessVariance& variance) const {
+    Eigen::VectorXd all = known_;
+    for (Eigen::Index s = 0; s < count_; ++s) {
+      all[s] += variance[components_[static_cast<std::size_t>(s)]];
+    }
+    return all;
+  }
+
+  void UpdateFisher() {
+    rows_.Take(*system_);
+    fisher_ = FisherOf(rows_, AllProjected(rows_, *system_), *system_);
+    fisher_at_ = Totals(variance_);
+  }
+
+  Eigen::MatrixXd FisherHere() const { return Rescaled(fisher_, fisher_at_, Totals(variance_)); }
+
+  // Newton's step near the optimum, where the expected information is known already: the observed
+  // one is twice the average less the expected. Fisher's step from further away.
+  Eigen::VectorXd NextStep(ScoringReach* reach) {
+    const Eigen::VectorXd total = Totals(variance_);
+    const Eigen::VectorXd limit = reach->Limit(components_, floor_, variance_, total);
+    Eigen::VectorXd step;
+    if (fisher_.size() > 0 && IsNear(fisher_at_, total)) {
+      const Eigen::MatrixXd observed = 2.0 * average_ - FisherHere();
+      const bool is_convex = Cholesky(observed).is_positive();
+      step = StepAbove(limit, is_convex ? observed : average_, score_);
+    }
+    if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
+      UpdateFisher();
+      step = StepAbove(limit, fisher_, score_);
+    }
+    reach->Shorten(total, &step);
+    return step;
+  }
+
+  // The largest change, in σ of the variance.
+  double TakeStep(const Eigen::VectorXd& step) {
+    const Eigen::MatrixXd expected = FisherHere();
+    double largest_change = 0.0;
+    for (Eigen::Index s = 0; s < count_; ++s) {
+      const NoiseComponent component = components_[static_cast<std::size_t>(s)];
+      double& variance = variance_[component];
+      const double sigma = std::sqrt(std::max(1.0 / expected(s, s), 0.0));
+      double next = variance + step[s];
+      if (next < 1e-9 * sigma) next = 0.0;
+      next = std::isfinite(next) ? std::max(next, floor_[component]) : variance;
+      largest_change = std::max(largest_change, std::abs(next - variance) / sigma);
+      variance = next;
+    }
+    return largest_change;
+  }
+
+  const std::vector<NoiseComponent>& components_;
+  const ExcessVariance& floor_;
+  PoseGraph* graph_;
+  ReducedSystem* system_;
+  Eigen::Index count_;
+  ComponentRows rows_;
+  ExcessVariance variance_;
+  Eigen::VectorXd known_;
+  Eigen::VectorXd score_;
+  Eigen::MatrixXd average_;
+  Eigen::MatrixXd fisher_;  // at the totals `fisher_at_`
+  Eigen::VectorXd fisher_at_;
+};
 
 }  // namespace
 
@@ -302,73 +374,26 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessVariance& floor,
                               PoseGraph* graph,
                               ReducedSystem* system) {
-  ExcessEstimate estimate;
-  estimate.variance = start;
-  estimate.components = components;
-  const auto count = static_cast<Eigen::Index>(components.size());
-  ComponentRows rows(components, *graph);
-  Eigen::VectorXd known(count);
-  for (Eigen::Index s = 0; s < count; ++s) {
-    known[s] = MeanKnownVariance(*graph, components[static_cast<std::size_t>(s)]);
+  Scoring scoring(components, before, start, floor, graph, system);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    scoring.Run();
+    if (scoring.off().IsSettled()) break;
+    // Where steps of some kind led nowhere, those of Fisher alone from here on.
+    scoring.Forget();
   }
-  const auto totals = [&](const ExcessVariance& variance) {
-    Eigen::VectorXd all = known;
-    for (Eigen::Index s = 0; s < count; ++s) {
-      all[s] += variance[components[static_cast<std::size_t>(s)]];
-    }
-    return all;
-  };
-  Eigen::MatrixXd fisher;  // at the variances `fisher_at`
-  Eigen::VectorXd fisher_at;
-  if (before.components == components) {
-    fisher = before.fisher;
-    fisher_at = totals(before.variance);
-  }
-  Eigen::VectorXd score = Eigen::VectorXd::Zero(count);
+  return scoring.Finish();
+}
+
+OffOptimum FurthestOff(const ExcessEstimate& estimate,
+                       const ExcessVariance& floor,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system) {
+  if (estimate.components.empty()) return {};
+  const ComponentRows rows(estimate.components, graph);
+  Eigen::VectorXd score = Eigen::VectorXd::Zero(estimate.fisher.rows());
   Eigen::MatrixXd average;
-  ScoringReach reach(count);
-  double last_change = 0.0;
-  for (int iteration = 0; iteration < kMaxScoringSteps; ++iteration) {
-    if (iteration > 0) {
-      ApplyExcess(estimate.variance, graph);
-      system->Eliminate(*graph);
-    }
-    ScoreOf(rows, *system, &score, &average);
-    const Eigen::VectorXd total = totals(estimate.variance);
-    const Eigen::VectorXd limit = reach.Limit(components, floor, estimate.variance, total);
-    // Newton's step near the optimum, where the expected information is known already: the observed
-    // one is twice the average less the expected. Fisher's step from further away.
-    Eigen::VectorXd step;
-    if (fisher.size() > 0 && IsNear(fisher_at, total)) {
-      const Eigen::MatrixXd observed = 2.0 * average - Rescaled(fisher, fisher_at, total);
-      const bool is_convex = Cholesky(observed).is_positive();
-      step = StepAbove(limit, is_convex ? observed : average, score);
-    }
-    if (step.size() == 0 || !(step.array().abs() < kNearOptimum * total.array()).all()) {
-      rows.Take(*system);
-      fisher = FisherOf(rows, AllProjected(rows, *system), *system);
-      fisher_at = total;
-      step = StepAbove(limit, fisher, score);
-    }
-    reach.Shorten(total, &step);
-    const double largest_change =
-        TakeStep(components, step, Rescaled(fisher, fisher_at, total), floor, &estimate.variance);
-    // What is still to come, if the steps go on shrinking as they did.
-    const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
-    if (!(largest_change * contraction > kSettledScoring)) break;
-    last_change = largest_change;
-  }
-  ApplyExcess(estimate.variance, graph);
-  system->Eliminate(*graph);
-  const Eigen::VectorXd total = totals(estimate.variance);
-  if (IsNear(fisher_at, total)) {
-    estimate.fisher = Rescaled(fisher, fisher_at, total);
-  } else {
-    rows.Take(*system);
-    estimate.fisher = FisherOf(rows, AllProjected(rows, *system), *system);
-  }
-  estimate.covariance = BalancedInverse(estimate.fisher);
-  return estimate;
+  ScoreOf(rows, system, &score, &average);
+  return FurthestOff(estimate.components, estimate.variance, floor, score, estimate.fisher);
 }
 
 void StateCurvatures(const PoseGraph& graph,

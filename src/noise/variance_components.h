@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,6 +31,19 @@ struct ExcessEstimate {
   // J^T D Z_s P Z_t D J for every pair (s, t), row by row.
   std::vector<Eigen::MatrixXd> curvatures;
 };
+
+// How far the component is from its optimum that is furthest from it: the score in units of its own
+// σ, the root of its information. One that stands at its floor is there if it would go below.
+struct OffOptimum {
+  // A variance is then off by a tenth of its σ, and what was made with it by far less of theirs.
+  static constexpr double kMostSigmas = 0.1;
+
+  std::optional<NoiseComponent> component;  // Unset: there is none.
+  double score_sigmas = 0.0;
+
+  bool IsSettled() const { return !component || score_sigmas <= kMostSigmas; }
+};
+
 // `system`: of the graph as it is, with the variances `start`; in the end with those found.
 // `before`: an estimate of a system like this one, or empty. `floor`: no component goes below it
 // (zero where rest noise keeps the weights finite).
@@ -39,6 +53,12 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessVariance& floor,
                               PoseGraph* graph,
                               ReducedSystem* system);
+
+// Of an estimate on `system`, which is of the graph as it is with the estimate's variances.
+OffOptimum FurthestOff(const ExcessEstimate& estimate,
+                       const ExcessVariance& floor,
+                       const PoseGraph& graph,
+                       const ReducedSystem& system);
 
 // Completes an estimate at its variances; `system`: the graph as EstimateExcess left it.
 void StateCurvatures(const PoseGraph& graph, const ReducedSystem& system, ExcessEstimate* estimate);

@@ -27,6 +27,9 @@ Result<Observation> Observe(const PoseSet& poses,
   Observation observation;
   observation.triad = triad;
   observation.mean_raw = pose.triads[triad]->mean_raw;
+  if (const double duration_s = pose.duration_s(); duration_s > 0.0) {
+    observation.by_clock_raw_per_s = pose.triads[triad]->end_to_end_raw / duration_s;
+  }
   if (sensor.noise_sigma_raw) {
     observation.rest_covariance = sensor.noise_sigma_raw->cwiseAbs2().asDiagonal();
   } else if (sensor.allan) {

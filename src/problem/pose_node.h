@@ -41,6 +41,9 @@ struct Observation {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   // Covariance of the mean inside the rest, raw unit squared.
   Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
+  // What the mean changes by if the triad's times are a second earlier, as the ends of the rest
+  // have it.
+  Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
   // What it is weighted with: rest noise and excess noise.

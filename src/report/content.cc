@@ -37,6 +37,10 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
       text += " (excess σ, " + Significant(noise.excess_dof, 3) + " degrees of freedom)";
     }
   }
+  if (noise.turn_excess_sigma_rad > 0.0) {
+    text += "; turns plus " + Significant(kDegPerRad * noise.turn_excess_sigma_rad, 2) +
+            "° about each axis (excess σ)";
+  }
   return text + ".";
 }
 

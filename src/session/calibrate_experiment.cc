@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "config/field_check.h"
+#include "session/clocks.h"
 #include "session/load_sessions.h"
 #include "session/settle_experiment.h"
 #include "truetriad/base/version.h"
@@ -12,6 +16,9 @@
 
 namespace truetriad {
 namespace {
+
+// A lag of seconds is known to a tenth; the moves find what is left, and again what that leaves.
+constexpr int kMostClockRounds = 3;
 
 Calibration NotEnough(const Experiment& experiment, const Error& reason) {
   Calibration calibration;
@@ -49,17 +56,79 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
   return std::move(summary->calibration);
 }
 
-}  // namespace
+// One calibration, with times as the experiment states them.
+struct Attempt {
+  Experiment experiment;
+  LoadedPoses loaded;
+  Calibration calibration;
+};
 
-Result<Calibration> CalibrateExperiment(Experiment experiment, const ProgressCallback& progress) {
+Result<Attempt> CalibrateAsStated(Experiment experiment, const ProgressCallback& progress) {
+  Attempt attempt;
   Result<LoadedPoses> read = LoadSessions(experiment, progress);
   if (!read) return AtItsKey(experiment, read.error());
-  LoadedPoses loaded = *std::move(read);
-  TRUETRIAD_RETURN_IF_ERROR(CheckSerial(loaded, experiment));
-  if (!loaded.not_enough) {
-    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&loaded, &experiment));
+  attempt.loaded = *std::move(read);
+  TRUETRIAD_RETURN_IF_ERROR(CheckSerial(attempt.loaded, experiment));
+  if (!attempt.loaded.not_enough) {
+    TRUETRIAD_RETURN_IF_ERROR(SettleWithRecording(&attempt.loaded, &experiment));
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibratePoses(loaded, experiment));
+  TRUETRIAD_ASSIGN_OR_RETURN(attempt.calibration, CalibratePoses(attempt.loaded, experiment));
+  attempt.experiment = std::move(experiment);
+  return attempt;
+}
+
+// Whether one clock at least is much better, none is worse, and nothing was lost by it.
+bool IsNearer(const Attempt& next,
+              const PerTriad<std::optional<ClockLeft>>& left,
+              const Attempt& attempt) {
+  if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
+  const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
+  return std::all_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
+    const double now_s = left_now[triad] ? std::abs(left_now[triad]->later_s) : 0.0;
+    const double before_s = left[triad] ? std::abs(left[triad]->later_s) : 0.0;
+    return now_s <= 0.5 * before_s;
+  });
+}
+
+// Takes off what the recording shows of the clocks, and calibrates again.
+Result<Attempt> CalibrateWithClocks(const Experiment& stated, const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, progress));
+  if (!stated.options.corrects_clocks) return attempt;
+  PerTriad<std::optional<ClockLeft>> taken_off;
+  Findings said;
+  for (int round = 0; round < kMostClockRounds; ++round) {
+    const auto left = ClocksLeft(attempt.loaded.poses, attempt.calibration, taken_off);
+    PerTriad<std::optional<ClockLeft>> wanted = taken_off;
+    PerTriad<double> offset_s = stated.poses.time_offset_s;
+    for (const Triad triad : kTriads) {
+      if (left[triad]) {
+        wanted[triad] = {left[triad]->later_s + wanted[triad].value_or(ClockLeft()).later_s,
+                         left[triad]->sigma_s};
+      }
+      if (wanted[triad]) offset_s[triad] += wanted[triad]->later_s;
+    }
+    if (std::none_of(left.begin(), left.end(), [](const auto& one) { return one.has_value(); })) {
+      break;
+    }
+    Result<Attempt> next = CalibrateAsStated(WithTimeOffsets(stated, offset_s), progress);
+    if (!next || !IsNearer(*next, left, attempt)) break;
+    const Findings& found = attempt.calibration.findings;
+    said.insert(said.end(), found.begin(), found.end());
+    taken_off = wanted;
+    attempt = *std::move(next);
+  }
+  for (const Triad triad : kTriads) {
+    if (taken_off[triad]) taken_off[triad]->later_s += stated.poses.time_offset_s[triad];
+  }
+  SayClocksCorrected(taken_off, said, &attempt.calibration);
+  return attempt;
+}
+
+}  // namespace
+
+Result<Calibration> CalibrateExperiment(Experiment stated, const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateWithClocks(stated, progress));
+  auto& [experiment, loaded, calibration] = attempt;
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   calibration.model = experiment.model;
   calibration.software_version = Version();

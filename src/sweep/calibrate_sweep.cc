@@ -74,8 +74,25 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
           (is_other ? static_file + " is not of this unit"
                     : "the unit or its thermometer has changed in between"),
       is_other ? "calibrate it at one temperature" : "");
-  if (is_other) finding.As(Severity::kRefusal);
+  if (is_other) {
+    finding.As(Severity::kRefusal);
+  } else {
+    finding.text += "; σ of its bias allow for it";
+    finding.Shifting(std::abs(off) / sigma, Treatment::kWidened);
+  }
   return finding.About(Triad::kAccelerometer).With("error", off, sigma, "m/s^2");
+}
+
+// A unit that has changed along gravity by `off_mps2` may have changed as much along any axis.
+void WidenBias(double off_mps2, Calibration* calibration) {
+  TriadCalibration& sensor = *calibration->sensors[Triad::kAccelerometer];
+  const Eigen::Vector3d off_raw = std::abs(off_mps2) * sensor.model.sensitivity.rowwise().norm();
+  for (int axis = 0; axis < 3; ++axis) {
+    sensor.bias_sigma[axis] = std::hypot(sensor.bias_sigma[axis], off_raw[axis]);
+    const int at =
+        PlaceOf(calibration->covariance, {Triad::kAccelerometer, ParameterKind::kBias, 0, axis, 0});
+    if (at >= 0) calibration->covariance.matrix(at, at) += off_raw[axis] * off_raw[axis];
+  }
 }
 
 // RMS of what the terms leave of a triad, all axes, true unit.
@@ -348,6 +365,9 @@ Status CalibrateSweep(const PoseSet& poses,
   }
   if (options.sweep->static_calibration) {
     TakeStaticCovariance(*options.sweep->static_calibration, &calibration.covariance);
+    if (const Finding* missed = Find(calibration.findings, FindingCode::kGravityMissed)) {
+      WidenBias(*missed->Value("error"), &calibration);
+    }
   }
   quality.reduced_chi2 =
       chi2.dof > 0.0 ? chi2.sum / chi2.dof : std::numeric_limits<double>::quiet_NaN();

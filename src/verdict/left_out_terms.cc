@@ -443,7 +443,8 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const ReducedSystem& system,
                               const NoiseState& noise,
-                              const CalibrateOptions& options) {
+                              const CalibrateOptions& options,
+                              bool is_change_known) {
   LeftOutTerms result;
   result.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
@@ -461,7 +462,7 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
       SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
-    if (!graph.layout.Has(triad)) continue;
+    if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;
     const auto step = FindBiasStep(graph, system, own[triad], triad);
     if (!step || step->p_value > kLeftOutLevel) continue;
     result.covariance += step->moved * step->moved.transpose();

@@ -74,10 +74,12 @@ inline constexpr double kLeftOutLevel = 1e-4;
 // clearest is taken in and the others are tested again beside it, until none is left. With those
 // that were taken in, h = -I^-1 u moves b by d = -M_bb^-1 M_bh h, known to V = M_bb^-1 M_bh I^-1
 // M_hb M_bb^-1; the solution without them is off by that, and its covariance grows by d d^T + V.
+// `is_change_known`: of the magnetometer, so that no step of its bias is looked for.
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const ReducedSystem& system,
                               const NoiseState& noise,
-                              const CalibrateOptions& options);
+                              const CalibrateOptions& options,
+                              bool is_change_known);
 
 // The same without poses: `options` with all that bends, and the search once somebody linearised
 // the graph that WithTermsOf makes of them, with probes appended. `covariance`: of the solution's

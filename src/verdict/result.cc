@@ -103,6 +103,9 @@ void StateSolution(const CalibrateOptions& options,
 }
 
 Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibration* calibration) {
+  for (Finding& finding : calibration->findings) {
+    if (finding.IsLeftStanding()) finding.As(Severity::kRefusal);
+  }
   calibration->outcome = OutcomeOf(calibration->findings);
   if (!calibration->IsUsable()) {
     calibration->covariance = NamedCovariance();

@@ -16,10 +16,8 @@
 #include "problem/graph_builder.h"
 #include "problem/known_motion_rows.h"
 #include "problem/start_values.h"
-#include "verdict/checks/clock_offsets.h"
 #include "verdict/observability.h"
 #include "verdict/quality.h"
-#include "verdict/recording_faults.h"
 #include "verdict/result.h"
 #include "verdict/sessions.h"
 
@@ -189,21 +187,14 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   quality.dof = ResidualDof(graph, system);
   const JointTest joint = KenwardRogerTest(run.noise.estimate, system);
   quality.rests.temperature_settings = FindTemperatureSettings(graph);
-  const DriftCovariance drift =
-      FindDriftCovariance(graph, system, quality.rests.temperature_settings);
-  LeftOutTerms left_out = FindLeftOutTerms(graph, system, run.noise, options);
-  PerTriad<Eigen::Vector3d> sigma_raw{};
-  for (const StreamSummary& stream : run.poses.streams) {
-    sigma_raw[stream.triad] = stream.noise_sigma_raw;
-  }
-  AddFaultsOfRecording(run.poses, sigma_raw, graph, system.covariance(), &left_out);
-  AddTurnScatter(graph, system, &left_out);
-  quality.left_out_tests = left_out.tests;
-  const BlockScatter blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
-  quality.effective_dof = std::min(joint.dof, drift.dof);
+  const Unmodelled unmodelled = FindUnmodelled(
+      run.poses, graph, system, run.noise, options, quality.rests.temperature_settings);
+  quality.rests.clock_offsets = unmodelled.clocks;
+  quality.left_out_tests = unmodelled.left_out.tests;
+  quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
   // The joint test's scale goes into the covariance, so that F(dim, ν) holds for it as printed.
-  const Eigen::MatrixXd covariance = AdjustedCovariance(run.noise.estimate, system) / joint.scale +
-                                     drift.covariance + left_out.covariance + blocks.covariance;
+  const Eigen::MatrixXd covariance =
+      AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);
 
   Observability observability =
@@ -221,8 +212,7 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   StateChi2(run, system, quality.dof, &quality);
 
-  const SolvedRun solved{
-      system, solution, drift, left_out, blocks, observability.determined, *calibration};
+  const SolvedRun solved{system, solution, unmodelled, observability.determined, *calibration};
   if (!IsUsable(run, solved, &calibration->findings)) {
     KeepWhatExplains(run, solution, calibration->findings, &quality);
     return Conclude(options, run.poses, calibration);
@@ -238,7 +228,6 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
   }
   quality.rests.held_out = CrossValidate(graph, turns, options.cross_validation_folds);
   StateSessions(run.poses, graph, covariance, &quality.rests);
-  quality.rests.clock_offsets = FindClockOffsets(run.poses, graph);
   for (const Check check : kRemarks) {
     const Findings found = check(run, solved);
     calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());

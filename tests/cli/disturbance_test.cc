@@ -14,6 +14,7 @@
 
 #include "cli/command_line_run.h"
 #include "support/finding_matchers.h"
+#include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -63,16 +64,37 @@ const ClockOffset* OffsetOf(const Calibration& calibration, Triad triad) {
 }
 
 // As configs/scenarios/late-magnetometer.yaml has it.
-TEST_F(DisturbedRun, FindsByHowMuchTheClocksOfTheSensorsDiffer) {
+TEST_F(DisturbedRun, CorrectsTheClocksOfTheSensors) {
   Simulate("late-magnetometer");
   const Finished run = CalibrateIt("nine-axis.yaml");
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   const Calibration found = Result();
+  EXPECT_THAT(found.findings, Not(Contains(HasCode(FindingCode::kClockOffset))));
+  const PerTriad<double> taken_off_s = TimeOffsetsOf(found);
+  for (const auto& [triad, truth_s] :
+       {std::pair(Triad::kAccelerometer, -0.035), std::pair(Triad::kMagnetometer, 0.060)}) {
+    EXPECT_THAT(found.findings,
+                Contains(AllOf(HasCode(FindingCode::kClockCorrected),
+                               IsAbout(triad),
+                               ::testing::Field(&Finding::treatment, Treatment::kCorrected))));
+    const ClockOffset* left = OffsetOf(found, triad);
+    ASSERT_NE(left, nullptr);
+    EXPECT_NEAR(left->later_s, 0.0, 3.0 * left->sigma_s) << TriadName(triad);
+    EXPECT_NEAR(taken_off_s[triad], truth_s, 3.0 * left->sigma_s) << TriadName(triad);
+  }
+}
+
+TEST_F(DisturbedRun, FindsByHowMuchTheClocksOfTheSensorsDiffer) {
+  Simulate("late-magnetometer");
+  const Finished run = CalibrateIt("nine-axis.yaml", "clocks=as_stated");
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Calibration found = Result();
   // One block, ready to paste.
   const auto is_late = HasCode(FindingCode::kClockOffset);
+  const auto is_widened = ::testing::Field(&Finding::treatment, Treatment::kWidened);
   EXPECT_THAT(found.findings,
-              AllOf(Contains(AllOf(is_late, IsAbout(Triad::kAccelerometer))),
-                    Contains(AllOf(is_late, IsAbout(Triad::kMagnetometer))),
+              AllOf(Contains(AllOf(is_late, is_widened, IsAbout(Triad::kAccelerometer))),
+                    Contains(AllOf(is_late, is_widened, IsAbout(Triad::kMagnetometer))),
                     Contains(Says(ContainsRegex(
                         "set `sensors: \\{ accelerometer: \\{ time_offset_s: -0\\.03[0-9]* \\}, "
                         "magnetometer: \\{ time_offset_s: 0\\.0[0-9]* \\} \\}`")))));
@@ -88,9 +110,9 @@ TEST_F(DisturbedRun, FindsByHowMuchTheClocksOfTheSensorsDiffer) {
 
 TEST_F(DisturbedRun, TakesAnOffsetOffThatIsStated) {
   Simulate("late-magnetometer");
-  const Finished run = CalibrateIt(
-      "nine-axis.yaml",
-      "sensors.accelerometer.time_offset_s=-0.035,sensors.magnetometer.time_offset_s=0.06");
+  const Finished run = CalibrateIt("nine-axis.yaml",
+                                   "clocks=as_stated,sensors.accelerometer.time_offset_s=-0.035,"
+                                   "sensors.magnetometer.time_offset_s=0.06");
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out, Not(HasSubstr("its times are")));
   const Calibration found = Result();
@@ -105,7 +127,7 @@ class RunWithALateSensor : public DisturbedRun, public ::testing::WithParamInter
 
 // Rests of 3.4 to 4.6 s, less what the turns take of their ends: at half a second and more turns
 // reach into the magnetometer's rests, at half a rest it sees other rests.
-TEST_P(RunWithALateSensor, IsRefusedWithTheOffsetAndRightOnceThatIsStated) {
+TEST_P(RunWithALateSensor, IsRightUnlessClocksAreToBeAsStated) {
   const double late_s = GetParam();
   std::ostringstream late_ms;
   late_ms << 1e3 * late_s;
@@ -113,7 +135,7 @@ TEST_P(RunWithALateSensor, IsRefusedWithTheOffsetAndRightOnceThatIsStated) {
            "sensors.accelerometer.sampling.clock_offset_ms=0,"
            "sensors.magnetometer.sampling.clock_offset_ms=" +
                late_ms.str());
-  const Finished run = CalibrateIt("nine-axis.yaml");
+  const Finished run = CalibrateIt("nine-axis.yaml", "clocks=as_stated");
   EXPECT_EQ(run.exit_code, 3) << run.out << run.err;
   const Calibration found = Result();
   EXPECT_THAT(found.findings,
@@ -128,9 +150,12 @@ TEST_P(RunWithALateSensor, IsRefusedWithTheOffsetAndRightOnceThatIsStated) {
   // Half of the step in which it is said.
   EXPECT_NEAR(std::stod(stated), late_s, 0.05);
 
-  const Finished again =
-      CalibrateIt("nine-axis.yaml", "sensors.magnetometer.time_offset_s=" + stated);
+  const Finished again = CalibrateIt("nine-axis.yaml");
   ASSERT_EQ(again.exit_code, 0) << again.out << again.err;
+  const Calibration corrected = Result();
+  const ClockOffset* left = OffsetOf(corrected, Triad::kMagnetometer);
+  ASSERT_NE(left, nullptr);
+  EXPECT_NEAR(TimeOffsetsOf(corrected)[Triad::kMagnetometer], late_s, 4.0 * left->sigma_s);
   EXPECT_THAT(again.out, Not(HasSubstr("change within")));
   const Finished compared = RunTruetriad({"compare",
                                           "--a=" + folder_.Path("result/calibration.yaml"),
@@ -160,7 +185,9 @@ TEST_F(DisturbedRun, IsEvaluatedWithTheClocksOfItsCalibration) {
   Simulate("late-magnetometer",
            "sensors.accelerometer.sampling.clock_offset_ms=0,"
            "sensors.magnetometer.sampling.clock_offset_ms=1000");
-  ASSERT_EQ(CalibrateIt("nine-axis.yaml", "sensors.magnetometer.time_offset_s=1").exit_code, 0);
+  ASSERT_EQ(CalibrateIt("nine-axis.yaml", "clocks=as_stated,sensors.magnetometer.time_offset_s=1")
+                .exit_code,
+            0);
   const Finished run = RunTruetriad({"evaluate",
                                      "--calibration=" + folder_.Path("result/calibration.yaml"),
                                      "--input=" + folder_.Path("run/recording.yaml")});

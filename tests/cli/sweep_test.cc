@@ -2,6 +2,7 @@
 //
 // A temperature sweep as a user would calibrate it: simulate, calibrate, apply, evaluate.
 
+#include <cmath>
 #include <sstream>
 #include <string>
 
@@ -124,6 +125,35 @@ TEST_F(TemperatureSweep, RefusesTheStaticCalibrationOfAnotherUnit) {
   const Finished unnamed = Calibrate("static=" + folder_.Path("static.yaml"));
   EXPECT_EQ(unnamed.exit_code, 3);
   EXPECT_THAT(unnamed.out, HasSubstr("is not of this unit"));
+}
+
+// Gravity comes out 0.3 % off: ageing, or a thermometer that was changed. Which axis it is does not
+// show.
+TEST_F(TemperatureSweep, AllowsForAUnitThatHasChangedSinceItsStaticCalibration) {
+  Result<Calibration> aged = ReadCalibration(folder_.Path("sweep/truth.yaml"));
+  ASSERT_TRUE(aged) << aged.error().message;
+  for (const Triad triad : kTriads) {
+    if (aged->sensors[triad]) aged->sensors[triad]->thermal.reset();
+  }
+  TriadCalibration& sensor = *aged->sensors[Triad::kAccelerometer];
+  sensor.model.sensitivity *= 1.003;
+  sensor.bias_sigma.setConstant(1e-3);
+  ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*aged)));
+  const Finished run = Calibrate("static=" + folder_.Path("static.yaml"));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  const Result<Calibration> found = ReadCalibration(folder_.Path("found/calibration.yaml"));
+  ASSERT_TRUE(found) << found.error().message;
+  const Finding* missed = Find(found->findings, FindingCode::kGravityMissed);
+  ASSERT_NE(missed, nullptr);
+  EXPECT_EQ(missed->treatment, Treatment::kWidened);
+  const double off = std::abs(*missed->Value("error"));
+  EXPECT_NEAR(off, 0.003 * 9.81, 0.003);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double sigma = found->sensors[Triad::kAccelerometer]->bias_sigma[axis];
+    EXPECT_GT(sigma, off);
+    EXPECT_LT(sigma, 1.1 * off);
+    EXPECT_NEAR(std::sqrt(found->covariance.matrix(axis, axis)), sigma, 0.1 * sigma);
+  }
 }
 
 // Its bias is that of 20 degC, whatever temperature it calls its reference.

@@ -101,6 +101,7 @@ exclude: [{ from_s: 1.5, to_s: 2 }, { from_s: 30, to_s: 40 }]
 exclude_poses: [3, 7]
 attitudes: { six_face: { tilt_sigma_deg: 0.7, seat_sigma_deg: 0 } }
 robust: { loss: none, scale: 2.5 }
+clocks: as_stated
 units: trust
 initialise: { method: six-position, only: true, forces: forces.csv }
 limits: { accelerometer.bias: 0.5, magnetometer.scale_error: 0.1, decision: { guard_band_k: 2 } }
@@ -169,6 +170,7 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_FALSE(options.reference.northern_hemisphere);
   EXPECT_EQ(options.gauge, Gauge::kAccelZ);
   EXPECT_FALSE(options.check_units);
+  EXPECT_FALSE(options.corrects_clocks);
   const TriadOptions& accelerometer = options.triads[Triad::kAccelerometer];
   EXPECT_EQ(accelerometer.model, MatrixModel::kDiagonal);
   EXPECT_EQ(accelerometer.sign, AccelerometerSign::kGravity);

@@ -37,7 +37,8 @@ Calibration Awkward() {
           .About(Triad::kMagnetometer, 2)
           .AtPose(7)
           .With("offset", 1.0 / 3.0, kSubnormal, "s")
-          .With("p_value", std::numeric_limits<double>::quiet_NaN()),
+          .With("p_value", std::numeric_limits<double>::quiet_NaN())
+          .Shifting(2.0, Treatment::kWidened),
   };
   calibration.reference = {9.8174400000000001,
                            5e-4,
@@ -226,6 +227,7 @@ TEST(CalibrationFile, LoadsBackToTheSameBits) {
   EXPECT_EQ(finding.values[0].unit, "s");
   EXPECT_TRUE(std::isnan(finding.values[1].value));
   EXPECT_FALSE(finding.values[1].sigma);
+  EXPECT_EQ(finding.treatment, Treatment::kWidened);
   EXPECT_EQ(finding.remedy, original.findings[1].remedy);
   EXPECT_EQ(original.inputs[0].file, reread->inputs[0].file);
   EXPECT_EQ(original.inputs[0].samples, reread->inputs[0].samples);

@@ -75,6 +75,17 @@ TEST(Findings, CarryTheirNumbersAndTheirRemedy) {
   EXPECT_EQ(finding.severity, Severity::kWarning);
 }
 
+TEST(Findings, ThatShiftAParameterByMoreThanItsSigmaAreDealtWith) {
+  const Finding finding(FindingCode::kClockOffset, "late");
+  EXPECT_FALSE(finding.IsLeftStanding());
+  EXPECT_FALSE(Finding(finding).Shifting(0.9, Treatment::kNone).IsLeftStanding());
+  EXPECT_TRUE(Finding(finding).Shifting(1.1, Treatment::kNone).IsLeftStanding());
+  EXPECT_FALSE(Finding(finding).Shifting(1.1, Treatment::kWidened).IsLeftStanding());
+  EXPECT_FALSE(Finding(finding).Shifting(1.1, Treatment::kCorrected).IsLeftStanding());
+  EXPECT_FALSE(
+      Finding(finding).Shifting(1.1, Treatment::kNone).As(Severity::kRefusal).IsLeftStanding());
+}
+
 TEST(Findings, GoAlongWithErrors) {
   const Error error = NotEnoughError(
       Finding(FindingCode::kTooFewPoses, "3 poses", "add poses").About(Triad::kAccelerometer));

@@ -90,6 +90,14 @@ TEST(CalibrationText, StatesTheNinetyFivePercentFactorOnce) {
   EXPECT_THAT(text, Not(HasSubstr("CAUTION")));
 }
 
+TEST(CalibrationReport, ShowsTheExcessOfTurns) {
+  Calibration c = SampleCalibration();
+  c.sensors[Triad::kGyroscope] = c.sensors[Triad::kAccelerometer];
+  c.sensors[Triad::kGyroscope]->noise.turn_excess_sigma_rad = 0.0036;  // 0.206 deg
+  EXPECT_THAT(CalibrationText(c), HasSubstr("turns plus 0.21°"));
+  EXPECT_THAT(CalibrationHtml(c), HasSubstr("turns plus 0.21°"));
+}
+
 TEST(CalibrationText, ShowsTheMatrixWhenAxesArePermuted) {
   Calibration c = SampleCalibration();
   c.sensors[Triad::kMagnetometer]->model.sensitivity << 0, 10, 0, 0, 0, 10, 10, 0, 0;

@@ -163,6 +163,10 @@ void Judge(const Result<Calibration>& calibration,
     }
     return;
   }
+  trial->is_left_standing = std::any_of(
+      calibration->findings.begin(), calibration->findings.end(), [](const Finding& finding) {
+        return finding.IsLeftStanding();
+      });
   FindWorst(*calibration, recording.TruthFor(*calibration), trial);
   bool must_refuse = false;
   for (const Drawn& one : drawn) {

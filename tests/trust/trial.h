@@ -43,6 +43,8 @@ struct Trial {
   std::string refusal;        // its code, or an error's text
   bool blames_other = false;  // the refusal names a sensor that nothing befell
   double seconds = 0.0;       // of the processor
+  // A usable result has a finding that shifts a parameter by more than its σ, and nothing was done.
+  bool is_left_standing = false;
 
   bool IsSilent() const { return verdict == Verdict::kWrong && said.empty(); }
 };

@@ -134,6 +134,34 @@ TEST(MagnetometerChange, ThatIsSmallIsRefusedWhereItMovesTheNumbersBeyondTheirSi
   }
 }
 
+// One that chance makes once in thousands of runs may be chance: the run is not refused, and σ hold
+// what the numbers would be off by.
+TEST(MagnetometerChange, ThatMayBeChanceWidensSigma) {
+  int widened = 0;
+  for (std::uint64_t run = 0; run < 40; ++run) {
+    SCOPED_TRACE(run);
+    const Calibration calibration = RunWith({.from = 12, .bias_ut = {0.0, 0.1, 0.0}}, 1200 + run);
+    const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+    if (change == nullptr || change->IsRefusal()) continue;
+    EXPECT_TRUE(calibration.IsUsable());
+    EXPECT_EQ(change->treatment, Treatment::kWidened);
+    const double effect = *change->Value("effect");
+    if (effect < 1.0) continue;
+    ++widened;
+    // In the middle of the run each side is as likely as the other: the variance of the worst
+    // parameter grows by half of the square of what it is off by.
+    const Calibration clean = RunWith({}, 1200 + run);
+    double ratio = 0.0;
+    for (Eigen::Index i = 0; i < clean.covariance.matrix.rows(); ++i) {
+      if (!(clean.covariance.matrix(i, i) > 0.0)) continue;
+      ratio = std::max(ratio, calibration.covariance.matrix(i, i) / clean.covariance.matrix(i, i));
+    }
+    // Where poses had been left out, the effect is one on the smaller σ with all of them.
+    EXPECT_GT(ratio, 0.5 * (1.0 + 0.5 * effect * effect));
+  }
+  EXPECT_GT(widened, 5);
+}
+
 // As in a table of means without σ: what scatters is all that tells the noise.
 TEST(MagnetometerChange, IsFoundWithoutAnyNoiseStated) {
   for (const std::size_t from : {std::size_t{3}, std::size_t{12}, std::size_t{21}}) {

@@ -103,6 +103,9 @@ struct Experiment {
 /// the same result without choosing.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
+/// The experiment with other `time_offset_s`, its `resolved_yaml` too.
+Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
+
 /// What the experiment inside a calibration takes off the times of each sensor, s, and what it
 /// makes of time stamps.
 PerTriad<double> TimeOffsetsOf(const Calibration& calibration);

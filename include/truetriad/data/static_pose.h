@@ -29,6 +29,9 @@ struct TriadPose {
   bool has_covariance = false;
   /// Sample covariance inside the rest (one sample's noise), raw unit squared.
   Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
+  /// Mean of its last readings less that of its first, a window of each; zero where it is too short
+  /// for both. Over the pose's duration it is what the mean changes by with the sensor's clock.
+  Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
 };
 
 /// An attitude that somebody else measured (turntable, robot, fixture).

@@ -22,6 +22,15 @@ enum class Severity {
 std::string_view SeverityName(Severity severity);  ///< "note", "warning", "refusal".
 std::optional<Severity> SeverityFromName(std::string_view name);
 
+/// What became of what a finding does to the parameters.
+enum class Treatment {
+  kNone,       ///< Nothing, or nothing is known that it does.
+  kCorrected,  ///< It has been taken off them.
+  kWidened,    ///< σ allow for it.
+};
+std::string_view TreatmentName(Treatment treatment);  ///< "none", "corrected", "widened".
+std::optional<Treatment> TreatmentFromName(std::string_view name);
+
 /// What was found, for programs. FindingKindOf has its name in files, which never changes, and its
 /// meaning; docs/reasons.md lists them all.
 enum class FindingCode : int {
@@ -165,8 +174,13 @@ struct Finding {
   Finding& AtPose(int number);            ///< StaticPose::number.
   Finding& With(std::string name, double value, std::string unit = {});
   Finding& With(std::string name, double value, double sigma, std::string unit);
+  /// Ignoring it shifts a parameter by up to so many σ, the value "effect".
+  Finding& Shifting(double sigmas, Treatment treatment);
 
   bool IsRefusal() const { return severity == Severity::kRefusal; }
+  /// It shifts a parameter by more than its σ, and nobody did anything about it: no result that
+  /// has it is usable.
+  bool IsLeftStanding() const;
   /// Text and remedy as one message.
   std::string Message() const;
   /// A value by its name; unset where there is none.
@@ -178,6 +192,7 @@ struct Finding {
   std::optional<int> axis;
   std::optional<int> pose;
   std::vector<FindingValue> values;
+  Treatment treatment = Treatment::kNone;
   std::string text;  ///< A sentence without its full stop.
   std::string
       remedy;  ///< What to do here, with the line to paste where there is one; may be empty.

@@ -295,6 +295,9 @@ struct CalibrateOptions {
   /// Refuse readings, times and temperatures that cannot be in their unit. Off: what is stated is
   /// taken at its word (a field in coils, a normalised strength).
   bool check_units = true;
+  /// Clocks of the sensors that the recording shows to differ are corrected. Off: they are what
+  /// `time_offset_s` says, and σ allow for what it leaves.
+  bool corrects_clocks = true;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
   /// Largest σ along any direction of parameter space, as a share of the signal, at which the

@@ -8,10 +8,8 @@
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/problem/options.h"
-#include "verdict/checks/soak.h"
-#include "verdict/left_out_terms.h"
 #include "verdict/presentation.h"
-#include "verdict/time_blocks.h"
+#include "verdict/unmodelled.h"
 
 namespace truetriad {
 
@@ -28,9 +26,7 @@ struct SettledRun {
 struct SolvedRun {
   const ReducedSystem& system;
   const PresentedSolution& solution;
-  const DriftCovariance& drift;
-  const LeftOutTerms& left_out;
-  const BlockScatter& blocks;
+  const Unmodelled& unmodelled;
   bool determined = true;     // every parameter that was asked for, to the σ that counts as such
   const Calibration& stated;  // reference and quality; for remarks also the sensors
 };

@@ -230,6 +230,13 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
   return offset;
 }
 
+// "magnetometer: its times are 60.10 ± 0.31 ms later than the gyroscope's"
+std::string OffsetWords(Triad triad, double later_s, double sigma_s) {
+  return std::string(TriadName(triad)) + Format(": its times are %.2f ", 1e3 * std::abs(later_s)) +
+         Format("± %.2f ms ", 1e3 * sigma_s) + (later_s > 0.0 ? "later" : "earlier") +
+         " than the gyroscope's";
+}
+
 }  // namespace
 
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph) {
@@ -267,30 +274,44 @@ std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph&
   return offsets;
 }
 
-Findings NotableOffsets(const std::vector<ClockOffset>& offsets, const PoseSet& poses) {
+bool IsNotable(const ClockOffset& offset, const PoseSet& poses) {
   const StreamSummary* gyroscope = poses.Find(Triad::kGyroscope);
-  if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return {};
+  if (gyroscope == nullptr || !(gyroscope->rate_hz > 0.0)) return false;
+  return offset.p_value < kSaidChance &&
+         std::abs(offset.later_s) >= 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s;
+}
+
+Finding ClockCorrected(Triad triad, double later_s, double sigma_s) {
+  Finding finding(FindingCode::kClockCorrected,
+                  OffsetWords(triad, later_s, sigma_s) + "; corrected");
+  finding.treatment = Treatment::kCorrected;
+  return finding.About(triad).With("offset", later_s, sigma_s, "s");
+}
+
+// The last finding has all offsets in one block to state. A triad whose readings are off by more
+// than moves can tell (PoseSet::clock_lag_s) is in the block as that has it.
+Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
+  const PoseSet& poses = run.poses;
   Findings findings;
   std::string block;
   const auto state = [&](Triad triad, double more_s) {
     block += (block.empty() ? "" : ", ") + std::string(TriadName(triad)) +
              Format(": { time_offset_s: %.5f }", poses.time_offset_s[triad] + more_s);
   };
-  for (const ClockOffset& offset : offsets) {
-    if (!(offset.p_value < kSaidChance) ||
-        std::abs(offset.later_s) < 1.0 / gyroscope->rate_hz + kSurelyLonger * offset.sigma_s) {
-      continue;
-    }
-    findings.push_back(
-        Finding(FindingCode::kClockOffset,
-                std::string(TriadName(offset.triad)) +
-                    Format(": its times are %.2f ", 1e3 * std::abs(offset.later_s)) +
-                    Format("± %.2f ms ", 1e3 * offset.sigma_s) +
-                    (offset.later_s > 0.0 ? "later" : "earlier") +
-                    " than the gyroscope's, as the moves between the rests show; not corrected")
-            .About(offset.triad)
-            .With("offset", offset.later_s, offset.sigma_s, "s")
-            .With("p_value", offset.p_value));
+  const std::vector<ClockOffset>& offsets = solved.unmodelled.clocks;
+  for (std::size_t k = 0; k < offsets.size(); ++k) {
+    const ClockOffset& offset = offsets[k];
+    if (!IsNotable(offset, poses)) continue;
+    const double effect_sigmas = solved.unmodelled.by_clocks.sigmas[k];
+    findings.push_back(Finding(FindingCode::kClockOffset,
+                               OffsetWords(offset.triad, offset.later_s, offset.sigma_s) +
+                                   ", as the moves between the rests show; not corrected, which "
+                                   "shifts parameters by up to " +
+                                   Format("%.2g σ; σ allow for it", effect_sigmas))
+                           .About(offset.triad)
+                           .With("offset", offset.later_s, offset.sigma_s, "s")
+                           .With("p_value", offset.p_value)
+                           .Shifting(effect_sigmas, Treatment::kWidened));
     state(offset.triad, offset.later_s);
   }
   for (const Triad triad : kTriads) {
@@ -298,10 +319,6 @@ Findings NotableOffsets(const std::vector<ClockOffset>& offsets, const PoseSet& 
   }
   if (!findings.empty()) findings.back().remedy = "set `sensors: { " + block + " }`";
   return findings;
-}
-
-Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
-  return NotableOffsets(solved.stated.quality.rests.clock_offsets, run.poses);
 }
 
 }  // namespace truetriad

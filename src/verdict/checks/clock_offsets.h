@@ -21,9 +21,10 @@ namespace truetriad {
 // differs from move to move. A sensor without enough moves has none.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// The offsets that are neither chance nor within a reading of the gyroscope; the last finding has
-// all of them in one block to state. A triad whose readings are off by more than moves can tell
-// (PoseSet::clock_lag_s) is in the block as that has it.
-Findings NotableOffsets(const std::vector<ClockOffset>& offsets, const PoseSet& poses);
+// Whether an offset is neither chance nor within a reading of the gyroscope.
+bool IsNotable(const ClockOffset& offset, const PoseSet& poses);
+
+// What is said of an offset that is taken off.
+Finding ClockCorrected(Triad triad, double later_s, double sigma_s);
 
 }  // namespace truetriad

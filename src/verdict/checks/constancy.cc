@@ -147,16 +147,29 @@ bool IsMostlyLeftOut(const PoseGraph& graph) {
   return rejected > kLeftOutShare * all;
 }
 
-// By how many σ a parameter is off at most without the step of `test`, see MagnetometerChange.
-double EffectOf(const StepTest& test,
-                const StepTest& at_first,
-                const PoseGraph& graph,
-                const ReducedSystem& system) {
-  const auto largest = [&](const Eigen::VectorXd& pulled) {
-    return LargestInSigmas(graph, system.covariance(), system.covariance() * pulled);
-  };
-  return std::max(largest(test.shared * test.step),
-                  largest((test.shared - at_first.shared) * test.step));
+// How the free coordinates move by the step at `at`, for the poses before it and those from it on.
+struct MovedByStep {
+  double later_share = 0.0;
+  Eigen::VectorXd before, after;
+
+  // About the mean of all poses.
+  Eigen::VectorXd mean() const { return (1.0 - later_share) * before + later_share * after; }
+};
+
+MovedByStep MovedBy(const std::vector<StepTest>& tests,
+                    std::size_t at,
+                    const ReducedSystem& system) {
+  const auto count = static_cast<double>(tests.size());
+  const StepTest& test = tests[at];
+  return {(count - static_cast<double>(at)) / count,
+          system.covariance() * (test.shared * test.step),
+          system.covariance() * ((test.shared - tests[0].shared) * test.step)};
+}
+
+// By how many σ a parameter is off at most without the step.
+double EffectOf(const MovedByStep& moved, const PoseGraph& graph, const ReducedSystem& system) {
+  return std::max(LargestInSigmas(graph, system.covariance(), moved.before),
+                  LargestInSigmas(graph, system.covariance(), moved.after));
 }
 
 // The search for a change in one solution of the graph.
@@ -215,13 +228,18 @@ class ChangeSearch {
 
   MagnetometerChange At(std::size_t first) const {
     const double better = Likelihood(bias_[first]) - Likelihood(field_[first]);
-    const double by_bias = EffectOf(bias_[first], bias_[0], graph_, system_);
-    const double by_field = EffectOf(field_[first], field_[0], graph_, system_);
+    const MovedByStep moved_by_bias = MovedBy(bias_, first, system_);
+    const MovedByStep moved_by_field = MovedBy(field_, first, system_);
+    const double by_bias = EffectOf(moved_by_bias, graph_, system_);
+    const double by_field = EffectOf(moved_by_field, graph_, system_);
     MagnetometerChange change;
     change.node = change.earliest = change.latest = places_[first].node;
     change.bias_ut = bias_[first].step;
     change.field_ut = field_[first].step;
     change.p_value = PValueAt(first);
+    const MovedByStep& moved = better < 0.0 ? moved_by_field : moved_by_bias;
+    change.covariance = (1.0 - moved.later_share) * moved.before * moved.before.transpose() +
+                        moved.later_share * moved.after * moved.after.transpose();
     change.explained_share = std::max(bias_[first].statistic, field_[first].statistic) / own_.chi2;
     if (better > kClearlyBetter) {
       change.kind = ChangeKind::kBias;
@@ -307,13 +325,11 @@ std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
     if (tests[i].statistic > tests[best].statistic) best = i;
   }
   const StepTest& test = tests[best];
-  const auto count = static_cast<double>(places.size());
   BiasStep step;
   step.node = places[best].node;
-  step.p_value = std::min(1.0, count * own.ChanceOf(test.statistic, test.rank));
-  // About the mean of both sides.
-  const double later = (count - static_cast<double>(best)) / count;
-  step.moved = system.covariance() * ((test.shared - later * tests[0].shared) * test.step);
+  step.p_value =
+      std::min(1.0, static_cast<double>(places.size()) * own.ChanceOf(test.statistic, test.rank));
+  step.moved = MovedBy(tests, best, system).mean();
   step.effect_sigmas = LargestInSigmas(graph, system.covariance(), step.moved);
   return step;
 }

@@ -32,6 +32,9 @@ struct MagnetometerChange {
   // By how many σ some parameter is off for the poses before it, or for those after it, because
   // the solution has no such step; the lesser of both explanations where either will do.
   double effect_sigmas = 0.0;
+  // What the free coordinates are less certain by: they are those of one side or of the other, as
+  // likely as that has poses.
+  Eigen::MatrixXd covariance;
   // Of what the magnetometer's residuals amount to.
   double explained_share = 0.0;
   // Probability of one as clear by chance, the best of all places and both kinds.

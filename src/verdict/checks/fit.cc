@@ -141,9 +141,19 @@ Findings CheckDetermined(const SettledRun&, const SolvedRun& solved) {
 }
 
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {
-  if (run.converged && !IsShort(solved.system)) return {};
-  return {{FindingCode::kDidNotConverge,
-           "the optimiser did not converge: the readings do not fit the model from any start"}};
+  if (!run.converged || IsShort(solved.system)) {
+    return {{FindingCode::kDidNotConverge,
+             "the optimiser did not converge: the readings do not fit the model from any start"}};
+  }
+  const OffOptimum off = FurthestOff(run.noise, run.graph, solved.system);
+  if (off.IsSettled()) return {};
+  Finding finding(
+      FindingCode::kDidNotConverge,
+      "the pose-to-pose noise of the " + NoiseComponentName(*off.component) +
+          Format(" did not converge (score %.2g of its σ): no σ can be stated", off.score_sigmas),
+      "state `noise: { excess: { sigma: … } }`, or add poses");
+  finding.sensor = TriadOf(*off.component).value_or(Triad::kGyroscope);
+  return {finding.With("score", off.score_sigmas, "sigma")};
 }
 
 }  // namespace truetriad

@@ -76,7 +76,7 @@ std::string RemedyOf(const LeftOutTerm& term) {
 }  // namespace
 
 Findings CheckLeftOutTerms(const SettledRun&, const SolvedRun& solved) {
-  return FindingsOf(solved.left_out);
+  return FindingsOf(solved.unmodelled.left_out);
 }
 
 Findings FindingsOf(const LeftOutTerms& terms) {
@@ -90,7 +90,7 @@ Findings FindingsOf(const LeftOutTerms& terms) {
                            term.effect_sigmas),
                 RemedyOf(term))
             .About(term.triad)
-            .With("effect", term.effect_sigmas, "sigma")
+            .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
   }
   return findings;

@@ -76,7 +76,7 @@ Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
                   "take the run again, or the poses of one side alone");
   finding.About(Triad::kMagnetometer)
       .AtPose(run.graph.nodes[change.node].number)
-      .With("effect", change.effect_sigmas, "sigma")
+      .Shifting(change.effect_sigmas, Treatment::kWidened)
       .With("p_value", change.p_value);
   if (change.kind != ChangeKind::kField) finding.With("bias", change.bias_ut.norm(), "uT");
   if (change.kind != ChangeKind::kBias) finding.With("field", change.field_ut.norm(), "uT");
@@ -88,21 +88,16 @@ bool IsBeyondSigma(const MagnetometerChange& change) {
   return change.p_value < kRefusedChange && change.effect_sigmas > kMovedSigmas;
 }
 
-// Where the temperature went on to the next, and σ count that the bias drifts between the two.
-bool IsDrift(const PoseGraph& graph,
-             const MagnetometerChange& change,
-             const DriftCovariance& drift) {
-  return drift.sigma_raw[Triad::kMagnetometer] > 0.0 && IsBetweenSettings(graph, change.node);
-}
-
 }  // namespace
 
 Findings CheckMagnetometerChange(const SettledRun& run, const SolvedRun& solved) {
-  const auto change = FindMagnetometerChange(run.graph, solved.system, run.noise);
+  const std::optional<MagnetometerChange>& change = solved.unmodelled.change;
   if (!change) return {};
   Finding finding = FindingOf(run, *change);
-  if (IsBeyondSigma(*change) && !IsDrift(run.graph, *change, solved.drift)) {
-    finding.As(Severity::kRefusal);
+  if (IsBeyondSigma(*change) && !solved.unmodelled.change_is_drift) {
+    finding.As(Severity::kRefusal).treatment = Treatment::kNone;
+  } else {
+    finding.text += "; σ allow for it";
   }
   return {finding};
 }

@@ -132,7 +132,7 @@ Findings CheckCurves(const SettledRun&, const SolvedRun& solved) {
 Findings CheckDrift(const SettledRun&, const SolvedRun& solved) {
   Findings findings;
   for (const Triad triad : kTriads) {
-    const double sigma = solved.drift.sigma_raw[triad];
+    const double sigma = solved.unmodelled.drift.sigma_raw[triad];
     if (sigma <= 0.0) continue;
     const std::string& unit = solved.stated.sensors[triad]->input_unit;
     findings.push_back(

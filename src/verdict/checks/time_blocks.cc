@@ -6,7 +6,7 @@
 namespace truetriad {
 
 Findings CheckTimeBlocks(const SettledRun&, const SolvedRun& solved) {
-  return FindingsOf(solved.blocks);
+  return FindingsOf(solved.unmodelled.blocks);
 }
 
 Findings FindingsOf(const BlockScatter& blocks) {

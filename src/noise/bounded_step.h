@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace truetriad {
+
+// The inverse of an information matrix. Variances of turns (rad^2) and of magnetometers (uT^2)
+// differ by so much that elimination would take the smaller pivots for zeros: its diagonal is
+// brought to one first.
+Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information);
+
+// The step to the maximum of a likelihood with this score and (positive definite) information that
+// takes no component below its limit (≤ 0),
+//
+//   max score^T d - 1/2 d^T information d      d >= limit
+//
+// by an active set: Lawson and Hanson 1974, ch. 23.
+Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
+                          const Eigen::MatrixXd& information,
+                          const Eigen::VectorXd& score);
+
+}  // namespace truetriad

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "verdict/unmodelled.h"
+
+#include "data/clock_lags.h"
+#include "verdict/checks/clock_offsets.h"
+#include "verdict/recording_faults.h"
+
+namespace truetriad {
+namespace {
+
+// Where the temperature went on to the next, and σ count that the bias drifts between the two.
+bool IsDrift(const PoseGraph& graph,
+             const MagnetometerChange& change,
+             const DriftCovariance& drift) {
+  return drift.sigma_raw[Triad::kMagnetometer] > 0.0 && IsBetweenSettings(graph, change.node);
+}
+
+// Clocks that are off by more than moves can tell.
+std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
+  std::vector<ClockOffset> lags;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad) || !poses.clock_lag_s[triad]) continue;
+    lags.push_back({triad, *poses.clock_lag_s[triad], kClockLagSigmaS});
+  }
+  return lags;
+}
+
+}  // namespace
+
+Eigen::MatrixXd Unmodelled::Covariance() const {
+  Eigen::MatrixXd sum =
+      drift.covariance + left_out.covariance + blocks.covariance + by_clocks.covariance;
+  if (change && !change_is_drift) sum += change->covariance;
+  return sum;
+}
+
+Unmodelled FindUnmodelled(const PoseSet& poses,
+                          const PoseGraph& graph,
+                          const ReducedSystem& system,
+                          const NoiseState& noise,
+                          const CalibrateOptions& options,
+                          const std::vector<TemperatureSetting>& settings) {
+  Unmodelled found;
+  found.drift = FindDriftCovariance(graph, system, settings);
+  found.change = FindMagnetometerChange(graph, system, noise);
+  found.change_is_drift = found.change && IsDrift(graph, *found.change, found.drift);
+  found.left_out = FindLeftOutTerms(graph, system, noise, options, found.change.has_value());
+  PerTriad<Eigen::Vector3d> sigma_raw{};
+  for (const StreamSummary& stream : poses.streams) {
+    sigma_raw[stream.triad] = stream.noise_sigma_raw;
+  }
+  AddFaultsOfRecording(poses, sigma_raw, graph, system.covariance(), &found.left_out);
+  AddTurnScatter(graph, system, &found.left_out);
+  found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
+  found.clocks = FindClockOffsets(poses, graph);
+  found.by_clocks = EffectsOf(found.clocks, graph, system);
+  found.by_clocks.covariance += EffectsOf(LagsOf(poses, graph), graph, system).covariance;
+  return found;
+}
+
+}  // namespace truetriad
