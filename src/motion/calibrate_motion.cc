@@ -108,17 +108,6 @@ void GatherAgain(const CalibrateOptions& options,
   run->nodes = std::move(nodes);
 }
 
-// A dip beyond the pole is one before it, seen from the other side: (δ, R) and (π − δ, R turned half
-// about the vertical) explain the same readings, and far from the solution a step may cross it.
-void FoldDip(MotionRun* run) {
-  double& dip_rad = run->graph.shared[run->graph.layout.reference + kDip];
-  dip_rad = std::remainder(dip_rad, 2.0 * std::numbers::pi);
-  if (std::abs(dip_rad) <= 0.5 * std::numbers::pi) return;
-  dip_rad = std::copysign(std::numbers::pi, dip_rad) - dip_rad;
-  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
-  for (Eigen::Quaterniond& attitude : run->attitudes) attitude = half_turn * attitude;
-}
-
 // A first fit from one start.
 MotionRun FirstFit(const PoseSet& poses,
                    const CalibrateOptions& options,
@@ -138,7 +127,6 @@ MotionRun FirstFit(const PoseSet& poses,
   run.noise = ChooseMotionNoise(poses, options, start, *track);
   MotionChain chain = ChainOf(*track, run);
   Solve(kRoughTolerance, &chain, &run);
-  FoldDip(&run);
   return run;
 }
 
