@@ -327,15 +327,6 @@ TEST(Gyroscope, IsAsGoodOnFreshTurnsAsIsPredicted) {
   EXPECT_NEAR(ratio, 1.0, 0.4);
 }
 
-TEST(Gyroscope, IsNotCalibratedWithAMagnetometerAlone) {
-  CalibrateOptions options;
-  options.triads[kGyro].enabled = true;
-  options.triads[kMag].enabled = true;
-  const Status status = options.Validate();
-  ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("accelerometer"));
-}
-
 TEST(Gyroscope, IsNotCalibratedAloneWithoutKnownMotions) {
   const Scenario scenario = GyroscopeScenario({});
   CalibrateOptions options = OptionsFor(scenario);

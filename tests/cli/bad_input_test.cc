@@ -197,13 +197,14 @@ TEST(Contradiction, InAnExperimentIsNamedWithItsLine) {
                                           "experiment: 1\n"
                                           "sensors:\n"
                                           "  magnetometer: {}\n"
-                                          "  gyroscope: {}\n");
+                                          "  gyroscope:\n"
+                                          "    g_sensitivity: true\n");
   const Finished run = RunTruetriad({"calibrate",
                                      "--config=" + config,
                                      "--input=datasets/demo/recording.csv",
                                      "--output=" + folder.Path("out")});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("experiment.yaml:4: gyroscope: its turns"));
+  EXPECT_THAT(run.err, HasSubstr("experiment.yaml:5: gyroscope: g-sensitivity needs"));
 }
 
 TEST(EveryRow, OfALogOfAGyroscopeIsRefusedWithAdvice) {

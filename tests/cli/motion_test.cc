@@ -54,7 +54,7 @@ TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
 TEST_F(TumbledByHand, NeedsAGyroscopeAndTimes) {
   const Finished run = Calibrate("tumble/accelerometer.csv", "poses.motion.spacing_s=0.1");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("gyroscope and accelerometer"));
+  EXPECT_THAT(run.err, HasSubstr("accelerometer or magnetometer"));
   const Finished thermal =
       Calibrate("tumble/recording.yaml", "sensors.accelerometer.thermal.bias_order=1");
   EXPECT_EQ(thermal.exit_code, 1);
