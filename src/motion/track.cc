@@ -13,6 +13,9 @@
 namespace truetriad {
 namespace {
 
+// A longer step is one from one piece of recording to the next.
+constexpr double kLongestBreakS = 1.0;
+
 // Of times in bursts of equal stamps the mean says more. Zero where no two times differ.
 double UsualSpacing(const std::vector<double>& time_s) {
   std::vector<double> steps;
@@ -119,6 +122,7 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     // What was left out on request is no fault of the recording.
     if (!is_untold_[i] || is_excluded) continue;
     untold_s_ += time_s_[i + 1] - time_s_[i];
+    broken_s_ += std::min(time_s_[i + 1] - time_s_[i], kLongestBreakS);
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
 }
