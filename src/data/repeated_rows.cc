@@ -17,8 +17,9 @@ namespace {
 // differ only for c < 0.3 or so, and the 5e11 pairs of a million rows have an equal run of 32 by
 // chance with 5e11 c^32 < 1e-5.
 constexpr std::size_t kFewestDifferent = 16;
-// So many must turn back against the one before: of white noise 20 of 30 do on a single axis, of a
-// motion without noise, which may repeat exactly, hardly any.
+// So many of those must turn back against the one before: of white noise 20 of 30 do on a single
+// axis, of a motion without noise, which may repeat exactly, hardly any. (Two values that alternate
+// do as well: but only two of them differ.)
 constexpr std::size_t kFewestReversals = 10;
 // One run in eight is remembered, chosen by its hash, so that a repeat chooses the same: a repeat
 // of kRun + 32 readings is missed in one of 70 cases, one of twice that never.
@@ -73,8 +74,8 @@ bool RepeatFinder::IsNoise() const {
     return run_[(run_begin_ + i) % kRun];
   };
   for (std::size_t i = 0; i < kRun; ++i) {
-    different.emplace(at(i).x(), at(i).y(), at(i).z());
-    if (i < 2) continue;
+    const bool is_new = different.emplace(at(i).x(), at(i).y(), at(i).z()).second;
+    if (i < 2 || !is_new) continue;
     const Eigen::Array3d step = at(i) - at(i - 1), before = at(i - 1) - at(i - 2);
     reversals += (step * before < 0.0).any() ? 1 : 0;
   }

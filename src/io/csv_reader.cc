@@ -228,6 +228,7 @@ Result<std::size_t> CsvReader::ReadRows() {
       continue;
     }
     std::size_t column = 0;
+    bool is_header = false;  // Once more: files were put together.
     for (;;) {
       Column& target = columns_[column];
       if (target.kind == Kind::kSkip || target.kind == Kind::kText) {
@@ -240,7 +241,11 @@ Result<std::size_t> CsvReader::ReadRows() {
         SetMissing(&target, row);
       } else {
         p = ParseValue(p, &target, row);
-        if (p == nullptr) return FieldError(line_begin, column);
+        if (p == nullptr) {
+          if (!IsHeader(line_begin)) return FieldError(line_begin, column);
+          is_header = true;
+          break;
+        }
       }
       const char* const value_end = p;
       p = skip_blanks(p);
@@ -248,6 +253,10 @@ Result<std::size_t> CsvReader::ReadRows() {
       if (kBlanks ? p == value_end : *p != separator) return FieldError(line_begin, column);
       if (!kBlanks) p = skip_blanks(p + 1);
       if (++column == columns_.size()) break;
+    }
+    if (is_header) {
+      p = LineEnd(line_begin, chunk_end_) + 1;
+      continue;
     }
     if (column != columns_.size() - 1) {
       if (!layout_.ragged) return FieldCountError(line_begin);
@@ -339,6 +348,14 @@ Error CsvReader::FieldCountError(const char* line_begin) const {
       (header_.empty() ? "the first row"
                        : "the header (line " + std::to_string(header_line_) + ")") +
       "; if this is intended, state `ragged: allow` in a manifest");
+}
+
+bool CsvReader::IsHeader(const char* line_begin) const {
+  const std::string_view line(
+      line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
+  const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
+  return !header_.empty() &&
+         std::equal(fields.begin(), fields.end(), header_.begin(), header_.end());
 }
 
 bool CsvReader::IsCutOff(std::string_view line) const {

@@ -29,7 +29,8 @@ struct CsvLayout {
 /// A text table (CSV, TSV, blank-separated), streamed into typed column buffers.
 ///
 /// Only mapped columns are parsed, straight into buffers that are used again for each block; other
-/// columns may hold anything. Lines starting with '#' and empty lines are passed over.
+/// columns may hold anything. Lines starting with '#', empty lines and the header once more are
+/// passed over.
 class CsvReader {
  public:
   enum class Kind : std::uint8_t {
@@ -92,6 +93,8 @@ class CsvReader {
   Error FieldError(const char* line_begin, std::size_t column) const;
   Error FieldCountError(const char* line_begin) const;
   Error CutOffError() const;
+  /// True for the line of the header once more.
+  bool IsHeader(const char* line_begin) const;
   /// True for a last line without its end: half-written, when it is also malformed.
   bool IsCutOff(std::string_view line) const;
   std::string Place() const;  ///< "file:line: "

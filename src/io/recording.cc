@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/rounded_text.h"
+#include "io/clock_pieces.h"
 #include "io/recording_layout.h"
 
 namespace truetriad {
@@ -36,9 +37,12 @@ class Stream {
   /// Time of the last sample handed over; the smallest of all before the first.
   std::int64_t last_time_ns() const { return last_time_ns_; }
 
-  /// The samples in the `row_count` rows that `csv` has just read.
+  /// The samples in the `row_count` rows that `csv` has just read; `shifts_ns`: what is added to
+  /// their times, empty for nothing.
   /// Error: time going backwards, a pose that is not a number of a pose.
-  Result<SampleBlock> Take(const CsvReader& csv, std::size_t row_count) {
+  Result<SampleBlock> Take(const CsvReader& csv,
+                           std::size_t row_count,
+                           std::span<const std::int64_t> shifts_ns) {
     SelectRows(csv, row_count);
     SampleBlock block;
     block.triad = triad();
@@ -47,6 +51,7 @@ class Stream {
     block.z = Selected(csv.Numbers(layout_.axes[2]), &axes_[2]);
     block.row = Selected(csv.Rows(), &rows_);
     block.time_ns = Times(csv, block.row);
+    if (!shifts_ns.empty()) block.time_ns = Shifted(block.time_ns, shifts_ns);
     TRUETRIAD_RETURN_IF_ERROR(CheckTimeOrder(csv, block.time_ns));
     if (layout_.temperature) {
       block.temperature_degc =
@@ -120,12 +125,20 @@ class Stream {
     return times_;
   }
 
+  std::span<const std::int64_t> Shifted(std::span<const std::int64_t> times_ns,
+                                        std::span<const std::int64_t> shifts_ns) {
+    if (times_ns.data() != times_.data()) times_.assign(times_ns.begin(), times_ns.end());
+    for (std::size_t i = 0; i < times_.size(); ++i) times_[i] += shifts_ns[SelectedRow(i)];
+    return times_;
+  }
+
   Status CheckTimeOrder(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
     for (std::size_t i = 0; i < times_ns.size(); ++i) {
       if (times_ns[i] < last_time_ns_) {
         return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
                              csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
-                             RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) + " s after " +
+                             RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) +
+                             " s after " +
                              RoundedText(1e-9 * static_cast<double>(last_time_ns_), 14) +
                              " s; sort the log, or split it where the clock was set");
       }
@@ -228,6 +241,7 @@ class Stream {
 struct File {
   std::unique_ptr<CsvReader> csv;
   std::vector<Stream> streams;
+  std::optional<ClockPieces> pieces;  ///< Where times may begin anew.
   bool done = false;
 
   std::int64_t last_time_ns() const {
@@ -237,9 +251,23 @@ struct File {
   }
 };
 
+/// The column that all sensors have their times from; unset where there are several, whose pieces
+/// could not be told to belong together, or where times count samples.
+std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files) {
+  if (files.size() != 1) return std::nullopt;
+  const TimeColumn& first = files[0].streams.front().time;
+  const bool is_common =
+      std::all_of(files[0].streams.begin(), files[0].streams.end(), [&](const auto& stream) {
+        return stream.time.kind == TimeColumn::Kind::kColumn && stream.time.rate_hz == 1.0 &&
+               stream.time.column == first.column;
+      });
+  return is_common ? std::optional(first.column) : std::nullopt;
+}
+
 class RecordingSource : public SampleSource {
  public:
-  static Result<std::unique_ptr<SampleSource>> Create(RecordingLayout layout) {
+  static Result<std::unique_ptr<SampleSource>> Create(RecordingLayout layout, bool may_be_joined) {
+    const std::optional<std::size_t> time_column = CommonTimeColumn(layout.files);
     std::vector<File> files;
     for (FileLayout& file_layout : layout.files) {
       File file;
@@ -249,6 +277,7 @@ class RecordingSource : public SampleSource {
                                    Stream::Create(std::move(stream_layout), file.csv.get()));
         file.streams.push_back(std::move(stream));
       }
+      if (may_be_joined && time_column) file.pieces.emplace(*time_column);
       files.push_back(std::move(file));
     }
     return std::unique_ptr<SampleSource>(
@@ -262,8 +291,14 @@ class RecordingSource : public SampleSource {
     while (File* const file = MostLagging()) {
       TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t row_count, file->csv->Read());
       file->done = row_count == 0;
+      std::span<const std::int64_t> shifts_ns;
+      if (file->pieces) {
+        file->pieces->Follow(*file->csv, row_count);
+        shifts_ns = file->pieces->shifts_ns();
+      }
       for (Stream& stream : file->streams) {
-        TRUETRIAD_ASSIGN_OR_RETURN(const SampleBlock block, stream.Take(*file->csv, row_count));
+        TRUETRIAD_ASSIGN_OR_RETURN(const SampleBlock block,
+                                   stream.Take(*file->csv, row_count, shifts_ns));
         if (!block.x.empty()) blocks->push_back(block);
       }
       if (!blocks->empty()) return true;
@@ -282,6 +317,13 @@ class RecordingSource : public SampleSource {
       for (const Stream& stream : file.streams) {
         if (stream.triad() == triad) return stream.counts();
       }
+    }
+    return {};
+  }
+
+  std::vector<RecordingJoint> joints() const override {
+    for (const File& file : files_) {
+      if (file.pieces) return file.pieces->joints();
     }
     return {};
   }
@@ -332,7 +374,7 @@ Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
       for (StreamLayout& stream : file.streams) stream.ambient.reset();
     }
   }
-  return RecordingSource::Create(std::move(layout));
+  return RecordingSource::Create(std::move(layout), options.may_be_joined);
 }
 
 }  // namespace truetriad

@@ -325,7 +325,7 @@ Findings WhyUnusable(const PoseSet& poses,
              "see the weak directions"}};
   }
   if (!non_finite.empty()) return non_finite;
-  if (track.untold_s() > kMuchUntoldShare * track.duration_s()) {
+  if (track.broken_s() > kMuchUntoldShare * track.duration_s()) {
     return {Finding(FindingCode::kGyroscopeGaps,
                     Format("the gyroscope has no usable data for %.1f s of ", track.untold_s()) +
                         Format("%.1f s (gaps, saturation or repeated readings): what moved "

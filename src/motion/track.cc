@@ -14,6 +14,9 @@
 namespace truetriad {
 namespace {
 
+// A longer step is one from one piece of recording to the next.
+constexpr double kLongestBreakS = 1.0;
+
 // Zero where no two times differ.
 double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
@@ -115,6 +118,7 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     // What was left out on request is no fault of the recording.
     if (!is_untold_[i] || is_excluded) continue;
     untold_s_ += time_s_[i + 1] - time_s_[i];
+    broken_s_ += std::min(time_s_[i + 1] - time_s_[i], kLongestBreakS);
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
 }

@@ -65,10 +65,13 @@ class MotionTrack {
   double TimeOf(const MotionNode& node) const { return time_s_[node.reading]; }
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
-  double duration_s() const { return time_s_.back() - time_s_.front(); }
+  // Without what lies between two pieces of recordings.
+  double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_ + broken_s_; }
   // Time for which the gyroscope tells nothing, s, and how often.
   double untold_s() const { return untold_s_; }
   int untold() const { return untold_; }
+  // Likewise, but what lies between two pieces of recordings is no part of any.
+  double broken_s() const { return broken_s_; }
 
  private:
   struct Vectors {
@@ -89,7 +92,7 @@ class MotionTrack {
   std::vector<bool> is_untold_;  // the step from this reading to the next
   PerTriad<Vectors> vectors_;
   PerTriad<double> spacing_s_{}, ahead_s_{};
-  double untold_s_ = 0.0;
+  double untold_s_ = 0.0, broken_s_ = 0.0;
   int untold_ = 0;
 };
 

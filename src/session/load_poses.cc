@@ -137,7 +137,7 @@ Status SelectExcluded(const std::string& input,
 Result<LoadedPoses> LoadRecording(const std::string& input,
                                   const PosesConfig& config,
                                   const ProgressCallback& progress) {
-  const OpenRecordingOptions options{config.column, config.sweep.ambient};
+  const OpenRecordingOptions options{config.column, config.sweep.ambient, /*may_be_joined=*/true};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(input, options));
   TRUETRIAD_ASSIGN_OR_RETURN(

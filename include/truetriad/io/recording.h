@@ -17,6 +17,10 @@ struct OpenRecordingOptions {
   std::string pose_column;
   /// Read the ambient temperature too, where there is one.
   bool ambient = false;
+  /// Where the time of a single file goes back by over 20 rows, and not again within 20, another
+  /// piece of recording begins: its times are taken on from the last, and SampleSource::joints
+  /// names the place. Otherwise times that go back are an error.
+  bool may_be_joined = false;
 };
 
 /// Opens a self-describing CSV (plain or .gz) or a recording manifest (.yaml).

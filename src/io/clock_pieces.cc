@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/clock_pieces.h"
+
+#include <algorithm>
+#include <string>
+
+#include "base/messages.h"
+
+namespace truetriad {
+namespace {
+
+// Rows that are not in order go back by less, or go back again sooner; they are left for the reader
+// to refuse.
+constexpr std::int64_t kFewestRows = 20;
+
+}  // namespace
+
+// All times here as stated.
+bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
+  return *last_ns_ - stated_ns > kFewestRows * spacing_ns_ && rows_ >= kFewestRows;
+}
+
+void ClockPieces::Follow(const CsvReader& csv, std::size_t row_count) {
+  const std::int64_t* const stated_ns = csv.Times(column_);
+  shifts_ns_.assign(shift_ns_ == 0 ? 0 : row_count, shift_ns_);
+  for (std::size_t row = 0; row < row_count; ++row) {
+    const std::int64_t time_ns = stated_ns[row];
+    if (time_ns == CsvReader::kMissingTime) continue;
+    if (last_ns_ && BeginsAnew(time_ns)) {
+      const std::int64_t back_ns = *last_ns_ - time_ns;
+      shift_ns_ += back_ns + spacing_ns_;
+      shifts_ns_.resize(row, 0);
+      shifts_ns_.resize(row_count, shift_ns_);
+      rows_ = 0;
+      joints_.push_back(
+          {time_ns + shift_ns_,
+           csv.Rows()[row],
+           Format("the time goes back by %.6g s", 1e-9 * static_cast<double>(back_ns)),
+           /*is_told=*/false});
+    } else if (last_ns_ && time_ns > *last_ns_) {
+      spacing_ns_ = time_ns - *last_ns_;
+    }
+    last_ns_ = time_ns;
+    ++rows_;
+  }
+}
+
+}  // namespace truetriad

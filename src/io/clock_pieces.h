@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "io/csv_reader.h"
+#include "truetriad/data/recording_joint.h"
+
+namespace truetriad {
+
+// Follows the time column of a file that was put together from pieces, each with times of its own,
+// and takes on the times of each piece from where the one before ended.
+class ClockPieces {
+ public:
+  explicit ClockPieces(std::size_t column) : column_(column) {}
+
+  // Looks at the rows that `csv` has just read.
+  void Follow(const CsvReader& csv, std::size_t row_count);
+
+  // What is to be added to the times of those rows; empty: nothing.
+  std::span<const std::int64_t> shifts_ns() const { return shifts_ns_; }
+
+  const std::vector<RecordingJoint>& joints() const { return joints_; }
+
+ private:
+  bool BeginsAnew(std::int64_t stated_ns) const;
+
+  std::size_t column_;
+  std::int64_t shift_ns_ = 0;  // of the present piece
+  std::optional<std::int64_t> last_ns_;
+  std::int64_t rows_ = 0;  // of the present piece
+  std::int64_t spacing_ns_ = 0;
+  std::vector<std::int64_t> shifts_ns_;
+  std::vector<RecordingJoint> joints_;
+};
+
+}  // namespace truetriad
