@@ -23,7 +23,8 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
-  double jitter_ns = 0.0;             ///< RMS of stamp − time.
+  double jitter_ns = 0.0;      ///< RMS of stamp − time.
+  bool are_many_lost = false;  ///< Samples, so that their stamps may be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One a stamp, in order; empty: too few to tell.
 
   /// Stamps scatter about even times, enough to matter, and stay with them however long.
@@ -35,6 +36,9 @@ struct EvenTimes {
 
 /// `stamps_ns` never decrease.
 EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns);
+/// That of stamps that look as if many samples were lost from regular times, supposing that none
+/// is: a clock of 15.6 ms that jumps over a tick now and then, as a sensor of 20 ms makes it.
+EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns);
 
 /// Of RMS jitter, the share of the sampling interval that matters: at a tenth of it turns by hand
 /// are as good as with even stamps, at three times as much their errors double.
@@ -71,6 +75,7 @@ struct StampShare {
   double beta = 0.0, sigma = 0.0;  ///< σ 0: nothing shows it.
 
   bool StampsAreTrue() const { return sigma > 0.0 && beta - 0.5 > 2.0 * sigma; }
+  bool ReadingsAreEven() const { return sigma > 0.0 && 0.5 - beta > 2.0 * sigma; }
 };
 StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> x,
