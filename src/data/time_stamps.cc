@@ -31,7 +31,8 @@ constexpr double kTogether = 0.25;
 // By how much a sample may come later for each sample that it is behind one that is on time: keeps
 // intervals that are off by a five-hundredth from looking like lost samples, and bursts of 200.
 constexpr double kLeak = 0.002;
-// Steps over so many samples are about as long, however the samples came.
+// Steps over so many samples are about as long, however the samples came; over an eighth of all,
+// one gap is in few of them.
 constexpr std::size_t kBurstSamples = 256;
 // The level that tells lost samples follows the clocks with this share of what a sample is off.
 constexpr double kLevelGain = 1.0 / 64.0;
@@ -48,6 +49,8 @@ constexpr std::size_t kFewestBursts = 16;
 // sample waits for the one before, it grows with the root of the length, here by 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
 constexpr double kMostGrowth = 1.6;
+// A clock's ticks show in so many samples.
+constexpr std::size_t kTickSamples = 4096;
 // Of ticks: stamps this near to whole ones, ...
 constexpr double kNearTick = 0.1;
 constexpr double kShareOnTicks = 0.95;
@@ -59,8 +62,7 @@ constexpr double kLeastTick = 0.05;
 constexpr double kFarOff = 3.0;
 
 // Stamps in a line that is watched: few enough for a clock that wanders, enough to hold a burst.
-constexpr double kLineSamples = 256.0;
-constexpr double kFewestOfLine = 8.0;
+constexpr std::size_t kLineSamples = 256, kFewestOfLine = 8;
 // Where more samples than this are missing, the clock may have jumped over them instead.
 constexpr double kOftenLost = 0.03;
 // Stamps that may be off without their stream being uneven.
@@ -191,7 +193,7 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
 
 // The slow part of the points: lines at knots, straight between them.
 std::vector<Point> SlowPart(std::span<const Point> points, double last, double half_width) {
-  const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 8.0))) + 1;
+  const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
   std::vector<Point> slow(std::max<std::size_t>(knots, 2));
   const double spacing = last > 0.0 ? last / static_cast<double>(slow.size() - 1) : 1.0;
   for (std::size_t i = 0; i < slow.size(); ++i) {
@@ -266,7 +268,7 @@ bool EvenFit::Waits() const {
 
 void EvenFit::FindTick() {
   std::vector<double> steps;
-  for (std::size_t k = 1; k < stamps_.size(); ++k) {
+  for (std::size_t k = 1; k < std::min(stamps_.size(), kTickSamples); ++k) {
     if (stamps_[k] > stamps_[k - 1]) steps.push_back(Slope(stamps_, k - 1, k));
   }
   if (steps.size() < kFewestBursts) return;
@@ -423,7 +425,7 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
     return Median(std::move(slopes));
   };
   const double single = median_over(1);
-  const double several = median_over(std::min(kBurstSamples, steps));
+  const double several = median_over(std::clamp<std::size_t>(steps / 8, 1, kBurstSamples));
   return single < kTogether * several ? several : single;
 }
 
@@ -444,25 +446,22 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
   if (period_ns_ == 0.0) {
     if (stamps_ns.size() >= 2) period_ns_ = UsualSpacing(stamps_ns);
     if (!(period_ns_ > 0.0)) return stamps_ns.size() < 2;
-    first_ns_ = last_ns_ = stamps_ns.front();
+    last_ns_ = stamps_ns.front();
   }
   const double squares_before = squares_ns2_, freedom_before = freedom_;
-  const double soon = kSoon * period_ns_, late = (1.0 + kSoon) * period_ns_;
-  std::size_t soons = 0, lates = 0;
-  for (const std::int64_t stamp : stamps_ns) {
-    const auto step = static_cast<double>(stamp - last_ns_);
-    last_ns_ = stamp;
-    soons += step < soon ? 1 : 0;
-    lates += step > late ? 1 : 0;
-    if (step > late || line_.count == kLineSamples) {
-      CloseLine();
-      first_ns_ = stamp;
-    }
-    const double number = line_.count;
-    const double off = static_cast<double>(stamp - first_ns_) - period_ns_ * number;
-    line_.count += 1.0, line_.number += number, line_.numbers += number * number;
-    line_.off += off, line_.offs += off * off, line_.product += number * off;
+  const std::int64_t soon_ns = std::llround(kSoon * period_ns_);
+  const std::int64_t late_ns = std::llround((1.0 + kSoon) * period_ns_);
+  std::size_t begin = 0, soons = 0, lates = 0;
+  for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
+    const std::int64_t step_ns = stamps_ns[i] - std::exchange(last_ns_, stamps_ns[i]);
+    soons += step_ns < soon_ns ? 1 : 0;
+    if (step_ns <= late_ns) continue;
+    ++lates;
+    Extend(stamps_ns.subspan(begin, i - begin));
+    CloseLine();
+    begin = i;
   }
+  Extend(stamps_ns.subspan(begin));
   const double squares = squares_ns2_ - squares_before, freedom = freedom_ - freedom_before;
   const double most = kJitterThatMatters * period_ns_;
   const auto count = static_cast<double>(stamps_ns.size());
@@ -470,14 +469,34 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
          static_cast<double>(lates) <= 1.0 + kOftenLost * count && squares <= most * most * freedom;
 }
 
+void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
+  while (!stamps_ns.empty()) {
+    if (line_.count == 0) line_.first_ns = stamps_ns.front();
+    const std::size_t taken = std::min(kLineSamples - line_.count, stamps_ns.size());
+    // As locals they stay in registers.
+    double number = static_cast<double>(line_.count), off_sum = 0.0, offs = 0.0, product = 0.0;
+    for (const std::int64_t stamp : stamps_ns.first(taken)) {
+      const double off = static_cast<double>(stamp - line_.first_ns) - period_ns_ * number;
+      off_sum += off, offs += off * off, product += number * off;
+      number += 1.0;
+    }
+    line_.off += off_sum, line_.offs += offs, line_.product += product;
+    line_.count += taken;
+    stamps_ns = stamps_ns.subspan(taken);
+    if (line_.count == kLineSamples) CloseLine();
+  }
+}
+
 void StampWatch::CloseLine() {
   const Line line = std::exchange(line_, Line{});
   if (line.count < kFewestOfLine) return;
-  const double numbers = line.numbers - line.number * line.number / line.count;
-  const double product = line.product - line.number * line.off / line.count;
-  const double offs = line.offs - line.off * line.off / line.count;
+  const auto count = static_cast<double>(line.count);
+  // Of 0, 1, … the mean, and the sum of squares about it.
+  const double mean = 0.5 * (count - 1.0), numbers = count * (count * count - 1.0) / 12.0;
+  const double product = line.product - mean * line.off;
+  const double offs = line.offs - line.off * line.off / count;
   squares_ns2_ += std::max(0.0, offs - product * product / numbers);
-  freedom_ += line.count - 2.0;
+  freedom_ += count - 2.0;
   period_ns_ += product / numbers;
 }
 

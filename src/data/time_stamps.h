@@ -53,14 +53,18 @@ class StampWatch {
   double jitter_s() const;
 
  private:
-  /// Sums over count, sample number and stamp − period × number.
+  /// Sums over what its stamps are off, stamp − first − period × number.
   struct Line {
-    double count = 0.0, number = 0.0, numbers = 0.0, off = 0.0, offs = 0.0, product = 0.0;
+    std::size_t count = 0;
+    std::int64_t first_ns = 0;
+    double off = 0.0, offs = 0.0, product = 0.0;  // Of product: off × number.
   };
+  /// Stamps that follow on the line.
+  void Extend(std::span<const std::int64_t> stamps_ns);
   void CloseLine();
 
   double period_ns_ = 0.0;
-  std::int64_t first_ns_ = 0, last_ns_ = 0;  // Of the line.
+  std::int64_t last_ns_ = 0;
   Line line_;
   double squares_ns2_ = 0.0, freedom_ = 0.0;  // Over all lines.
 };

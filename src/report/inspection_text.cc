@@ -75,9 +75,8 @@ std::string StreamsText(const PoseSet& poses) {
                 "time stamps",
                 "gaps",
                 "longest [s]",
-                "same time",
                 "dropped rows"},
-               "llrrrlrrrr",
+               "llrrrlrrr",
                {}};
   Table values{{"stream", "", "x", "y", "z", "unit"}, "llrrrl", {}};
   const auto add = [&](const std::string& label,
@@ -103,7 +102,6 @@ std::string StreamsText(const PoseSet& poses) {
                            poses.has_time ? std::string(StampKindName(stream.stamps)) : "–",
                            std::to_string(stream.gaps),
                            Significant(stream.longest_gap_s, 3),
-                           std::to_string(stream.duplicate_times),
                            std::to_string(stream.dropped_empty)});
     add(name, "smallest reading", stream.minimum_raw, 5, unit);
     add("", "largest reading", stream.maximum_raw, 5, unit);
