@@ -20,22 +20,6 @@ constexpr std::size_t kOverlap = 512;
 // As the reader of logs hands them over: blocks that stay in the cache.
 constexpr std::size_t kSlice = 4096;
 
-std::string KindText(StampKind kind) {
-  switch (kind) {
-    case StampKind::kRegular:
-      return "are even";
-    case StampKind::kJittered:
-      return "jitter";
-    case StampKind::kInBursts:
-      return "come in bursts";
-    case StampKind::kOnTicks:
-      return "lie on the ticks of a slow clock";
-    case StampKind::kIrregular:
-      return "are irregular";
-  }
-  return "";
-}
-
 }  // namespace
 
 Result<bool> EvenSource::Next(std::vector<SampleBlock>* blocks) {
@@ -81,13 +65,17 @@ void EvenSource::SettleStream(Stream* stream) const {
   stream->even_ns.clear();
   if (!may_be_even) return;
   const HeldSamples& held = stream->held;
+  // That time goes back is said where readings are checked.
+  if (!std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return;
   EvenTimes even = FitEvenTimes(held.time_ns);
   if (even.time_ns.empty()) return;
+  const StampShare share = ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns);
+  if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven()) {
+    even = FitEvenTimesOfAll(held.time_ns);
+  }
   if (is_open) {
     stream->kind = even.kind;
-    stream->period_ns = even.period_ns;
-    stream->are_true =
-        ShareOfStamps(held.time_ns, held.x, held.y, held.z, even.period_ns).StampsAreTrue();
+    stream->are_true = share.StampsAreTrue();
     const bool is_even = how_ == TimeStamps::kRegular ||
                          (how_ == TimeStamps::kAuto && even.AreEvident() && !stream->are_true);
     stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
@@ -165,9 +153,10 @@ void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
   summary->are_stamps_even = stream.judgement == Judgement::kEven;
   if (stream.kind == StampKind::kRegular && !summary->are_stamps_even) return;
   if (!summary->are_stamps_even && stream.are_true) return;
-  const std::string what = std::string(TriadName(summary->triad)) + ": its time stamps " +
-                           KindText(stream.kind) + " (" + RoundedText(1e3 * summary->jitter_s, 3) +
-                           " ms RMS off even times at " + RoundedText(summary->rate_hz, 5) + " Hz)";
+  const std::string what = std::string(TriadName(summary->triad)) + ": its time stamps are " +
+                           std::string(StampKindName(stream.kind)) + " (" +
+                           RoundedText(1e3 * summary->jitter_s, 3) + " ms RMS off even times at " +
+                           RoundedText(summary->rate_hz, 5) + " Hz)";
   Finding finding = summary->are_stamps_even
                         ? Finding(FindingCode::kEvenTimes,
                                   what + "; its samples are taken to be evenly spaced instead")

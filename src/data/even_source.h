@@ -44,7 +44,6 @@ class EvenSource {
     bool looks_even = true;
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
-    double period_ns = 0.0;
     bool are_true = false;                   // The readings say so of the stamps.
     double squares_ns2 = 0.0, judged = 0.0;  // Of what stamps are off even times.
 

@@ -109,7 +109,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     last_ns = block.time_ns[i];
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
     if (usual_ns_ > 0.0) {
-      CountSpacing(last_ns - spacing_ns, spacing_ns);
+      if (spacing_ns > longest_usual_ns_) CountGap(last_ns - spacing_ns, spacing_ns);
       continue;
     }
     if (first_times_ns_.empty()) first_times_ns_.push_back(first_ns_);
@@ -139,17 +139,16 @@ void StreamMonitor::Excuse(const std::vector<RepeatedStretch>& repeated) {
 void StreamMonitor::CountFirst() {
   usual_ns_ = spacing_ns();
   if (!(usual_ns_ > 0.0)) return;
+  longest_usual_ns_ = static_cast<std::int64_t>(kGapSpacings * usual_ns_);
   for (std::size_t i = 1; i < first_times_ns_.size(); ++i) {
-    CountSpacing(first_times_ns_[i - 1], first_times_ns_[i] - first_times_ns_[i - 1]);
+    const std::int64_t spacing_ns = first_times_ns_[i] - first_times_ns_[i - 1];
+    if (spacing_ns > longest_usual_ns_) CountGap(first_times_ns_[i - 1], spacing_ns);
   }
 }
 
-void StreamMonitor::CountSpacing(std::int64_t from_ns, std::int64_t spacing_ns) {
-  if (static_cast<double>(spacing_ns) <= kGapSpacings * usual_ns_) {
-    ++spacings_;
-    spacings_ns_ += spacing_ns;
-    return;
-  }
+void StreamMonitor::CountGap(std::int64_t from_ns, std::int64_t spacing_ns) {
+  ++interruptions_;
+  interruptions_ns_ += spacing_ns;
   if (IsExcludedBetween(from_ns, from_ns + spacing_ns)) return;
   ++gaps_;
   if (spacing_ns <= longest_gap_ns_) return;
@@ -193,9 +192,10 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   summary.duplicate_times = duplicate_times_;
   StreamMonitor all = *this;
   if (usual_ns_ == 0.0) all.CountFirst();  // A short stream.
-  if (all.spacings_ns_ > 0) {
-    summary.rate_hz =
-        1e9 * static_cast<double>(all.spacings_) / static_cast<double>(all.spacings_ns_);
+  const std::int64_t without_gaps_ns = last_ns_ - first_ns_ - all.interruptions_ns_;
+  if (without_gaps_ns > 0) {
+    summary.rate_hz = 1e9 * static_cast<double>(samples_ - 1 - all.interruptions_) /
+                      static_cast<double>(without_gaps_ns);
   }
   summary.gaps = all.gaps_;
   summary.longest_gap_s = static_cast<double>(all.longest_gap_ns_) * 1e-9;

@@ -50,7 +50,7 @@ class StreamMonitor {
 
  private:
   void CountFirst();
-  void CountSpacing(std::int64_t from_ns, std::int64_t spacing_ns);
+  void CountGap(std::int64_t from_ns, std::int64_t spacing_ns);
   bool IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const;
   Status CheckFinite(const SampleBlock& block) const;
 
@@ -60,9 +60,10 @@ class StreamMonitor {
   std::size_t excused_ = 0;
   std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
   std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0, longest_gap_from_ns_ = 0;
-  std::int64_t spacings_ = 0, spacings_ns_ = 0;  // Without the gaps.
+  std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and what is excluded.
   std::vector<std::int64_t> first_times_ns_;
   double usual_ns_ = 0.0;  // Known once there are enough of those.
+  std::int64_t longest_usual_ns_ = 0;
   Eigen::Vector3d last_raw_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);

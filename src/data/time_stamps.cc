@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "math/distributions.h"
@@ -13,9 +14,13 @@ namespace {
 
 // Fewer stamps show no kind.
 constexpr std::size_t kFewestStamps = 64;
-// Samples over which the usual interval is measured: noise of a stamp counts a hundredth, and most
-// such stretches have no lost sample unless one in 180 is.
-constexpr std::size_t kSlopeSamples = 128;
+// The interval is told by the steps of which most are near the usual one: two steps in one are not.
+constexpr double kNearUsual = 0.55;
+constexpr double kShareOfUsual = 0.7;
+// Else it is measured over as few samples as tell it to a hundredth, since most such stretches have
+// then no lost sample, and over no more than this.
+constexpr double kSlopeScatter = 0.01;
+constexpr std::size_t kSlopeSamples = 256;
 // A sample that is followed so soon waited for the next; the last one that waited came straight
 // from the sensor.
 constexpr double kSoon = 0.5;
@@ -26,7 +31,8 @@ constexpr double kTogether = 0.25;
 // By how much a sample may come later for each sample that it is behind one that is on time: keeps
 // intervals that are off by a five-hundredth from looking like lost samples, and bursts of 200.
 constexpr double kLeak = 0.002;
-// Steps over so many samples are about as long, however the samples came.
+// Steps over so many samples are about as long, however the samples came; over an eighth of all,
+// one gap is in few of them.
 constexpr std::size_t kBurstSamples = 256;
 // The level that tells lost samples follows the clocks with this share of what a sample is off.
 constexpr double kLevelGain = 1.0 / 64.0;
@@ -43,19 +49,24 @@ constexpr std::size_t kFewestBursts = 16;
 // sample waits for the one before, it grows with the root of the length, here by 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
 constexpr double kMostGrowth = 1.6;
+// A clock's ticks show in so many samples.
+constexpr std::size_t kTickSamples = 4096;
 // Of ticks: stamps this near to whole ones, ...
 constexpr double kNearTick = 0.1;
 constexpr double kShareOnTicks = 0.95;
-// ... and jitter no more than the rounding's 0.29 of one.
-constexpr double kMostOfTick = 0.35;
+// ... and jitter about the rounding's 0.29 of one; ...
+constexpr double kLeastOfTick = 0.15, kMostOfTick = 0.35;
+// ... one that is shorter than this share of the interval does not matter.
+constexpr double kLeastTick = 0.05;
 // Stamps further off than so many RMS (of the nearer half) do not pull the line.
 constexpr double kFarOff = 3.0;
 
 // Stamps in a line that is watched: few enough for a clock that wanders, enough to hold a burst.
-constexpr double kLineSamples = 256.0;
-constexpr double kFewestOfLine = 8.0;
-// Of samples that pass as even, those that may wait for the next: a hiccup of the logger.
-constexpr double kMostSoon = 0.01;
+constexpr std::size_t kLineSamples = 256, kFewestOfLine = 8;
+// Where more samples than this are missing, the clock may have jumped over them instead.
+constexpr double kOftenLost = 0.03;
+// Stamps that may be off without their stream being uneven.
+constexpr double kHiccups = 0.01;
 
 double Slope(std::span<const std::int64_t> stamps, std::size_t from, std::size_t to) {
   return static_cast<double>(stamps[to] - stamps[from]) / static_cast<double>(to - from);
@@ -73,28 +84,37 @@ std::vector<std::size_t> OnTime(std::span<const std::int64_t> stamps, double per
   return places;
 }
 
-// The usual interval: stretches with a gap or a lost sample are the fewer.
-double UsualPeriod(std::span<const std::int64_t> stamps) {
-  const double usual = UsualSpacing(stamps);
+// The mean of the steps that are about the usual one, where most are: tells the interval however
+// many samples are lost, unless jitter hides it.
+std::optional<double> PeriodOfSteps(std::span<const std::int64_t> stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
     const double step = Slope(stamps, k - 1, k);
-    if (std::abs(step - usual) > 0.25 * usual) continue;
+    if (std::abs(step - usual) > kNearUsual * usual) continue;
     ++near, sum += step;
   }
-  // Single steps tell it whatever is lost, unless jitter hides them.
-  if (near >= 0.6 * static_cast<double>(stamps.size())) return sum / near;
+  if (near < kShareOfUsual * static_cast<double>(stamps.size())) return std::nullopt;
+  return sum / near;
+}
+
+// The median over as many samples as tell it.
+double PeriodOfStretches(std::span<const std::int64_t> stamps, double usual) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
-  const auto apart =
-      static_cast<std::size_t>(std::clamp(std::round(static_cast<double>(kSlopeSamples) / run),
-                                          2.0,
-                                          std::max(2.0, static_cast<double>(places.size()) / 4.0)));
-  std::vector<double> slopes;
-  for (std::size_t i = apart; i < places.size(); ++i) {
-    slopes.push_back(Slope(stamps, places[i - apart], places[i]));
+  const auto widest = static_cast<std::size_t>(static_cast<double>(kSlopeSamples) / run);
+  double median = usual;
+  for (std::size_t apart = 1; apart <= widest && 4 * apart <= places.size(); apart *= 2) {
+    std::vector<double> slopes;
+    for (std::size_t i = apart; i < places.size(); ++i) {
+      slopes.push_back(Slope(stamps, places[i - apart], places[i]));
+    }
+    median = Median(slopes);
+    const auto near = std::count_if(slopes.begin(), slopes.end(), [median](double slope) {
+      return std::abs(slope - median) < kSlopeScatter * median;
+    });
+    if (static_cast<double>(near) > kShareOfUsual * static_cast<double>(slopes.size())) break;
   }
-  return slopes.empty() ? usual : Median(std::move(slopes));
+  return median;
 }
 
 // Samples in a row that one count goes through.
@@ -107,15 +127,28 @@ struct Numbers {
   std::vector<Piece> pieces;
 };
 
+// stamp − period × number, in periods. Single stamps that are early, a hiccup, are as their
+// neighbours.
+std::vector<double> OffsOf(std::span<const std::int64_t> stamps, double period) {
+  std::vector<double> offs;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    offs.push_back(static_cast<double>(stamps[i] - stamps[0]) / period - static_cast<double>(i));
+  }
+  std::vector<std::size_t> early;
+  for (std::size_t i = 1; i + 1 < offs.size(); ++i) {
+    if (std::min(offs[i - 1], offs[i + 1]) - offs[i] > 0.5) early.push_back(i);
+  }
+  if (static_cast<double>(early.size()) > kHiccups * static_cast<double>(offs.size())) return offs;
+  for (const std::size_t i : early) offs[i] = std::min(offs[i - 1], offs[i + 1]);
+  return offs;
+}
+
 // Counts the samples. A lost one is a step of a period in stamp − period × number that stays: the
 // least of what is to come tells it from a sample that is late.
 Numbers Count(std::span<const std::int64_t> stamps, double period, double tick) {
   const std::size_t count = stamps.size();
-  std::vector<double> least(count);  // In periods.
-  for (std::size_t i = count; i-- > 0;) {
-    const double off = static_cast<double>(stamps[i] - stamps[0]) / period - static_cast<double>(i);
-    least[i] = i + 1 < count ? std::min(off, least[i + 1] + kLeak) : off;
-  }
+  std::vector<double> least = OffsOf(stamps, period);
+  for (std::size_t i = count - 1; i-- > 0;) least[i] = std::min(least[i], least[i + 1] + kLeak);
   const double least_step = std::max(0.5, tick / period + 0.5);
   Numbers counted;
   counted.number.resize(count);
@@ -160,7 +193,7 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
 
 // The slow part of the points: lines at knots, straight between them.
 std::vector<Point> SlowPart(std::span<const Point> points, double last, double half_width) {
-  const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 8.0))) + 1;
+  const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
   std::vector<Point> slow(std::max<std::size_t>(knots, 2));
   const double spacing = last > 0.0 ? last / static_cast<double>(slow.size() - 1) : 1.0;
   for (std::size_t i = 0; i < slow.size(); ++i) {
@@ -203,9 +236,7 @@ double RmsAbout(std::span<const Point> slow, std::span<const Point> points) {
 // One attempt to make even times.
 class EvenFit {
  public:
-  explicit EvenFit(std::span<const std::int64_t> stamps) : stamps_(stamps) {
-    period_ = UsualPeriod(stamps);
-  }
+  EvenFit(std::span<const std::int64_t> stamps, double period) : stamps_(stamps), period_(period) {}
 
   EvenTimes Run();
 
@@ -216,7 +247,8 @@ class EvenFit {
   void Fit(EvenTimes* even);
   void FitPieces(EvenTimes* even);
   bool ErrorsAddUp() const;
-  StampKind KindOf(double jitter_ns) const;
+  double UsualJitter(const EvenTimes& even) const;
+  StampKind KindOf(const EvenTimes& even) const;
 
   std::span<const std::int64_t> stamps_;
   double period_ = 0.0;
@@ -236,14 +268,18 @@ bool EvenFit::Waits() const {
 
 void EvenFit::FindTick() {
   std::vector<double> steps;
-  for (std::size_t k = 1; k < stamps_.size(); ++k) {
+  for (std::size_t k = 1; k < std::min(stamps_.size(), kTickSamples); ++k) {
     if (stamps_[k] > stamps_[k - 1]) steps.push_back(Slope(stamps_, k - 1, k));
   }
   if (steps.size() < kFewestBursts) return;
-  // The smallest but for a few.
-  const auto low = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 100);
-  std::nth_element(steps.begin(), low, steps.end());
-  const double tick = *low;
+  // The smallest step, or difference of two, but for a few.
+  std::sort(steps.begin(), steps.end());
+  const std::size_t few = steps.size() / 100;
+  double tick = steps[few];
+  for (std::size_t i = few + 1; i + few < steps.size(); ++i) {
+    const double difference = steps[i] - steps[i - 1];
+    if (difference > kLeastTick * period_) tick = std::min(tick, difference);
+  }
   const auto on_ticks = std::count_if(steps.begin(), steps.end(), [tick](double step) {
     return std::abs(step / tick - std::round(step / tick)) < kNearTick;
   });
@@ -308,10 +344,26 @@ bool EvenFit::ErrorsAddUp() const {
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
 }
 
-StampKind EvenFit::KindOf(double jitter_ns) const {
-  if (jitter_ns < kJitterThatMatters * period_) return StampKind::kRegular;
-  if (ErrorsAddUp()) return StampKind::kIrregular;
+// RMS of all but the few stamps that are furthest off: hiccups of a logger.
+double EvenFit::UsualJitter(const EvenTimes& even) const {
+  std::vector<double> squares;
+  for (std::size_t k = 0; k < stamps_.size(); ++k) {
+    squares.push_back(std::pow(static_cast<double>(stamps_[k] - even.time_ns[k]), 2));
+  }
+  const auto kept =
+      static_cast<std::size_t>((1.0 - kHiccups) * static_cast<double>(stamps_.size()));
+  std::nth_element(
+      squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(kept), squares.end());
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kept; ++k) sum += squares[k];
+  return std::sqrt(sum / static_cast<double>(kept));
+}
+
+StampKind EvenFit::KindOf(const EvenTimes& even) const {
+  if (UsualJitter(even) < kJitterThatMatters * period_) return StampKind::kRegular;
+  // Where the interval is nearly a whole number of ticks, rounding errors go slowly up and down.
   if (tick_ > 0.0) return StampKind::kOnTicks;
+  if (ErrorsAddUp()) return StampKind::kIrregular;
   return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
 }
 
@@ -327,7 +379,8 @@ EvenTimes EvenFit::Run() {
   if (!(period_ > 0.0)) return even;
   FindTick();
   Fit(&even);
-  const bool is_tick = tick_ > 0.0 && even.jitter_ns < kMostOfTick * tick_;
+  const bool is_tick =
+      tick_ > 0.0 && even.jitter_ns > kLeastOfTick * tick_ && even.jitter_ns < kMostOfTick * tick_;
   if (!is_tick && (tick_ > 0.0 || Waits())) {
     tick_ = 0.0;
     in_bursts_ = Waits();
@@ -337,11 +390,32 @@ EvenTimes EvenFit::Run() {
     }
     Fit(&even);
   }
-  even.kind = KindOf(even.jitter_ns);
+  even.kind = KindOf(even);
+  double lost = 0.0;
+  for (const Piece& piece : counted_.pieces) {
+    lost += counted_.number[piece.end - 1] + 1.0 - static_cast<double>(piece.end - piece.begin);
+  }
+  even.are_many_lost = lost > kOftenLost * static_cast<double>(stamps_.size());
   return even;
 }
 
 }  // namespace
+
+std::string_view StampKindName(StampKind kind) {
+  switch (kind) {
+    case StampKind::kRegular:
+      return "regular";
+    case StampKind::kJittered:
+      return "jittered";
+    case StampKind::kInBursts:
+      return "in bursts";
+    case StampKind::kOnTicks:
+      return "on ticks";
+    case StampKind::kIrregular:
+      return "irregular";
+  }
+  return "";
+}
 
 double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   const std::size_t steps = stamps_ns.size() - 1;
@@ -351,13 +425,20 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
     return Median(std::move(slopes));
   };
   const double single = median_over(1);
-  const double several = median_over(std::min(kBurstSamples, steps));
+  const double several = median_over(std::clamp<std::size_t>(steps / 8, 1, kBurstSamples));
   return single < kTogether * several ? several : single;
 }
 
 EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns) {
   if (stamps_ns.size() < kFewestStamps) return {};
-  return EvenFit(stamps_ns).Run();
+  const double usual = UsualSpacing(stamps_ns);
+  const std::optional<double> period = PeriodOfSteps(stamps_ns, usual);
+  return EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual)).Run();
+}
+
+EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns) {
+  if (stamps_ns.size() < kFewestStamps) return {};
+  return EvenFit(stamps_ns, PeriodOfStretches(stamps_ns, UsualSpacing(stamps_ns))).Run();
 }
 
 bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
@@ -365,38 +446,57 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
   if (period_ns_ == 0.0) {
     if (stamps_ns.size() >= 2) period_ns_ = UsualSpacing(stamps_ns);
     if (!(period_ns_ > 0.0)) return stamps_ns.size() < 2;
-    first_ns_ = last_ns_ = stamps_ns.front();
+    last_ns_ = stamps_ns.front();
   }
   const double squares_before = squares_ns2_, freedom_before = freedom_;
-  const double soon = kSoon * period_ns_, late = (1.0 + kSoon) * period_ns_;
-  std::size_t soons = 0;
-  for (const std::int64_t stamp : stamps_ns) {
-    const auto step = static_cast<double>(stamp - last_ns_);
-    last_ns_ = stamp;
-    soons += step < soon ? 1 : 0;
-    if (step > late || line_.count == kLineSamples) {
-      CloseLine();
-      first_ns_ = stamp;
-    }
-    const double number = line_.count;
-    const double off = static_cast<double>(stamp - first_ns_) - period_ns_ * number;
-    line_.count += 1.0, line_.number += number, line_.numbers += number * number;
-    line_.off += off, line_.offs += off * off, line_.product += number * off;
+  const std::int64_t soon_ns = std::llround(kSoon * period_ns_);
+  const std::int64_t late_ns = std::llround((1.0 + kSoon) * period_ns_);
+  std::size_t begin = 0, soons = 0, lates = 0;
+  for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
+    const std::int64_t step_ns = stamps_ns[i] - std::exchange(last_ns_, stamps_ns[i]);
+    soons += step_ns < soon_ns ? 1 : 0;
+    if (step_ns <= late_ns) continue;
+    ++lates;
+    Extend(stamps_ns.subspan(begin, i - begin));
+    CloseLine();
+    begin = i;
   }
+  Extend(stamps_ns.subspan(begin));
   const double squares = squares_ns2_ - squares_before, freedom = freedom_ - freedom_before;
   const double most = kJitterThatMatters * period_ns_;
-  return static_cast<double>(soons) <= 1.0 + kMostSoon * static_cast<double>(stamps_ns.size()) &&
-         squares <= most * most * freedom;
+  const auto count = static_cast<double>(stamps_ns.size());
+  return static_cast<double>(soons) <= 1.0 + kHiccups * count &&
+         static_cast<double>(lates) <= 1.0 + kOftenLost * count && squares <= most * most * freedom;
+}
+
+void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
+  while (!stamps_ns.empty()) {
+    if (line_.count == 0) line_.first_ns = stamps_ns.front();
+    const std::size_t taken = std::min(kLineSamples - line_.count, stamps_ns.size());
+    // As locals they stay in registers.
+    double number = static_cast<double>(line_.count), off_sum = 0.0, offs = 0.0, product = 0.0;
+    for (const std::int64_t stamp : stamps_ns.first(taken)) {
+      const double off = static_cast<double>(stamp - line_.first_ns) - period_ns_ * number;
+      off_sum += off, offs += off * off, product += number * off;
+      number += 1.0;
+    }
+    line_.off += off_sum, line_.offs += offs, line_.product += product;
+    line_.count += taken;
+    stamps_ns = stamps_ns.subspan(taken);
+    if (line_.count == kLineSamples) CloseLine();
+  }
 }
 
 void StampWatch::CloseLine() {
   const Line line = std::exchange(line_, Line{});
   if (line.count < kFewestOfLine) return;
-  const double numbers = line.numbers - line.number * line.number / line.count;
-  const double product = line.product - line.number * line.off / line.count;
-  const double offs = line.offs - line.off * line.off / line.count;
+  const auto count = static_cast<double>(line.count);
+  // Of 0, 1, … the mean, and the sum of squares about it.
+  const double mean = 0.5 * (count - 1.0), numbers = count * (count * count - 1.0) / 12.0;
+  const double product = line.product - mean * line.off;
+  const double offs = line.offs - line.off * line.off / count;
   squares_ns2_ += std::max(0.0, offs - product * product / numbers);
-  freedom_ += line.count - 2.0;
+  freedom_ += count - 2.0;
   period_ns_ += product / numbers;
 }
 

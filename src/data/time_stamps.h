@@ -23,7 +23,8 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
-  double jitter_ns = 0.0;             ///< RMS of stamp − time.
+  double jitter_ns = 0.0;      ///< RMS of stamp − time.
+  bool are_many_lost = false;  ///< Samples, so that their stamps may be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One a stamp, in order; empty: too few to tell.
 
   /// Stamps scatter about even times, enough to matter, and stay with them however long.
@@ -35,6 +36,9 @@ struct EvenTimes {
 
 /// `stamps_ns` never decrease.
 EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns);
+/// That of stamps that look as if many samples were lost from regular times, supposing that none
+/// is: a clock of 15.6 ms that jumps over a tick now and then, as a sensor of 20 ms makes it.
+EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns);
 
 /// Of RMS jitter, the share of the sampling interval that matters: at a tenth of it turns by hand
 /// are as good as with even stamps, at three times as much their errors double.
@@ -49,14 +53,18 @@ class StampWatch {
   double jitter_s() const;
 
  private:
-  /// Sums over count, sample number and stamp − period × number.
+  /// Sums over what its stamps are off, stamp − first − period × number.
   struct Line {
-    double count = 0.0, number = 0.0, numbers = 0.0, off = 0.0, offs = 0.0, product = 0.0;
+    std::size_t count = 0;
+    std::int64_t first_ns = 0;
+    double off = 0.0, offs = 0.0, product = 0.0;  // Of product: off × number.
   };
+  /// Stamps that follow on the line.
+  void Extend(std::span<const std::int64_t> stamps_ns);
   void CloseLine();
 
   double period_ns_ = 0.0;
-  std::int64_t first_ns_ = 0, last_ns_ = 0;  // Of the line.
+  std::int64_t last_ns_ = 0;
   Line line_;
   double squares_ns2_ = 0.0, freedom_ = 0.0;  // Over all lines.
 };
@@ -71,6 +79,7 @@ struct StampShare {
   double beta = 0.0, sigma = 0.0;  ///< σ 0: nothing shows it.
 
   bool StampsAreTrue() const { return sigma > 0.0 && beta - 0.5 > 2.0 * sigma; }
+  bool ReadingsAreEven() const { return sigma > 0.0 && 0.5 - beta > 2.0 * sigma; }
 };
 StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> x,

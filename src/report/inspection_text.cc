@@ -71,11 +71,12 @@ std::string StreamsText(const PoseSet& poses) {
                 "unit",
                 "samples",
                 "rate [Hz]",
+                "jitter [ms]",
+                "time stamps",
                 "gaps",
                 "longest [s]",
-                "same time",
                 "dropped rows"},
-               "llrrrrrr",
+               "llrrrlrrr",
                {}};
   Table values{{"stream", "", "x", "y", "z", "unit"}, "llrrrl", {}};
   const auto add = [&](const std::string& label,
@@ -96,10 +97,11 @@ std::string StreamsText(const PoseSet& poses) {
     counts.rows.push_back({name,
                            unit,
                            std::to_string(stream.samples),
-                           stream.rate_hz > 0.0 ? Significant(stream.rate_hz, 5) : "no time",
+                           poses.has_time ? Significant(stream.rate_hz, 6) : "no time",
+                           poses.has_time ? Significant(1e3 * stream.jitter_s, 2) : "–",
+                           poses.has_time ? std::string(StampKindName(stream.stamps)) : "–",
                            std::to_string(stream.gaps),
                            Significant(stream.longest_gap_s, 3),
-                           std::to_string(stream.duplicate_times),
                            std::to_string(stream.dropped_empty)});
     add(name, "smallest reading", stream.minimum_raw, 5, unit);
     add("", "largest reading", stream.maximum_raw, 5, unit);

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "truetriad/base/units.h"
@@ -19,6 +20,8 @@ namespace {
 constexpr Triad kA = Triad::kAccelerometer, kG = Triad::kGyroscope, kM = Triad::kMagnetometer;
 const std::vector<Triad> kEach = {kA, kG, kM};
 const std::vector<Regime> kTurning = {Regime::kHand, Regime::kMotion};
+const std::vector<Regime> kStamped = {
+    Regime::kHand, Regime::kMotion, Regime::kAccelerometer, Regime::kFaces, Regime::kRates};
 const std::vector<Regime> kResting = {
     Regime::kHand, Regime::kAccelerometer, Regime::kFaces, Regime::kAttitudes};
 
@@ -176,6 +179,33 @@ void Ticks(const Strike& strike, Recording* recording) {
   const std::int64_t tick = Nanoseconds(strike.severity);
   Each(recording, [&](std::vector<Sample>* samples) {
     for (Sample& sample : *samples) sample.time_ns = sample.time_ns / tick * tick;
+  });
+}
+
+// A logger that asks the sensor when it gets to it, and notes when that was: the stamps are true.
+// Severity: share of the spacing.
+constexpr int kFiner = 20;
+void SampledFinely(const Strike&, Scenario* scenario) {
+  for (std::optional<SimulatedTriad>& sensor : scenario->sensors) {
+    if (!sensor) continue;
+    sensor->sampling.rate_hz *= kFiner;
+    sensor->noise.density /= std::sqrt(kFiner);  // The noise of a sample stays.
+  }
+}
+void PickUnevenly(const Strike& strike, Recording* recording) {
+  // Late by itself, or, where each wait begins when the last one is over, later and later.
+  const bool adds_up = strike.random->Uniform() < 0.5;
+  Each(recording, [&](std::vector<Sample>* samples) {
+    std::vector<Sample> picked;
+    double due = 0.0;
+    for (std::size_t next = 0; next < samples->size();) {
+      picked.push_back((*samples)[next]);
+      const double late = kFiner * strike.severity * std::abs(strike.random->Normal());
+      due += kFiner + (adds_up ? late : 0.0);
+      const double at = std::round(due + (adds_up ? 0.0 : late));
+      next = std::max(next + 1, static_cast<std::size_t>(at));
+    }
+    *samples = std::move(picked);
   });
 }
 
@@ -642,9 +672,10 @@ std::vector<Fault> FaultsOfLogs() {
        kEither,
        nullptr,
        LostPeriodically},
-      {"jitter", 0.03, 2, {}, kTurning, kEither, nullptr, Jitter},
-      {"bursts", 2, 32, {}, kTurning, kEither, nullptr, Bursts},
-      {"ticks", 1e-3, 0.05, {}, kTurning, kEither, nullptr, Ticks},
+      {"jitter", 0.01, 2, {}, kStamped, kEither, nullptr, Jitter},
+      {"bursts", 2, 64, {}, kStamped, kEither, nullptr, Bursts},
+      {"ticks", 1e-3, 0.1, {}, kStamped, kEither, nullptr, Ticks},
+      {"sampled unevenly", 0.01, 2, {}, kTurning, kEither, SampledFinely, PickUnevenly},
       {"clock offset", 1e-3, 2, {kG, kM}, kTurning, kEither, nullptr, ClockOffset},
       {"clock rate", 1e-5, 1e-2, {kA, kM}, kTurning, kEither, nullptr, ClockRate},
       {"gyroscope clock rate", 1e-5, 1e-2, {kG}, kTurning, kUnseen, nullptr, ClockRate},

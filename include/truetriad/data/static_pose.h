@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -110,6 +111,9 @@ enum class StampKind {
   kOnTicks,    ///< Rounded to a clock that ticks more slowly than the sensor.
   kIrregular,  ///< Not about even times.
 };
+
+/// "regular", "jittered", "in bursts", "on ticks", "irregular".
+std::string_view StampKindName(StampKind kind);
 
 /// How one triad's readings behave over the whole recording.
 struct StreamSummary {

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/time_stamps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace truetriad {
+namespace {
+
+constexpr std::int64_t kPeriodNs = 10'000'000;
+constexpr std::size_t kSamples = 6000;  // A minute at 100 Hz.
+
+std::vector<std::int64_t> Even(std::size_t count = kSamples) {
+  std::vector<std::int64_t> times;
+  for (std::size_t i = 0; i < count; ++i) {
+    times.push_back(1'000'000'000 + static_cast<std::int64_t>(i) * kPeriodNs);
+  }
+  return times;
+}
+
+// A scheduler that is 5 ms early, in time or 5 ms late.
+std::vector<std::int64_t> Jittered(const std::vector<std::int64_t>& times) {
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::int64_t> late(-1, 1);
+  std::vector<std::int64_t> stamps;
+  for (const std::int64_t time_ns : times) {
+    const std::int64_t stamp = time_ns + late(random) * 5'000'000;
+    stamps.push_back(stamps.empty() ? stamp : std::max(stamp, stamps.back()));
+  }
+  return stamps;
+}
+const double kJitterNs = 5e6 * std::sqrt(2.0 / 3.0);
+
+// A host that asks for samples each time that `burst` of them wait.
+std::vector<std::int64_t> InBursts(const std::vector<std::int64_t>& times, std::size_t burst) {
+  std::vector<std::int64_t> stamps;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const std::size_t last = std::min(i - i % burst + burst, times.size()) - 1;
+    stamps.push_back(times[last] + 20'000 * static_cast<std::int64_t>(i % burst));
+  }
+  return stamps;
+}
+
+std::vector<double> ErrorsNs(const EvenTimes& even, const std::vector<std::int64_t>& times) {
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    errors.push_back(static_cast<double>(even.time_ns[i] - times[i]));
+  }
+  return errors;
+}
+
+double Rms(const std::vector<double>& errors) {
+  double squares = 0.0;
+  for (const double error : errors) squares += error * error;
+  return std::sqrt(squares / static_cast<double>(errors.size()));
+}
+
+double Spread(const std::vector<double>& errors) {
+  const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
+  return *high - *low;
+}
+
+TEST(EvenTimes, AreTheStampsOfARegularClock) {
+  const EvenTimes even = FitEvenTimes(Even());
+  EXPECT_EQ(even.kind, StampKind::kRegular);
+  EXPECT_FALSE(even.AreEvident());
+  EXPECT_NEAR(even.period_ns, kPeriodNs, 1e-6);
+  EXPECT_EQ(even.time_ns, Even());
+}
+
+// Lines through some 700 samples (biweight) leave a twenty-fifth of the jitter, four times as much
+// at the ends.
+TEST(EvenTimes, AreFreeOfAJitteringScheduler) {
+  const EvenTimes even = FitEvenTimes(Jittered(Even()));
+  EXPECT_EQ(even.kind, StampKind::kJittered);
+  EXPECT_TRUE(even.AreEvident());
+  EXPECT_NEAR(even.jitter_ns, kJitterNs, 0.1 * kJitterNs);
+  EXPECT_LT(Rms(ErrorsNs(even, Even())), kJitterNs / 10.0);
+}
+
+// The last sample of a burst is in time but for the 20 us that each takes.
+TEST(EvenTimes, OfBurstsAreThoseOfTheSamplesThatDidNotWait) {
+  for (const std::size_t burst : {2, 8, 32, 64}) {
+    const EvenTimes even = FitEvenTimes(InBursts(Even(), burst));
+    EXPECT_EQ(even.kind, StampKind::kInBursts) << burst;
+    EXPECT_LT(Rms(ErrorsNs(even, Even())), 20'000.0 * static_cast<double>(burst)) << burst;
+  }
+}
+
+// A clock that is rounded is off by a constant, which nothing shows.
+TEST(EvenTimes, OfTicksAreEvenWithinThem) {
+  for (const std::int64_t tick : {3, 7, 14, 50, 100}) {
+    std::vector<std::int64_t> stamps = Even();
+    for (std::int64_t& stamp : stamps) stamp = stamp / (tick * 1'000'000) * (tick * 1'000'000);
+    const EvenTimes even = FitEvenTimes(stamps);
+    EXPECT_EQ(even.kind, StampKind::kOnTicks) << tick;
+    EXPECT_LT(Spread(ErrorsNs(even, Even())), 0.5 * kPeriodNs) << tick;
+  }
+}
+
+TEST(EvenTimes, KeepASampleThatWasLostAmongJitter) {
+  std::vector<std::int64_t> times = Even();
+  for (const std::size_t lost : {4200, 3001, 3000, 900}) {
+    times.erase(times.begin() + static_cast<std::ptrdiff_t>(lost));
+  }
+  const EvenTimes even = FitEvenTimes(Jittered(times));
+  EXPECT_EQ(even.kind, StampKind::kJittered);
+  EXPECT_LT(Rms(ErrorsNs(even, times)), kJitterNs / 10.0);
+}
+
+// Of bursts it is not known which of a burst's samples it was.
+TEST(EvenTimes, KeepASampleThatWasLostInABurst) {
+  std::vector<std::int64_t> times = Even();
+  std::vector<std::int64_t> stamps = InBursts(times, 4);
+  for (std::size_t lost = 5900; lost > 100; lost -= 67) {
+    times.erase(times.begin() + static_cast<std::ptrdiff_t>(lost));
+    stamps.erase(stamps.begin() + static_cast<std::ptrdiff_t>(lost));
+  }
+  const EvenTimes even = FitEvenTimes(stamps);
+  EXPECT_EQ(even.kind, StampKind::kInBursts);
+  EXPECT_NEAR(even.period_ns, kPeriodNs, 1e-3 * kPeriodNs);
+  EXPECT_LT(Rms(ErrorsNs(even, times)), 0.25 * kPeriodNs);
+}
+
+TEST(EvenTimes, BeginAnewAfterAGap) {
+  std::vector<std::int64_t> times = Even();
+  for (std::size_t i = 2000; i < times.size(); ++i) times[i] += 12'345'678'901;
+  const EvenTimes even = FitEvenTimes(Jittered(times));
+  EXPECT_EQ(even.kind, StampKind::kJittered);
+  EXPECT_LT(Rms(ErrorsNs(even, times)), kJitterNs / 10.0);
+}
+
+// A sensor that warms up: its rate changes by a thousandth in a minute, 30 ms in all.
+TEST(EvenTimes, FollowClocksThatDrift) {
+  std::vector<std::int64_t> times = Even();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(times.size());
+    times[i] += std::llround(0.5 * 1e-3 * share * share * 60e9);
+  }
+  const EvenTimes even = FitEvenTimes(Jittered(times));
+  EXPECT_EQ(even.kind, StampKind::kJittered);
+  EXPECT_LT(Rms(ErrorsNs(even, times)), kJitterNs / 10.0);
+}
+
+// Each sample waits for the one before.
+TEST(EvenTimes, AreNotEvidentWhereDelaysAddUp) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> late(0.0, 0.5);
+  std::vector<std::int64_t> stamps = {0};
+  for (std::size_t i = 1; i < kSamples; ++i) {
+    stamps.push_back(stamps.back() + std::llround(kPeriodNs * (1.0 + late(random))));
+  }
+  const EvenTimes even = FitEvenTimes(stamps);
+  EXPECT_EQ(even.kind, StampKind::kIrregular);
+  EXPECT_FALSE(even.AreEvident());
+}
+
+TEST(EvenTimes, AreNotMadeOfAFewStamps) { EXPECT_TRUE(FitEvenTimes(Even(20)).time_ns.empty()); }
+
+TEST(StampWatch, PassesRegularStampsAndLostSamplesAndNoOthers) {
+  const auto passes = [](const std::vector<std::int64_t>& stamps) {
+    return StampWatch().AreEven(stamps);
+  };
+  EXPECT_TRUE(passes(Even()));
+  std::vector<std::int64_t> times = Even();
+  std::mt19937 random(1);
+  std::erase_if(times, [&](std::int64_t) { return random() % 50 == 0; });
+  EXPECT_TRUE(passes(times));
+  EXPECT_FALSE(passes(Jittered(Even())));
+  EXPECT_FALSE(passes(InBursts(Even(), 2)));
+  EXPECT_FALSE(passes(std::vector<std::int64_t>(100, 7)));
+}
+
+// Readings of a turn to and fro, once a second.
+StampShare ShareOf(const std::vector<std::int64_t>& stamps,
+                   const std::vector<std::int64_t>& times,
+                   double amplitude) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise;
+  std::array<std::vector<double>, 3> axes;
+  for (const std::int64_t time_ns : times) {
+    const double turned =
+        amplitude * std::sin(2e-9 * std::numbers::pi * static_cast<double>(time_ns));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      axes[axis].push_back(turned * static_cast<double>(axis) + noise(random));
+    }
+  }
+  return ShareOfStamps(stamps, axes[0], axes[1], axes[2], kPeriodNs);
+}
+
+TEST(StampShare, IsOneWhereReadingsWereTakenWhenStamped) {
+  const StampShare share = ShareOf(Jittered(Even()), Jittered(Even()), 100.0);
+  EXPECT_NEAR(share.beta, 1.0, 4.0 * share.sigma);
+  EXPECT_TRUE(share.StampsAreTrue());
+}
+
+TEST(StampShare, IsZeroWhereReadingsWereTakenEvenly) {
+  const StampShare share = ShareOf(Jittered(Even()), Even(), 100.0);
+  EXPECT_NEAR(share.beta, 0.0, 4.0 * share.sigma);
+  EXPECT_LT(share.sigma, 0.1);
+  EXPECT_FALSE(share.StampsAreTrue());
+}
+
+TEST(StampShare, IsNotKnownAtRest) {
+  EXPECT_FALSE(ShareOf(Jittered(Even()), Jittered(Even()), 0.0).StampsAreTrue());
+}
+
+}  // namespace
+}  // namespace truetriad
