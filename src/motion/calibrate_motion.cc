@@ -249,17 +249,18 @@ void StateFit(const PoseSet& poses, const MotionRun& run, Quality* quality) {
 
 double DegreesOfFreedom(const MotionRun& run) {
   double rows = static_cast<double>(run.graph.priors.size()) - run.graph.layout.free_size();
-  const SharedLayout& layout = run.graph.layout;
-  const bool tells_heading = layout.Has(Triad::kMagnetometer) && layout.Has(Triad::kAccelerometer);
+  PerTriad<bool> is_seen{};  // in this piece of the chain
   for (const MotionNode& node : run.nodes) {
     for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
       if (node.seen(triad).count == 0 || !run.graph.layout.Has(triad)) continue;
       rows += 3.0;
+      is_seen[triad] = true;
     }
-    rows += node.is_linked ? 0.0 : -3.0;  // a turn has as many rows as an attitude unknowns
     if (node.is_linked) continue;
-    rows += tells_heading ? 0.0 : 1.0;
-    tells_heading = false;
+    // A turn has as many rows as an attitude unknowns; a heading that nothing tells is held.
+    rows -= 3.0;
+    if (!is_seen[Triad::kMagnetometer] || !is_seen[Triad::kAccelerometer]) rows += 1.0;
+    is_seen = {};
   }
   return rows;
 }
