@@ -216,7 +216,7 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
   if (summary.gaps > 0) {
     findings.push_back(Finding(FindingCode::kTimeGaps,
                                name + ": " + Counted(summary.gaps, "gap") + " in time, longest " +
-                                   Number(summary.longest_gap_s) + " s after " +
+                                   Number(summary.longest_gap_s) + " s at " +
                                    RoundedText(summary.longest_gap_at_s, 6) + " s")
                            .About(triad)
                            .With("gaps", static_cast<double>(summary.gaps))

@@ -22,14 +22,14 @@ double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
-// Pieces of a broken chain in which no accelerometer reading shows which way is down.
-void RemoveUntied(std::vector<MotionNode>* nodes) {
+// Pieces of a broken chain in which no reading of the leading sensor shows where they point.
+void RemoveUntied(Triad leading, std::vector<MotionNode>* nodes) {
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < nodes->size();) {
     std::size_t end = begin;
     bool is_tied = false;
     do {
-      is_tied = is_tied || (*nodes)[end].accelerometer.count > 0;
+      is_tied = is_tied || (*nodes)[end].seen(leading).count > 0;
     } while ((*nodes)[end++].is_linked);
     for (; begin < end; ++begin) {
       if (is_tied) (*nodes)[kept++] = (*nodes)[begin];
@@ -241,7 +241,9 @@ std::vector<MotionNode> MotionTrack::Gather(double spacing_s, const GyroModel* g
       seen.turn /= seen.count;
     }
   }
-  RemoveUntied(&nodes);
+  RemoveUntied(
+      vectors_[Triad::kAccelerometer].time_s.empty() ? Triad::kMagnetometer : Triad::kAccelerometer,
+      &nodes);
   return nodes;
 }
 

@@ -194,7 +194,7 @@ TEST_F(DamagedLog, BridgesTimesThatComeTwice) {
   for (std::size_t i = 5; i < rows().size(); i += 5) rows()[i][kTime] = rows()[i - 1][kTime];
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 0) << run.out;
-  EXPECT_THAT(run.out, HasSubstr("with the same time"));
+  EXPECT_THAT(run.out, HasSubstr("evenly spaced instead"));
   EXPECT_THAT(run.out, HasSubstr("each of 23 turns"));
   EXPECT_LT(LargestErrorInSigmas(), kMostSigmas);
 }

@@ -97,6 +97,7 @@ sensors:
     fixed: { matrix: identity }
 mounting: { accelerometer: -x+y+z, magnetometer: +y+x-z }
 poses: { every: 100 }
+time: regular
 exclude: [{ from_s: 1.5, to_s: 2 }, { from_s: 30, to_s: 40 }]
 exclude_poses: [3, 7]
 attitudes: { six_face: { tilt_sigma_deg: 0.7, seat_sigma_deg: 0 } }
@@ -188,6 +189,7 @@ TEST_F(ExperimentConfig, ReadsEveryKey) {
   EXPECT_EQ(options.triads[Triad::kMagnetometer].mounting, AxisMapFromName("+y+x-z"));
   EXPECT_EQ(experiment.poses.kind, PoseSelectionKind::kEveryN);
   EXPECT_EQ(experiment.poses.every, 100);
+  EXPECT_EQ(experiment.poses.time_stamps, TimeStamps::kRegular);
   ASSERT_THAT(experiment.poses.exclude, SizeIs(2));
   EXPECT_EQ(experiment.poses.exclude[0].from_s, 1.5);
   EXPECT_EQ(experiment.poses.exclude[0].to_s, 2.0);

@@ -40,6 +40,8 @@ PoseSet EmptySet() {
   stream.unit.name = "m/s^2";
   stream.samples = 12000;
   stream.rate_hz = 100.0;
+  stream.stamps = StampKind::kInBursts;
+  stream.jitter_s = 0.002;
   stream.gaps = 3;
   stream.longest_gap_s = 0.25;
   stream.noise_sigma_raw.setConstant(0.02);
@@ -61,7 +63,8 @@ TEST(InspectionText, SaysWhatWasFound) {
   for (const char* part : {"24 poses by static detection in 120.0 s, 80 % of it at rest",
                            "24.0 to 31.5 °C",
                            "WARNING: accelerometer x clips",
-                           "accelerometer   m/s²     12000         100      3          0.25"}) {
+                           "accelerometer   m/s²     12000         100             2   in bursts   "
+                           "     3          0.25"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   EXPECT_THAT(text, ContainsRegex("accelerometer, full +yes"));
