@@ -41,6 +41,11 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
   pooled->resolution_raw = pooled->resolution_raw.cwiseMax(more.resolution_raw).eval();
   pooled->longest_gap_s = std::max(pooled->longest_gap_s, more.longest_gap_s);
   if (more.samples > pooled->samples) pooled->rate_hz = more.rate_hz;
+  if (more.jitter_s > pooled->jitter_s) {
+    pooled->jitter_s = more.jitter_s;
+    pooled->stamps = more.stamps;
+  }
+  pooled->are_stamps_even = pooled->are_stamps_even || more.are_stamps_even;
   pooled->samples += more.samples;
   pooled->dropped_empty += more.dropped_empty;
   pooled->gaps += more.gaps;
@@ -94,6 +99,13 @@ void AppendPoses(PoseSet more, PoseSet* set) {
     pose.number += numbers;
     Shift(shift_ns, &pose);
     set->poses.push_back(std::move(pose));
+  }
+  for (RecordingJoint& joint : more.joints) {
+    joint.time_ns += shift_ns;
+    set->joints.push_back(std::move(joint));
+  }
+  for (const TimeRange& range : more.excluded) {
+    set->excluded.push_back({range.start_ns + shift_ns, range.end_ns + shift_ns});
   }
   for (RecordedMove& move : more.moves) {
     move.from += places;
@@ -151,6 +163,7 @@ Result<PoseSet> JoinSessions(std::vector<PoseSet> sessions) {
     if (set.sessions.empty()) {
       set.source = more.source;
       set.has_time = more.has_time;
+      set.start_ns = more.start_ns;
       set.how = more.how;
       set.time_offset_s = more.time_offset_s;
     } else {
