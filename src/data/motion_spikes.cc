@@ -40,10 +40,14 @@ double MedianBeside(const std::vector<double>& values, std::size_t i) {
 // Of one axis.
 class AxisScreen {
  public:
-  AxisScreen(const ReadingTrack& track, int axis, double resolution_raw)
+  // `is_compared`: whether those beside a reading are its neighbours.
+  AxisScreen(const ReadingTrack& track,
+             int axis,
+             double resolution_raw,
+             const std::vector<bool>& is_compared)
       : resolution_raw_(resolution_raw), off_(track.reading_raw.size(), 0.0) {
     for (const Eigen::Vector3d& reading : track.reading_raw) values_.push_back(reading[axis]);
-    Compare();
+    Compare(is_compared);
   }
 
   bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
@@ -65,9 +69,9 @@ class AxisScreen {
   }
 
  private:
-  void Compare() {
+  void Compare(const std::vector<bool>& is_compared) {
     for (std::size_t i = kEachSide; i + kEachSide < values_.size(); ++i) {
-      off_[i] = values_[i] - MedianBeside(values_, i);
+      if (is_compared[i]) off_[i] = values_[i] - MedianBeside(values_, i);
     }
     std::vector<double> own;
     for (std::size_t begin = 0; begin < off_.size(); begin += kTogether) {
@@ -100,17 +104,37 @@ void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
   }
 }
 
+// Not those so near to a joint that some of their neighbours lie beyond it.
+std::vector<bool> AwayFromJoints(const std::vector<RecordingJoint>& joints,
+                                 const ReadingTrack& track) {
+  std::vector<bool> is_away(track.time_ns.size(), true);
+  for (const RecordingJoint& joint : joints) {
+    const auto after = static_cast<std::size_t>(
+        std::lower_bound(track.time_ns.begin(), track.time_ns.end(), joint.time_ns) -
+        track.time_ns.begin());
+    for (std::size_t i = after - std::min(after, kEachSide);
+         i < std::min(after + kEachSide, is_away.size());
+         ++i) {
+      is_away[i] = false;
+    }
+  }
+  return is_away;
+}
+
 }  // namespace
 
-SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw, ReadingTrack* track) {
+SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
+                          const std::vector<RecordingJoint>& joints,
+                          ReadingTrack* track) {
   SpikeScreen screen;
   const std::size_t count = track->reading_raw.size();
   if (count < kFewestReadings) return screen;
+  const std::vector<bool> is_compared = AwayFromJoints(joints, *track);
   std::vector<bool> is_replaced(count, false);
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    const std::array<AxisScreen, 3> axes = {AxisScreen(*track, 0, resolution_raw[0]),
-                                            AxisScreen(*track, 1, resolution_raw[1]),
-                                            AxisScreen(*track, 2, resolution_raw[2])};
+    const std::array<AxisScreen, 3> axes = {AxisScreen(*track, 0, resolution_raw[0], is_compared),
+                                            AxisScreen(*track, 1, resolution_raw[1], is_compared),
+                                            AxisScreen(*track, 2, resolution_raw[2], is_compared)};
     for (int axis = 0; axis < 3; ++axis) {
       screen.one_sided_raw[axis] = axes[static_cast<std::size_t>(axis)].OneSided();
     }

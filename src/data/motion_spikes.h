@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -21,7 +22,10 @@ struct SpikeScreen {
 /// Puts the line between its neighbours in the place of each spike: a gyroscope without the
 /// reading would be integrated along that line. A reading is held against the median of three on
 /// each side, by what is usual around it, so that a hard move does not look like spikes.
-/// `resolution_raw`: the sensor's smallest step.
-SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw, ReadingTrack* track);
+/// `resolution_raw`: the sensor's smallest step. Readings on both sides of a joint are no
+/// neighbours.
+SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
+                          const std::vector<RecordingJoint>& joints,
+                          ReadingTrack* track);
 
 }  // namespace truetriad

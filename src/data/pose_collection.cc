@@ -145,8 +145,11 @@ class MotionCollector : public Collector {
   }
 
   Status Finish(PoseSet* set) override {
+    set->tracks = std::move(tracks_);
+    FindJointsInMotion(set);
     for (StreamSummary& stream : set->streams) {
-      const SpikeScreen screen = ReplaceSpikes(stream.resolution_raw, &tracks_[stream.triad]);
+      const SpikeScreen screen =
+          ReplaceSpikes(stream.resolution_raw, set->joints, &set->tracks[stream.triad]);
       stream.one_sided_raw = screen.one_sided_raw;
       if (screen.replaced == 0) continue;
       const std::string sensor(TriadName(stream.triad));
@@ -157,8 +160,6 @@ class MotionCollector : public Collector {
                                   .About(stream.triad)
                                   .With("readings", static_cast<double>(screen.replaced)));
     }
-    set->tracks = std::move(tracks_);
-    FindJointsInMotion(set);
     return {};
   }
 

@@ -17,6 +17,9 @@
 namespace truetriad {
 namespace {
 
+// A gyroscope that counts less of a turn than this did not see it.
+constexpr double kMissingShare = 0.25;
+
 // σ of what is not to count: a turn's angle by a radian, a mean rate by ten times its size.
 constexpr double kNothingRad = 1.0;
 constexpr double kNothingShare = 10.0;
@@ -268,13 +271,16 @@ Status CheckTurnCounts(const PoseSet& poses, const StartValues& start) {
     const double counted = CountedAngle(turn, *gyroscope);
     if (std::abs(counted - turn.stated.angle_rad) < std::numbers::pi) continue;
     const Eigen::Vector3d& axis = turn.stated.axis;
+    const bool is_missing = std::abs(counted) < kMissingShare * std::abs(turn.stated.angle_rad);
     return BadInputError(
         poses.source + ": " + NameOf(turn, i) + " is stated as " +
         Format("%.0f deg", kDegPerRad * turn.stated.angle_rad) +
         Format(" about (%.3g, ", axis.x()) + Format("%.3g, ", axis.y()) +
         Format("%.3g), but the gyroscope measures ", axis.z()) +
         Format("%.0f deg about that axis", kDegPerRad * counted) +
-        "; check the axis, the number of turns and the sign (right-hand rule about the axis)");
+        "; check the axis, the number of turns and the sign (right-hand rule about the axis)" +
+        (is_missing ? ", or leave the turn out if its readings were cut out of the recording"
+                    : ""));
   }
   return {};
 }

@@ -152,10 +152,47 @@ TEST_F(Recording, ReadsTheSameFromGzip) {
 
 TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
   EXPECT_EQ(ErrorOfRows("1,1,1,1\n1,1,1,1\n"), "");
-  EXPECT_THAT(
-      ErrorOfRows("1,1,1,1\n2,1,1,1\n1.5,1,1,1\n"),
-      HasSubstr(
-          "log.csv:4: column `time[s]`: time goes backwards to 1.5 s after 2 s"));
+  EXPECT_THAT(ErrorOfRows("1,1,1,1\n2,1,1,1\n1.5,1,1,1\n"),
+              HasSubstr("log.csv:4: column `time[s]`: time goes backwards to 1.5 s after 2 s"));
+}
+
+// Rows of a piece that begins at zero, 10 ms apart.
+std::string PieceOfRows(int count) {
+  std::string rows;
+  for (int i = 0; i < count; ++i) rows += std::to_string(0.01 * i) + ",1,2,3\n";
+  return rows;
+}
+
+TEST_F(Recording, TakesTimesOnWhereAnotherPieceBeginsIfItMay) {
+  const std::string text = kHeader + PieceOfRows(100) + kHeader + PieceOfRows(50);
+  const std::string path = folder_.Write("log.csv", text);
+  EXPECT_THAT(ReadingError(path), HasSubstr("log.csv:103: column `time[s]`: time goes backwards"));
+  const auto source = OpenRecording(path, {.pose_column = "", .may_be_joined = true});
+  ASSERT_TRUE(source) << source.error().message;
+  std::vector<SampleBlock> blocks;
+  ASSERT_TRUE((*source)->Next(&blocks));
+  ASSERT_EQ(blocks.size(), 1U);
+  ASSERT_EQ(blocks[0].time_ns.size(), 150U);
+  for (std::size_t i = 0; i < 150; ++i) {
+    EXPECT_EQ(blocks[0].time_ns[i], static_cast<std::int64_t>(i) * 10'000'000) << i;
+  }
+  const std::vector<RecordingJoint> joints = (*source)->joints();
+  ASSERT_EQ(joints.size(), 1U);
+  EXPECT_EQ(joints[0].row, 100);
+  EXPECT_EQ(joints[0].time_ns, 1'000'000'000);
+}
+
+TEST_F(Recording, IsNotSortedByReadingItInPieces) {
+  for (const std::string& rows :
+       {PieceOfRows(100) + PieceOfRows(15) + PieceOfRows(15), PieceOfRows(15) + "0.10,1,2,3\n"}) {
+    const auto source = OpenRecording(folder_.Write("log.csv", kHeader + rows),
+                                      {.pose_column = "", .may_be_joined = true});
+    ASSERT_TRUE(source) << source.error().message;
+    std::vector<SampleBlock> blocks;
+    const auto more = (*source)->Next(&blocks);
+    ASSERT_FALSE(more);
+    EXPECT_THAT(more.error().message, HasSubstr("time goes backwards"));
+  }
 }
 
 TEST_F(Recording, NamesLineAndColumnOfWhatIsNoNumber) {
@@ -200,7 +237,8 @@ TEST_F(Recording, RefusesHeadersThatItWouldHaveToGuess) {
               HasSubstr("is in mg, but `accel_x` is in g"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[uT],accel_y[uT],accel_z[uT]\n0,1,2,3\n"),
               HasSubstr("`uT` is not a unit of the accelerometer"));
-  EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g]\n0,1,2\n"), HasSubstr("has no matching `accel_z`"));
+  EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g]\n0,1,2\n"),
+              HasSubstr("has no matching `accel_z`"));
   EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_x[g],accel_z[g]\n0,1,2,3\n"),
               HasSubstr("column `accel_x` occurs twice"));
   EXPECT_THAT(ErrorOf("time[min],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n"),

@@ -263,6 +263,13 @@ TEST(Motion, IsNotMisledByTheAccelerationsOfTheHand) {
   EXPECT_GT(chi2 / dof, 0.3);
 }
 
+void ExpectWithinFourSigmas(const SixTurns& unit, const Calibration& found) {
+  const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);
+  for (Eigen::Index i = 0; i < error.size(); ++i) {
+    EXPECT_LE(std::abs(error[i]), 4.0 * std::sqrt(found.covariance.matrix(i, i)) + 1e-12) << i;
+  }
+}
+
 TEST(Motion, BreaksTheChainWhereTheGyroscopeIsStuckAndStillFindsTheUnit) {
   Random random(11);
   const SixTurns unit = ShortUnit(&random);
@@ -274,9 +281,52 @@ TEST(Motion, BreaksTheChainWhereTheGyroscopeIsStuckAndStillFindsTheUnit) {
   const Calibration& found = summary->calibration;
   ASSERT_TRUE(found.IsUsable()) << found.findings.back().Message();
   EXPECT_THAT(found.findings, ::testing::Contains(HasCode(FindingCode::kGyroscopeGaps)));
-  const Eigen::VectorXd error = trials::SixTurnsErrors(unit, found);
-  for (Eigen::Index i = 0; i < error.size(); ++i) {
-    EXPECT_LE(std::abs(error[i]), 4.0 * std::sqrt(found.covariance.matrix(i, i)) + 1e-12) << i;
+  ExpectWithinFourSigmas(unit, found);
+}
+
+TEST(Motion, FindsTheUnitFromPiecesInAnotherOrder) {
+  Random random(15);
+  const SixTurns unit = ShortUnit(&random);
+  PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  // The end first, at times that go on without a gap.
+  constexpr std::ptrdiff_t kCut = 1330;
+  for (const Triad triad : kTriads) {
+    std::vector<Eigen::Vector3d>& readings = recording.tracks[triad].reading_raw;
+    std::rotate(readings.begin(), readings.begin() + kCut, readings.end());
+  }
+  recording.joints.push_back(
+      {recording.tracks[kGyro].time_ns[static_cast<std::size_t>(unit.samples - kCut)],
+       0,
+       "",
+       true});
+  const auto summary = Calibrate(recording, SixTurnsOptions(unit, false, 0.1));
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
+  // A joint is no lack of readings.
+  EXPECT_EQ(Find(summary->calibration.findings, FindingCode::kGyroscopeGaps), nullptr);
+  ExpectWithinFourSigmas(unit, summary->calibration);
+}
+
+// The attitude in a piece that no vector sensor saw, or the heading where only gravity was seen, is
+// nobody's.
+TEST(Motion, FindsTheUnitDespitePiecesWithoutReadings) {
+  Random random(15);
+  const SixTurns unit = ShortUnit(&random);
+  const PoseSet recording = RecordSixTurns(unit, 1.0, NoPush, &random);
+  for (const bool sees_gravity : {false, true}) {
+    PoseSet gappy = recording;
+    const std::vector<std::int64_t> times_ns = gappy.tracks[kGyro].time_ns;
+    for (const Triad triad : {kAccel, kMag}) {
+      if (sees_gravity && triad == kAccel) continue;
+      ReadingTrack& track = gappy.tracks[triad];
+      track.time_ns.erase(track.time_ns.begin() + 1000, track.time_ns.begin() + 1040);
+      track.reading_raw.erase(track.reading_raw.begin() + 1000, track.reading_raw.begin() + 1040);
+    }
+    gappy.joints = {{times_ns[1000], 1000, "", true}, {times_ns[1040], 1040, "", true}};
+    const auto summary = Calibrate(gappy, SixTurnsOptions(unit, false, 0.1));
+    ASSERT_TRUE(summary) << summary.error().message;
+    ASSERT_TRUE(summary->calibration.IsUsable()) << summary->calibration.findings.back().Message();
+    ExpectWithinFourSigmas(unit, summary->calibration);
   }
 }
 
