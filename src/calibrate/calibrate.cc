@@ -213,18 +213,24 @@ CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
 
 }  // namespace
 
+Calibration StatedCalibration(const CalibrateOptions& options) {
+  Calibration calibration;
+  calibration.mode = options.mode();
+  calibration.gauge = options.gauge;
+  calibration.gauge_sensor = LeadingTriad(options);
+  calibration.reference.gravity_mps2 = *options.reference.gravity_mps2.value;
+  calibration.reference.temperature_degc = options.reference.temperature_degc;
+  return calibration;
+}
+
 Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                                             const CalibrateOptions& options,
                                             SettledModel* settled) {
   CalibrationSummary summary;
   summary.options = options;
   Calibration& calibration = summary.calibration;
-  calibration.mode = options.mode();
-  calibration.gauge = options.gauge;
-  calibration.gauge_sensor = LeadingTriad(options);
+  calibration = StatedCalibration(options);
   calibration.serial = poses.serial;
-  calibration.reference.gravity_mps2 = *options.reference.gravity_mps2.value;
-  calibration.reference.temperature_degc = options.reference.temperature_degc;
   for (const Triad triad : kTriads) {
     if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
     return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +

@@ -4,10 +4,14 @@
 #include "choice/model_choice.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/static_pose.h"
+#include "truetriad/model/calibration.h"
 #include "truetriad/problem/options.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {
+
+// What is known before any pose is looked at.
+Calibration StatedCalibration(const CalibrateOptions& options);
 
 // Calibrate with options that leave nothing to be chosen. `settled` receives the solved graph of
 // poses and its noise, unless null.

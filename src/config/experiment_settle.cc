@@ -210,6 +210,23 @@ void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   }
 }
 
+// Files stand beside the experiment.
+void ResolvePaths(Draft* draft) {
+  Experiment& experiment = draft->experiment;
+  experiment.inputs.clear();
+  for (const std::string& input : draft->inputs) {
+    experiment.inputs.push_back(Resolve(input, experiment.path));
+  }
+  experiment.forces_file = Resolve(draft->forces_file, experiment.path);
+  for (const Triad triad : kTriads) {
+    experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);
+  }
+  experiment.poses.file = Resolve(draft->pose_file, experiment.path);
+  experiment.attitudes_file = experiment.options.attitudes.kind == AttitudeKind::kGiven
+                                  ? Resolve(draft->attitudes_file, experiment.path)
+                                  : "";
+}
+
 }  // namespace
 
 void Settle(Draft* draft, std::vector<std::string>* errors) {
@@ -288,18 +305,7 @@ void Settle(Draft* draft, std::vector<std::string>* errors) {
     options.motion = MotionOptions{experiment.poses.motion_spacing_s};
   }
   SettleSweep(*draft, &experiment, fail);
-  experiment.inputs.clear();
-  for (const std::string& input : draft->inputs) {
-    experiment.inputs.push_back(Resolve(input, experiment.path));
-  }
-  experiment.forces_file = Resolve(draft->forces_file, experiment.path);
-  for (const Triad triad : kTriads) {
-    experiment.allan_files[triad] = Resolve(draft->allan_files[triad], experiment.path);
-  }
-  experiment.poses.file = Resolve(draft->pose_file, experiment.path);
-  experiment.attitudes_file = options.attitudes.kind == AttitudeKind::kGiven
-                                  ? Resolve(draft->attitudes_file, experiment.path)
-                                  : "";
+  ResolvePaths(draft);
 }
 
 }  // namespace truetriad

@@ -12,23 +12,6 @@ void AppendTo(std::vector<T>* values, std::span<const T> more) {
   values->insert(values->end(), more.begin(), more.end());
 }
 
-// Optional columns are empty.
-template <typename T>
-void MoveWithin(std::vector<T>* values, std::size_t from, std::size_t to) {
-  if (!values->empty()) (*values)[to] = (*values)[from];
-}
-
-template <typename T>
-void ResizeTo(std::vector<T>* values, std::size_t size) {
-  if (values->size() > size) values->resize(size);
-}
-
-template <typename T>
-void EraseFrontOf(std::vector<T>* values, std::size_t count) {
-  values->erase(values->begin(),
-                values->begin() + static_cast<std::ptrdiff_t>(std::min(count, values->size())));
-}
-
 template <typename T>
 std::span<const T> Part(const std::vector<T>& values, std::size_t begin, std::size_t end) {
   if (values.empty()) return {};
@@ -50,37 +33,23 @@ void HeldSamples::Append(const SampleBlock& block) {
 
 void HeldSamples::Move(std::size_t from, std::size_t to) {
   if (from == to) return;
-  MoveWithin(&time_ns, from, to);
-  MoveWithin(&row, from, to);
-  MoveWithin(&x, from, to);
-  MoveWithin(&y, from, to);
-  MoveWithin(&z, from, to);
-  MoveWithin(&temperature_degc, from, to);
-  MoveWithin(&ambient_degc, from, to);
-  MoveWithin(&pose, from, to);
+  EachColumn([=](auto* values) {
+    if (!values->empty()) (*values)[to] = (*values)[from];
+  });
 }
 
 void HeldSamples::Resize(std::size_t size) {
-  ResizeTo(&time_ns, size);
-  ResizeTo(&row, size);
-  ResizeTo(&x, size);
-  ResizeTo(&y, size);
-  ResizeTo(&z, size);
-  ResizeTo(&temperature_degc, size);
-  ResizeTo(&ambient_degc, size);
-  ResizeTo(&pose, size);
+  EachColumn([=](auto* values) {
+    if (values->size() > size) values->resize(size);
+  });
 }
 
 void HeldSamples::EraseFront(std::size_t count) {
   if (count == 0) return;
-  EraseFrontOf(&time_ns, count);
-  EraseFrontOf(&row, count);
-  EraseFrontOf(&x, count);
-  EraseFrontOf(&y, count);
-  EraseFrontOf(&z, count);
-  EraseFrontOf(&temperature_degc, count);
-  EraseFrontOf(&ambient_degc, count);
-  EraseFrontOf(&pose, count);
+  EachColumn([=](auto* values) {
+    values->erase(values->begin(),
+                  values->begin() + static_cast<std::ptrdiff_t>(std::min(count, values->size())));
+  });
 }
 
 SampleBlock HeldSamples::View(Triad triad, std::size_t begin, std::size_t end) const {

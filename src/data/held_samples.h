@@ -26,6 +26,16 @@ struct HeldSamples {
   void Resize(std::size_t size);
   void EraseFront(std::size_t count);
   SampleBlock View(Triad triad, std::size_t begin, std::size_t end) const;
+
+ private:
+  // Optional columns are empty.
+  template <typename Change>
+  void EachColumn(const Change& change) {
+    change(&time_ns), change(&row);
+    change(&x), change(&y), change(&z);
+    change(&temperature_degc), change(&ambient_degc);
+    change(&pose);
+  }
 };
 
 }  // namespace truetriad

@@ -75,11 +75,10 @@ class AxisScreen {
     }
     std::vector<double> own;
     for (std::size_t begin = 0; begin < off_.size(); begin += kTogether) {
-      std::vector<double> sizes;
-      for (std::size_t i = begin; i < std::min(begin + kTogether, off_.size()); ++i) {
-        sizes.push_back(std::abs(off_[i]));
-      }
-      own.push_back(std::max(1.4826 * Median(std::move(sizes)), resolution_raw_));
+      const auto first = off_.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto count = std::min(kTogether, off_.size() - begin);
+      own.push_back(
+          std::max(MadSigma({first, first + static_cast<std::ptrdiff_t>(count)}), resolution_raw_));
     }
     sigma_ = own;
     for (std::size_t b = 0; b < own.size(); ++b) {

@@ -8,10 +8,13 @@
 
 namespace truetriad {
 
-// Readings of a triad, taken at `time_ns`, between its own at ascending times; held at both ends,
-// empty where it has none.
+// Readings of a triad at ascending times, on the lines between its own; held at both ends, empty
+// where it has none.
 std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<std::int64_t>& at_ns,
                                         const std::vector<std::int64_t>& time_ns,
+                                        const std::vector<Eigen::Vector3d>& reading_raw);
+std::vector<Eigen::Vector3d> ReadingsAt(const std::vector<double>& at_s,
+                                        const std::vector<double>& time_s,
                                         const std::vector<Eigen::Vector3d>& reading_raw);
 
 }  // namespace truetriad

@@ -79,19 +79,12 @@ double UsualStep(const std::vector<double>& value) {
   return steps.empty() ? 0.0 : Median(std::move(steps));
 }
 
-double SigmaOf(const std::vector<double>& values) {
-  std::vector<double> sizes;
-  sizes.reserve(values.size());
-  for (const double value : values) sizes.push_back(std::abs(value));
-  return sizes.empty() ? 0.0 : kMadToSigma * Median(std::move(sizes));
-}
-
 // Places far off what is expected of them and beyond both neighbours: a turning point, which bends
 // away from any line, goes beyond by a usual step at most.
 std::vector<bool> FarOff(const std::vector<double>& value,
                          const std::vector<double>& off,
                          double least) {
-  const double sigma = SigmaOf(off);
+  const double sigma = MadSigma(off);
   const double limit = std::max(kFarOffSigmas * sigma, least);
   const double step = UsualStep(value);
   const std::vector<double> beyond = BeyondNeighbours(value);
@@ -219,7 +212,7 @@ Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
     before = &cell;
   }
   if (dof >= kEnoughDofInCells) return (scatter / dof).cwiseSqrt();
-  return {SigmaOf(differences[0]), SigmaOf(differences[1]), SigmaOf(differences[2])};
+  return {MadSigma(differences[0]), MadSigma(differences[1]), MadSigma(differences[2])};
 }
 
 }  // namespace truetriad

@@ -116,16 +116,88 @@ void WriteSweep(YamlText& out, const Quality& quality) {
   }
 }
 
-void WriteModels(YamlText& out, const char* key, const std::vector<ModelAlternative>& models) {
-  if (!models.empty()) WriteItem(out, key, false);
-  for (const ModelAlternative& model : models) {
-    out << "    - { model: " << Quoted{model.description} << ", chosen: " << model.chosen
-        << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
-    if (model.p_value) out << ", p_value: " << *model.p_value;
-    out << ", bic: " << model.bic;
-    if (model.held_out) out << ", held_out: " << *model.held_out;
+void WriteFields(YamlText& out, const ModelAlternative& model) {
+  out << "model: " << Quoted{model.description} << ", chosen: " << model.chosen
+      << ", parameters: " << model.parameters << ", minus_2_log_l: " << model.minus_2_log_l;
+  if (model.p_value) out << ", p_value: " << *model.p_value;
+  out << ", bic: " << model.bic;
+  if (model.held_out) out << ", held_out: " << *model.held_out;
+}
+
+void WriteFields(YamlText& out, const WeakDirection& weak) {
+  out << "description: " << Quoted{weak.description} << ", advice: " << Quoted{weak.advice}
+      << ", sigma: " << weak.sigma;
+}
+
+void WriteFields(YamlText& out, const LeftOutTest& test) {
+  out << "sensor: " << TriadName(test.triad) << ", term: " << Quoted{test.term}
+      << ", p_value: " << test.p_value << ", shown: " << test.is_shown;
+  if (test.kappa) out << ", kappa: " << *test.kappa;
+}
+
+void WriteFields(YamlText& out, const TemperatureSetting& setting) {
+  out << "sensor: " << TriadName(setting.triad) << ", degc: " << setting.degc
+      << ", poses: " << setting.poses << ", bias: " << setting.bias_raw
+      << ", bias_sigma: " << setting.bias_sigma_raw
+      << ", beyond_terms: " << setting.beyond_terms_raw << ", rms_before: " << setting.rms_before
+      << ", rms_after: " << setting.rms_after;
+}
+
+void WriteFields(YamlText& out, const RejectedPose& rejected) {
+  out << "pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
+      << ", reason: " << Quoted{rejected.reason};
+}
+
+void WriteFields(YamlText& out, const TurnCheck& turn) {
+  out << "name: " << Quoted{turn.name} << ", axis: " << turn.axis
+      << ", stated_rad: " << turn.stated_rad << ", stated_sigma_rad: " << turn.stated_sigma_rad
+      << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
+      << ", used: " << turn.used << ", fault: " << Quoted{turn.fault};
+}
+
+void WriteFields(YamlText& out, const ClockOffset& offset) {
+  out << "sensor: " << TriadName(offset.triad) << ", later_s: " << offset.later_s
+      << ", sigma_s: " << offset.sigma_s << ", moves: " << offset.moves
+      << ", p_value: " << offset.p_value;
+}
+
+void WriteFields(YamlText& out, const SessionBias& session) {
+  out << "session: " << session.session << ", file: " << Quoted{session.file}
+      << ", sensor: " << TriadName(session.triad) << ", poses: " << session.poses
+      << ", bias: " << session.bias_raw << ", sigma: " << session.sigma_raw;
+}
+
+void WriteFields(YamlText& out, const BiasRepeatability& scatter) {
+  out << "sensor: " << TriadName(scatter.triad) << ", sessions: " << scatter.sessions
+      << ", value: " << scatter.value_raw << ", sigma: " << scatter.sigma_raw
+      << ", next_session: " << scatter.next_session_raw;
+}
+
+void WriteFields(YamlText& out, const Coverage& coverage) {
+  out << "sensor: " << TriadName(coverage.triad) << ", eigenvalues: " << coverage.eigenvalues
+      << ", largest_gap_deg: " << coverage.largest_gap_deg;
+}
+
+void WriteFields(YamlText& out, const LimitCheck& check) {
+  out << "name: " << Quoted{check.name} << ", limit: " << check.limit << ", worst: " << check.worst
+      << ", sigma: " << check.sigma << ", pass: " << check.pass;
+}
+
+// A list of what WriteFields writes.
+template <typename T>
+void WriteItems(YamlText& out, std::string_view key, const std::vector<T>& items) {
+  WriteItem(out, key, items.empty());
+  for (const T& item : items) {
+    out << "    - { ";
+    WriteFields(out, item);
     out << " }\n";
   }
+}
+
+// The same, left out where there is none.
+template <typename T>
+void WriteAnyItems(YamlText& out, std::string_view key, const std::vector<T>& items) {
+  if (!items.empty()) WriteItems(out, key, items);
 }
 
 void ReadPoseResidual(YamlReader reader, PoseResidual* row) {
@@ -399,18 +471,8 @@ void WriteQuality(YamlText& out, const Quality& quality) {
     out << "\n  reduced_chi2_before: " << quality.reduced_chi2_before;
   }
   out << "\n  effective_dof: " << quality.effective_dof << "\n  dof: " << quality.dof << "\n";
-  WriteItem(out, "weak_directions", quality.weak_directions.empty());
-  for (const WeakDirection& weak : quality.weak_directions) {
-    out << "    - { description: " << Quoted{weak.description}
-        << ", advice: " << Quoted{weak.advice} << ", sigma: " << weak.sigma << " }\n";
-  }
-  if (!quality.left_out_tests.empty()) WriteItem(out, "left_out_tests", false);
-  for (const LeftOutTest& test : quality.left_out_tests) {
-    out << "    - { sensor: " << TriadName(test.triad) << ", term: " << Quoted{test.term}
-        << ", p_value: " << test.p_value << ", shown: " << test.is_shown;
-    if (test.kappa) out << ", kappa: " << *test.kappa;
-    out << " }\n";
-  }
+  WriteItems(out, "weak_directions", quality.weak_directions);
+  WriteAnyItems(out, "left_out_tests", quality.left_out_tests);
   if (quality.rests.held_out) {
     out << "  held_out:\n    folds: " << quality.rests.held_out->folds << "\n    rms: ";
     WritePerTriad(out, quality.rests.held_out->rms);
@@ -421,67 +483,25 @@ void WriteQuality(YamlText& out, const Quality& quality) {
   } else {
     out << "  held_out: null\n";
   }
-  WriteModels(out, "model_choice", quality.rests.model_choice);
-  WriteModels(out, "model_steps", quality.rests.model_steps);
+  WriteAnyItems(out, "model_choice", quality.rests.model_choice);
+  WriteAnyItems(out, "model_steps", quality.rests.model_steps);
   if (!quality.rests.temperature_settings.empty()) {
     out << "  # From the poses at one temperature: bias x y z, its sigma and its residual beyond "
            "the terms, raw unit; RMS with the calibration at the reference temperature and with "
            "the thermal terms.\n";
-    WriteItem(out, "temperature_settings", false);
   }
-  for (const TemperatureSetting& setting : quality.rests.temperature_settings) {
-    out << "    - { sensor: " << TriadName(setting.triad) << ", degc: " << setting.degc
-        << ", poses: " << setting.poses << ", bias: " << setting.bias_raw
-        << ", bias_sigma: " << setting.bias_sigma_raw
-        << ", beyond_terms: " << setting.beyond_terms_raw << ", rms_before: " << setting.rms_before
-        << ", rms_after: " << setting.rms_after << " }\n";
-  }
-  WriteItem(out, "rejected_poses", quality.rests.rejected_poses.empty());
-  for (const RejectedPose& rejected : quality.rests.rejected_poses) {
-    out << "    - { pose: " << rejected.pose << ", sensor: " << TriadName(rejected.triad)
-        << ", reason: " << Quoted{rejected.reason} << " }\n";
-  }
-  if (!quality.rests.turns.empty()) WriteItem(out, "turns", false);
-  for (const TurnCheck& turn : quality.rests.turns) {
-    out << "    - { name: " << Quoted{turn.name} << ", axis: " << turn.axis
-        << ", stated_rad: " << turn.stated_rad << ", stated_sigma_rad: " << turn.stated_sigma_rad
-        << ", found_rad: " << turn.found_rad << ", found_sigma_rad: " << turn.found_sigma_rad
-        << ", used: " << turn.used << ", fault: " << Quoted{turn.fault} << " }\n";
-  }
-  if (!quality.rests.clock_offsets.empty()) WriteItem(out, "clock_offsets", false);
-  for (const ClockOffset& offset : quality.rests.clock_offsets) {
-    out << "    - { sensor: " << TriadName(offset.triad) << ", later_s: " << offset.later_s
-        << ", sigma_s: " << offset.sigma_s << ", moves: " << offset.moves
-        << ", p_value: " << offset.p_value << " }\n";
-  }
+  WriteAnyItems(out, "temperature_settings", quality.rests.temperature_settings);
+  WriteItems(out, "rejected_poses", quality.rests.rejected_poses);
+  WriteAnyItems(out, "turns", quality.rests.turns);
+  WriteAnyItems(out, "clock_offsets", quality.rests.clock_offsets);
   if (!quality.rests.sessions.empty()) {
     out << "  # Bias x y z of each session and its sigma; of which each sensor's bias is the "
            "mean.\n";
-    WriteItem(out, "sessions", false);
   }
-  for (const SessionBias& session : quality.rests.sessions) {
-    out << "    - { session: " << session.session << ", file: " << Quoted{session.file}
-        << ", sensor: " << TriadName(session.triad) << ", poses: " << session.poses
-        << ", bias: " << session.bias_raw << ", sigma: " << session.sigma_raw << " }\n";
-  }
-  if (!quality.rests.repeatability.empty()) WriteItem(out, "bias_repeatability", false);
-  for (const BiasRepeatability& scatter : quality.rests.repeatability) {
-    out << "    - { sensor: " << TriadName(scatter.triad) << ", sessions: " << scatter.sessions
-        << ", value: " << scatter.value_raw << ", sigma: " << scatter.sigma_raw
-        << ", next_session: " << scatter.next_session_raw << " }\n";
-  }
-  WriteItem(out, "coverage", quality.coverage.empty());
-  for (const Coverage& coverage : quality.coverage) {
-    out << "    - { sensor: " << TriadName(coverage.triad)
-        << ", eigenvalues: " << coverage.eigenvalues
-        << ", largest_gap_deg: " << coverage.largest_gap_deg << " }\n";
-  }
-  WriteItem(out, "limits", quality.limits.empty());
-  for (const LimitCheck& check : quality.limits) {
-    out << "    - { name: " << Quoted{check.name} << ", limit: " << check.limit
-        << ", worst: " << check.worst << ", sigma: " << check.sigma << ", pass: " << check.pass
-        << " }\n";
-  }
+  WriteAnyItems(out, "sessions", quality.rests.sessions);
+  WriteAnyItems(out, "bias_repeatability", quality.rests.repeatability);
+  WriteItems(out, "coverage", quality.coverage);
+  WriteItems(out, "limits", quality.limits);
   WriteSweep(out, quality);
   WritePoseResiduals(out, quality.rests.pose_residuals);
 }

@@ -68,6 +68,11 @@ double StudentQuantile(double probability, double dof) {
   return boost::math::quantile(StudentsT(dof), probability);
 }
 
+double MadSigma(std::vector<double> values) {
+  for (double& value : values) value = std::abs(value);
+  return values.empty() ? 0.0 : kMadToSigma * Median(std::move(values));
+}
+
 double Median(std::vector<double> values) {
   CHECK(!values.empty());
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -18,6 +18,9 @@ double StudentQuantile(double probability, double dof);
 /// The median of |e| times this is the σ of normal e.
 inline constexpr double kMadToSigma = 1.4826;
 
+/// σ of normal values about zero, by the median of their sizes; 0 of none.
+double MadSigma(std::vector<double> values);
+
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.
 double Median(std::vector<double> values);
 

@@ -218,7 +218,9 @@ std::optional<MotionChain::Turning> MotionChain::TurningAt(std::size_t k) const 
       correction * (track_.RateAt(nodes_[k + 1]) - track_.RateAt(nodes_[k - 1])) / time_s};
 }
 
-std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe, std::size_t k) const {
+std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe,
+                                                     std::size_t k,
+                                                     const std::optional<Turning>& turning) const {
   ProbedRow::Probe at;
   at.block = probe.block;
   const Triad triad = probe.term.triad;
@@ -228,7 +230,6 @@ std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe, st
     at.factor = 2.0 * (track_.TimeOf(nodes_[k]) - begin_s) / (end_s - begin_s) - 1.0;
     return at;
   }
-  const std::optional<Turning> turning = TurningAt(k);
   if (!turning) return std::nullopt;
   const auto& [rate, acceleration] = *turning;
   if (triad == Triad::kGyroscope) {
@@ -250,12 +251,13 @@ std::optional<ProbedRow::Probe> MotionChain::ProbeAt(const ProbedTerm& probe, st
 std::shared_ptr<const Row> MotionChain::WithProbes(std::shared_ptr<const Row> row,
                                                    Triad triad,
                                                    std::size_t k) const {
+  if (probes_.empty()) return row;
+  const std::optional<Turning> turning = TurningAt(k);
   std::vector<ProbedRow::Probe> probes;
   for (const ProbedTerm& probe : probes_) {
     if (probe.term.triad != triad) continue;
-    if (auto at = ProbeAt(probe, k)) probes.push_back(*std::move(at));
+    if (auto at = ProbeAt(probe, k, turning)) probes.push_back(*std::move(at));
   }
-  if (probes.empty()) return row;
   return std::make_shared<ProbedRow>(std::move(row), std::move(probes));
 }
 

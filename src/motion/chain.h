@@ -86,7 +86,9 @@ class MotionChain {
   std::optional<Turning> TurningAt(std::size_t k) const;
 
   // How a probe enters the reading, or the turn, of a sensor at a node; unset where it does not.
-  std::optional<ProbedRow::Probe> ProbeAt(const ProbedTerm& probe, std::size_t k) const;
+  std::optional<ProbedRow::Probe> ProbeAt(const ProbedTerm& probe,
+                                          std::size_t k,
+                                          const std::optional<Turning>& turning) const;
   std::shared_ptr<const Row> WithProbes(std::shared_ptr<const Row> row,
                                         Triad triad,
                                         std::size_t k) const;

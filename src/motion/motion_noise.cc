@@ -25,14 +25,13 @@ constexpr double kLeastNoise = 1e-9;
 Eigen::Vector3d SecondDifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    std::vector<double> sizes;
+    std::vector<double> differences;
     for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
-      sizes.push_back(
-          std::abs(readings[i - 1][axis] - 2.0 * readings[i][axis] + readings[i + 1][axis]));
+      differences.push_back(readings[i - 1][axis] - 2.0 * readings[i][axis] +
+                            readings[i + 1][axis]);
     }
-    // 1.4826 median |e| estimates σ; the difference of white noise has 1 + 4 + 1 times its
-    // variance.
-    if (!sizes.empty()) sigma[axis] = 1.4826 * Median(std::move(sizes)) / std::sqrt(6.0);
+    // Of white noise they have 1 + 4 + 1 times its variance.
+    sigma[axis] = MadSigma(std::move(differences)) / std::sqrt(6.0);
   }
   return sigma;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "data/gyroscope_faults.h"
+#include "data/readings_at.h"
 #include "data/time_stamps.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
@@ -133,20 +134,10 @@ void MotionTrack::BreakBefore(double time_s) {
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Vectors& readings = vectors_[Triad::kAccelerometer];
   const Eigen::Matrix3d correction = accelerometer.Correction();
-  const auto time_of = [&](std::size_t j) {
-    return readings.time_s[j] - ahead_s_[Triad::kAccelerometer];
-  };
-  force_mps2_.resize(time_s_.size());
-  std::size_t right = 0;
-  for (std::size_t i = 0; i < time_s_.size(); ++i) {
-    while (right + 1 < readings.time_s.size() && time_of(right) < time_s_[i]) ++right;
-    const std::size_t left = right > 0 && time_of(right) > time_s_[i] ? right - 1 : right;
-    const double span = time_of(right) - time_of(left);
-    const double share =
-        span > 0.0 ? std::clamp((time_s_[i] - time_of(left)) / span, 0.0, 1.0) : 0.0;
-    force_mps2_[i] = correction * ((1.0 - share) * readings.reading_raw[left] +
-                                   share * readings.reading_raw[right] - accelerometer.bias);
-  }
+  std::vector<double> stamped_s = time_s_;  // as its clock has the gyroscope's times
+  for (double& at_s : stamped_s) at_s += ahead_s_[Triad::kAccelerometer];
+  force_mps2_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
+  for (Eigen::Vector3d& force : force_mps2_) force = correction * (force - accelerometer.bias);
 }
 
 GyroReadings MotionTrack::Between(const MotionNode& node, const MotionNode& next) const {

@@ -287,16 +287,11 @@ void WeighTurnsAtStart(const RobustOptions& robust, PoseGraph* graph) {
   if (!robust.enabled || graph->increments.empty()) return;
   std::vector<double> sizes;
   for (const IncrementEdge& edge : graph->increments) {
-    Eigen::Vector3d residual;
-    edge.Evaluate(graph->layout,
-                  graph->shared.data(),
-                  graph->nodes[edge.from].state.data(),
-                  graph->nodes[edge.from + 1].state.data(),
-                  &residual,
-                  nullptr,
-                  nullptr,
-                  nullptr);
-    sizes.push_back(residual.norm());
+    sizes.push_back(edge.Residual(graph->layout,
+                                  graph->shared.data(),
+                                  graph->nodes[edge.from].state.data(),
+                                  graph->nodes[edge.from + 1].state.data())
+                        .norm());
   }
   const double wild_rad = kWildAtStart * Median(sizes);
   for (std::size_t i = 0; i < sizes.size(); ++i) {

@@ -93,6 +93,15 @@ void IncrementEdge::Evaluate(const SharedLayout& layout,
   if (second_jacobian != nullptr) *second_jacobian = by_tangent(1, second_state);
 }
 
+Eigen::Vector3d IncrementEdge::Residual(const SharedLayout& layout,
+                                        const double* shared,
+                                        const double* first_state,
+                                        const double* second_state) const {
+  Eigen::Vector3d residual;
+  Evaluate(layout, shared, first_state, second_state, &residual, nullptr, nullptr, nullptr);
+  return residual;
+}
+
 Eigen::Matrix3d IncrementEdge::Information() const { return weight * InverseOfPositive(variance); }
 
 Eigen::Matrix3d IncrementEdge::SquareRootInformation() const { return RootOf(variance, weight); }

@@ -67,6 +67,12 @@ struct IncrementEdge {
                 Eigen::Matrix3d* first_jacobian,
                 Eigen::Matrix3d* second_jacobian) const;
 
+  // The rows alone.
+  Eigen::Vector3d Residual(const SharedLayout& layout,
+                           const double* shared,
+                           const double* first_state,
+                           const double* second_state) const;
+
   // W with W^T W the inverse covariance of the rows, robust weight included.
   Eigen::Matrix3d SquareRootInformation() const;
   Eigen::Matrix3d Information() const;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "calibrate/calibrate_settled.h"
 #include "config/field_check.h"
 #include "session/clocks.h"
 #include "session/load_sessions.h"
@@ -21,18 +22,9 @@ namespace {
 constexpr int kMostClockRounds = 3;
 
 Calibration NotEnough(const Experiment& experiment, const Error& reason) {
-  Calibration calibration;
+  Calibration calibration = StatedCalibration(experiment.options);
   calibration.findings = {RefusalOf(reason)};
   calibration.outcome = OutcomeOf(calibration.findings);
-  calibration.mode = experiment.options.mode();
-  calibration.gauge = experiment.options.gauge;
-  if (!experiment.options.triads[Triad::kAccelerometer].enabled) {
-    calibration.gauge_sensor =
-        experiment.options.HasGyroscopeAlone() ? Triad::kGyroscope : Triad::kMagnetometer;
-  }
-  const ReferenceOptions& reference = experiment.options.reference;
-  calibration.reference.gravity_mps2 = *reference.gravity_mps2.value;
-  calibration.reference.temperature_degc = reference.temperature_degc;
   return calibration;
 }
 

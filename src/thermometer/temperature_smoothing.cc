@@ -52,9 +52,9 @@ double SpanOf(const std::vector<double>& values) {
 double NoiseOf(const std::vector<double>& degc) {
   std::vector<double> differences;
   for (std::size_t i = 2; i < degc.size(); ++i) {
-    differences.push_back(std::abs(degc[i] - 2.0 * degc[i - 1] + degc[i - 2]));
+    differences.push_back(degc[i] - 2.0 * degc[i - 1] + degc[i - 2]);
   }
-  return differences.empty() ? 0.0 : kMadToSigma * Median(std::move(differences)) / std::sqrt(6.0);
+  return MadSigma(std::move(differences)) / std::sqrt(6.0);
 }
 
 // Change a second, up and down together, over some dozens of stretches.

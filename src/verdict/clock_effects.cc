@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "data/readings_at.h"
 #include "verdict/observability.h"
 
 namespace truetriad {
@@ -14,31 +15,16 @@ namespace {
 std::vector<Eigen::Vector3d> ShiftedBy(double later_s,
                                        const std::vector<double>& time_s,
                                        const std::vector<Eigen::Vector3d>& values) {
-  std::vector<Eigen::Vector3d> shifted;
-  shifted.reserve(values.size());
-  for (const double at : time_s) {
-    const double wanted_s = std::clamp(at + later_s, time_s.front(), time_s.back());
-    const auto after = std::lower_bound(time_s.begin(), time_s.end(), wanted_s);
-    const auto right = static_cast<std::size_t>(after - time_s.begin());
-    const std::size_t left = right > 0 ? right - 1 : 0;
-    const double span_s = time_s[right] - time_s[left];
-    const double share = span_s > 0.0 ? (wanted_s - time_s[left]) / span_s : 0.0;
-    shifted.emplace_back((1.0 - share) * values[left] + share * values[right]);
-  }
-  return shifted;
+  std::vector<double> wanted_s = time_s;
+  for (double& at_s : wanted_s) at_s += later_s;
+  return ReadingsAt(wanted_s, time_s, values);
 }
 
 Eigen::Vector3d ResidualOf(const IncrementEdge& edge, const PoseGraph& graph) {
-  Eigen::Vector3d residual;
-  edge.Evaluate(graph.layout,
-                graph.shared.data(),
-                graph.nodes[edge.from].state.data(),
-                graph.nodes[edge.from + 1].state.data(),
-                &residual,
-                nullptr,
-                nullptr,
-                nullptr);
-  return residual;
+  return edge.Residual(graph.layout,
+                       graph.shared.data(),
+                       graph.nodes[edge.from].state.data(),
+                       graph.nodes[edge.from + 1].state.data());
 }
 
 // What all rows change by when the clock is corrected by `later_s`.

@@ -207,17 +207,16 @@ class TermSearch {
   // By how many σ some parameter moves at most when h moves by one of its own: h^T I h = 1.
   std::optional<double> KappaOf(const std::vector<Eigen::Index>& at,
                                 const SharedLayout& layout,
-                                const Eigen::MatrixXd& covariance) const {
+                                const Eigen::ArrayXd& variances) const {
     const std::vector<Eigen::Index> seen = SeenOf(at);
     if (seen.size() < at.size()) return std::nullopt;
     const Cholesky factor(information_(seen, seen));
     if (!factor.is_positive()) return std::nullopt;
     const Eigen::MatrixXd moved =
         layout.basis * given_.gain(Eigen::all, seen) * factor.Root().transpose().inverse();
-    const Eigen::ArrayXd variance =
-        (layout.basis * covariance).cwiseProduct(layout.basis).rowwise().sum().array();
-    return std::sqrt(
-        (variance > 0.0).select(moved.rowwise().squaredNorm().array() / variance, 0.0).maxCoeff());
+    return std::sqrt((variances > 0.0)
+                         .select(moved.rowwise().squaredNorm().array() / variances, 0.0)
+                         .maxCoeff());
   }
 
   // |h| of them.
@@ -332,12 +331,13 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   auto given = ConditionOn(information, gradient, *base, extra);
   if (!given) return result;
   TermSearch search(*std::move(given));
+  const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
   for (const Candidate& candidate : candidates) {
     result.tests.push_back({candidate.term.triad,
                             std::string(NameOf(candidate.term)),
                             1.0,
                             false,
-                            search.KappaOf(candidate.columns, graph.layout, covariance)});
+                            search.KappaOf(candidate.columns, graph.layout, variances)});
   }
   while (!candidates.empty()) {
     std::vector<ScoreTest> tests;
@@ -473,19 +473,6 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     result.found.push_back(term);
   }
   return result;
-}
-
-void AddShift(const PoseGraph& graph,
-              const Eigen::MatrixXd& covariance,
-              int at,
-              const Eigen::VectorXd& shift,
-              LeftOutTerm term,
-              LeftOutTerms* terms) {
-  const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
-  terms->covariance += moved * moved.transpose();
-  term.effect_sigmas = LargestInSigmas(graph, covariance, moved);
-  term.p_value = 0.0;
-  terms->found.push_back(term);
 }
 
 }  // namespace truetriad

@@ -92,12 +92,4 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient);
 
-// Adds a term by which the shared entries from `at` on are off by `shift`.
-void AddShift(const PoseGraph& graph,
-              const Eigen::MatrixXd& covariance,
-              int at,
-              const Eigen::VectorXd& shift,
-              LeftOutTerm term,
-              LeftOutTerms* terms);
-
 }  // namespace truetriad

@@ -68,17 +68,8 @@ void LostRowCounter::Add(std::span<const std::int64_t> time_ns,
 }
 
 void LostRowCounter::AddStep(std::int64_t row, double beyond, double noise) {
-  // Of noise s, and of what is beside it. The cube of noise of variance v has the variance 15 v^3.
-  const double variance = kWithBeside * noise * noise;
-  const double weight = 1.0 / (15.0 * variance * variance * variance + kLeastVariance);
-  const double within = std::clamp(beyond, -kMostBeyond, kMostBeyond);
-  const double cube = within * within * within;
-  told_.push_back({row, within, 1.0 / (variance + kLeastVariance)});
-  weight_ += weight;
-  cube_ += weight * cube;
-  weight_square_ += weight * weight;
-  cross_ += weight * weight * cube;
-  cube_square_ += weight * weight * cube * cube;
+  told_.push_back(
+      {row, std::clamp(beyond, -kMostBeyond, kMostBeyond), kWithBeside * noise * noise});
 }
 
 double LostRowCounter::Share() const {
@@ -86,19 +77,32 @@ double LostRowCounter::Share() const {
 }
 
 double LostRowCounter::RandomShare() const {
-  const double mean = cube_ / weight_;
+  // Sums of weights, of weight times k^3, and of the squares of both.
+  double weights = 0.0, cubes = 0.0, weight_squares = 0.0, cross = 0.0, cube_squares = 0.0;
+  for (const Told& step : told_) {
+    // The cube of noise of variance v has the variance 15 v^3.
+    const double weight = 1.0 / (15.0 * std::pow(step.variance, 3) + kLeastVariance);
+    const double cube = weight * std::pow(step.beyond, 3);
+    weights += weight;
+    cubes += cube;
+    weight_squares += weight * weight;
+    cross += weight * cube;
+    cube_squares += cube * cube;
+  }
+  const double mean = cubes / weights;
   const double variance =
-      (cube_square_ - 2.0 * mean * cross_ + mean * mean * weight_square_) / (weight_ * weight_);
+      (cube_squares - 2.0 * mean * cross + mean * mean * weight_squares) / (weights * weights);
   if (mean < kSureSigmas * std::sqrt(variance)) return 0.0;
   return std::min(mean, 0.5);
 }
 
 double LostRowCounter::PeriodicShare() const {
   double weight = 0.0, sum = 0.0, square = 0.0;
+  const auto weight_of = [](const Told& step) { return 1.0 / (step.variance + kLeastVariance); };
   for (const Told& step : told_) {
-    weight += step.weight;
-    sum += step.weight * step.beyond;
-    square += step.weight * step.beyond * step.beyond;
+    weight += weight_of(step);
+    sum += weight_of(step) * step.beyond;
+    square += weight_of(step) * step.beyond * step.beyond;
   }
   const double mean = sum / weight;
   // Of a step of unit weight.
@@ -111,8 +115,8 @@ double LostRowCounter::PeriodicShare() const {
     sums.fill(0.0);
     for (const Told& step : told_) {
       const std::size_t phase = static_cast<std::size_t>(step.row) % every;
-      weights[phase] += step.weight;
-      sums[phase] += step.weight * step.beyond;
+      weights[phase] += weight_of(step);
+      sums[phase] += weight_of(step) * step.beyond;
     }
     for (std::size_t phase = 0; phase < every; ++phase) {
       const double rest = weight - weights[phase];

@@ -46,12 +46,10 @@ class LostRowCounter {
 
   TriadModel<double> gyroscope_, vector_;
   double sigma_;
-  // Sums of weights, of weight times k^3, and of the squares of both.
-  double weight_ = 0.0, cube_ = 0.0, weight_square_ = 0.0, cross_ = 0.0, cube_square_ = 0.0;
   struct Told {
-    std::int64_t row = 0;  // by its time
-    double beyond = 0.0;
-    double weight = 0.0;
+    std::int64_t row = 0;   // by its time
+    double beyond = 0.0;    // k
+    double variance = 0.0;  // of its noise and of what is beside it
   };
   std::vector<Told> told_;
   std::int64_t spacing_ns_ = 0;

@@ -358,13 +358,15 @@ Observability AnalyseObservability(const PoseGraph& graph,
   return result;
 }
 
+Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
+  return (layout.basis * covariance).cwiseProduct(layout.basis).rowwise().sum();
+}
+
 double LargestInSigmas(const PoseGraph& graph,
                        const Eigen::MatrixXd& covariance,
                        const Eigen::VectorXd& moved) {
-  const Eigen::MatrixXd& basis = graph.layout.basis;
-  const Eigen::ArrayXd sigma =
-      (basis * covariance).cwiseProduct(basis).rowwise().sum().array().max(0.0).sqrt();
-  const Eigen::ArrayXd off = (basis * moved).array().abs();
+  const Eigen::ArrayXd sigma = VariancesOf(graph.layout, covariance).max(0.0).sqrt();
+  const Eigen::ArrayXd off = (graph.layout.basis * moved).array().abs();
   return (sigma > 0.0).select(off / sigma, 0.0).maxCoeff();
 }
 

@@ -29,6 +29,9 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                    double limit,
                                    const char* how_to_add = "add poses");
 
+// Of all shared entries, by the covariance of the free coordinates.
+Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
+
 // By how many σ some parameter is off at most that moves by `moved` of the free coordinates, whose
 // covariance is given.
 double LargestInSigmas(const PoseGraph& graph,

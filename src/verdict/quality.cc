@@ -185,16 +185,12 @@ std::optional<double> HeldOutError(const PoseGraph& graph,
     for (const std::size_t i : group.increments) {
       const IncrementEdge& edge = graph.increments[i];
       if (edge.rejected) continue;
-      Eigen::Vector3d residual;
-      part.increments[i].Evaluate(part.layout,
-                                  part.shared.data(),
-                                  part.nodes[edge.from].state.data(),
-                                  part.nodes[edge.from + 1].state.data(),
-                                  &residual,
-                                  nullptr,
-                                  nullptr,
-                                  nullptr);
-      residual = edge.SquareRootInformation() * residual;
+      const Eigen::Vector3d residual =
+          edge.SquareRootInformation() *
+          part.increments[i].Residual(part.layout,
+                                      part.shared.data(),
+                                      part.nodes[edge.from].state.data(),
+                                      part.nodes[edge.from + 1].state.data());
       for (const double value : residual) error.Add(value);
     }
   }

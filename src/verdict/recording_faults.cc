@@ -40,6 +40,20 @@ double ShareOfLostRows(const PoseSet& poses,
   return counter.Share();
 }
 
+// Adds a term by which the shared entries from `at` on are off by `shift`.
+void AddShift(const PoseGraph& graph,
+              const Eigen::MatrixXd& covariance,
+              int at,
+              const Eigen::VectorXd& shift,
+              LeftOutTerm term,
+              LeftOutTerms* terms) {
+  const Eigen::VectorXd moved = graph.layout.basis.middleRows(at, shift.size()).transpose() * shift;
+  terms->covariance += moved * moved.transpose();
+  term.effect_sigmas = LargestInSigmas(graph, covariance, moved);
+  term.p_value = 0.0;
+  terms->found.push_back(term);
+}
+
 // A gyroscope at rest whose noise is less than a step reads the same in every rest: the mean of all
 // rests is off by as much as one.
 void AddRounding(const PoseSet& poses,

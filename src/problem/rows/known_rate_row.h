@@ -3,27 +3,20 @@
 
 #include <Eigen/Core>
 
-#include "problem/parameters.h"
-#include "problem/rows/row.h"
-#include "problem/rows/triad_blocks.h"
+#include "problem/rows/rate_row.h"
 
 namespace truetriad {
 
-// The gyroscope while a known rate w was held, or the mean rate of a known turn, which shows its
-// axis:
-//
-//   rows   h(S w) + b + G f - y        raw unit of the gyroscope
-//
-// f: mean specific force meanwhile, as the accelerometer saw it. Parameters: the triad's
-// (TriadBlocks); g-sensitivity (9, column by column), where there is one. The rate is stated
-// against the table: the earth's is not counted in it.
-class KnownRateRow final : public Row {
+// The gyroscope while a known rate was held, or the mean rate of a known turn, which shows its
+// axis: rate_row.h.
+class KnownRateRow final : public RateRow {
  public:
   KnownRateRow(const SharedLayout& layout,
                const ThermalFactors& factors,
                const Eigen::Vector3d& rate_radps,
                const Eigen::Vector3d& force_mps2,
-               const Eigen::Vector3d& mean_raw);
+               const Eigen::Vector3d& mean_raw)
+      : RateRow(layout, factors, force_mps2, mean_raw), rate_radps_(rate_radps) {}
 
   bool Evaluate(double const* const* parameters,
                 double* residuals,
@@ -31,21 +24,12 @@ class KnownRateRow final : public Row {
 
   template <typename T>
   bool operator()(T const* const* parameters, T* residuals) const {
-    using Vector3 = Eigen::Matrix<T, 3, 1>;
-    const TriadModel<T> model = triad_blocks_.ModelAt(parameters);
-    Vector3 raw = model.RawFromTruth(Vector3(rate_radps_.cast<T>()));
-    if (has_g_sensitivity_) {
-      raw += Eigen::Map<const Eigen::Matrix<T, 3, 3>>(parameters[triad_blocks_.count()]) *
-             Vector3(force_mps2_.cast<T>());
-    }
-    Eigen::Map<Vector3>{residuals} = raw - mean_raw_.cast<T>();
+    SetResidual<T>(rate_radps_.cast<T>(), parameters, residuals);
     return true;
   }
 
  private:
-  Eigen::Vector3d rate_radps_, force_mps2_, mean_raw_;
-  bool has_g_sensitivity_ = false;
-  TriadBlocks triad_blocks_;
+  Eigen::Vector3d rate_radps_;
 };
 
 }  // namespace truetriad
