@@ -97,13 +97,13 @@ std::optional<double> PeriodOfSteps(std::span<const std::int64_t> stamps, double
   return sum / near;
 }
 
-// The median over as many samples as tell it.
-double PeriodOfStretches(std::span<const std::int64_t> stamps, double usual) {
+// The median over as many samples as tell it, `fewest` and more.
+double PeriodOfStretches(std::span<const std::int64_t> stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
   const auto widest = static_cast<std::size_t>(static_cast<double>(kSlopeSamples) / run);
   double median = usual;
-  for (std::size_t apart = 1; apart <= widest && 4 * apart <= places.size(); apart *= 2) {
+  for (std::size_t apart = fewest; apart <= widest && 4 * apart <= places.size(); apart *= 2) {
     std::vector<double> slopes;
     for (std::size_t i = apart; i < places.size(); ++i) {
       slopes.push_back(Slope(stamps, places[i - apart], places[i]));
@@ -433,12 +433,13 @@ EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns) {
   if (stamps_ns.size() < kFewestStamps) return {};
   const double usual = UsualSpacing(stamps_ns);
   const std::optional<double> period = PeriodOfSteps(stamps_ns, usual);
-  return EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual)).Run();
+  return EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual, 1)).Run();
 }
 
 EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns) {
   if (stamps_ns.size() < kFewestStamps) return {};
-  return EvenFit(stamps_ns, PeriodOfStretches(stamps_ns, UsualSpacing(stamps_ns))).Run();
+  const double usual = UsualSpacing(stamps_ns);
+  return EvenFit(stamps_ns, PeriodOfStretches(stamps_ns, usual, kSlopeSamples / 4)).Run();
 }
 
 bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {

@@ -147,5 +147,18 @@ TEST(EvenSource, LeavesTimeThatGoesBack) {
   EXPECT_EQ(Pass({stream}).time_ns[Triad::kAccelerometer], stream.time_ns);
 }
 
+// A sensor of 20 ms read by a clock of 15.6 ms looks as if one sample in five were lost.
+TEST(EvenSource, TellsASlowClockFromLostSamplesByTheReadings) {
+  MemoryStream evenly(Triad::kAccelerometer), lost(Triad::kAccelerometer);
+  std::mt19937 random(1);
+  for (std::int64_t i = 0; i < 6000; ++i) {
+    const std::int64_t time_ns = 20'000'000 * i, stamp_ns = time_ns / 15'625'000 * 15'625'000;
+    evenly.Add(stamp_ns, ReadingAt(time_ns, &random));
+    lost.Add(stamp_ns, ReadingAt(stamp_ns, &random));
+  }
+  EXPECT_EQ(Pass({evenly}).summaries[Triad::kAccelerometer].stamps, StampKind::kOnTicks);
+  EXPECT_EQ(Pass({lost}).time_ns[Triad::kAccelerometer], lost.time_ns);
+}
+
 }  // namespace
 }  // namespace truetriad
