@@ -41,7 +41,7 @@ constexpr double kMostLost = 5.0;
 // What comes after these samples is not known, so they are not taken for late.
 constexpr std::size_t kTail = 8;
 // Half the width over which the wander of the clocks is a straight line, in samples: jitter counts
-// a twentieth, a clock that is slewed by 500 ppm is off by 0.3 ms at 100 Hz.
+// a twenty-fifth, a clock whose rate changes by 500 ppm at once is off by 0.4 ms there at 100 Hz.
 constexpr std::size_t kHalfWidth = 512;
 // Bursts that it must have.
 constexpr std::size_t kFewestBursts = 16;
