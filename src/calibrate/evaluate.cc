@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 
 #include "calibrate/evaluate_turns.h"
@@ -118,13 +119,28 @@ void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* s
   }
 }
 
+// What the calibration left out of the poses that it was made from; of others nothing, nor where
+// they are not the same number.
+PerTriad<std::set<int>> LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own) {
+  PerTriad<std::set<int>> numbers;
+  if (!is_own || static_cast<std::size_t>(calibration.quality.poses) != poses.poses.size()) {
+    return numbers;
+  }
+  for (const RejectedPose& rejected : calibration.quality.rests.rejected_poses) {
+    numbers[rejected.triad].insert(rejected.pose);
+  }
+  return numbers;
+}
+
 double AngleDeg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180.0 / M_PI;
 }
 
 }  // namespace
 
-Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses) {
+Result<EvaluationSummary> Evaluate(const Calibration& calibration,
+                                   const PoseSet& poses,
+                                   bool is_own) {
   if (!calibration.IsUsable()) {
     return BadInputError("this calibration is not usable (" +
                          std::string(OutcomeName(calibration.outcome)) +
@@ -132,7 +148,9 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));
   EvaluationSummary summary;
+  summary.is_own = is_own;
   summary.poses = static_cast<int>(poses.poses.size());
+  const PerTriad<std::set<int>> left_out = LeftOut(calibration, poses, is_own);
   PerTriad<ErrorSums> sums;
   std::vector<double> angles_deg;
   std::vector<std::optional<EvaluatedReading>> vectors;  // that turns are measured against
@@ -160,6 +178,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
                           poses.source);
       TRUETRIAD_RETURN_IF_ERROR(reading);
       seen[triad] = *std::move(reading);
+      if (left_out[triad].contains(pose.number)) seen[triad].reset();
       if (!seen[triad]) continue;
       is_clamped = is_clamped || seen[triad]->is_clamped;
       summary.pose_residuals.push_back(
@@ -185,7 +204,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet
     }
   }
   summary.angle_std_deg = Spread(angles_deg);
-  summary.turns = EvaluateTurns(calibration, poses, vectors);
+  summary.turns = EvaluateTurns(calibration, poses, vectors, left_out[Triad::kGyroscope]);
   return summary;
 }
 

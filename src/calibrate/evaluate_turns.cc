@@ -55,7 +55,8 @@ ModelAtPose ModelBetween(const TriadCalibration& sensor,
 std::optional<EvaluatedTurns> EvaluateTurns(
     const Calibration& calibration,
     const PoseSet& poses,
-    const std::vector<std::optional<EvaluatedReading>>& vectors) {
+    const std::vector<std::optional<EvaluatedReading>>& vectors,
+    const std::set<int>& left_out) {
   const std::optional<TriadCalibration>& gyroscope = calibration.sensors[kGyroscope];
   const std::optional<TriadCalibration>& accelerometer = calibration.sensors[Triad::kAccelerometer];
   const StreamSummary* stream = poses.Find(kGyroscope);
@@ -68,6 +69,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
     const auto& before = vectors[recorded.from];
     const auto& after = vectors[recorded.from + 1];
     if (recorded.fault || !before || !after) continue;
+    if (left_out.contains(poses.poses[recorded.from + 1].number)) continue;
     const ModelAtPose at =
         ModelBetween(*gyroscope, poses.poses[recorded.from], poses.poses[recorded.from + 1]);
     GyroModel model{at.model};

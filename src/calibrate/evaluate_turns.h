@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "calibrate/evaluated_reading.h"
@@ -13,6 +14,7 @@ namespace truetriad {
 
 // Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
 // the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
+// `left_out`: numbers of the poses into which a turn is not to count.
 // Unset without a gyroscope, or without a turn between two of them.
 //
 // The error is a direction in the plane across gravity; what lets expect it: the noise of both
@@ -21,6 +23,7 @@ namespace truetriad {
 std::optional<EvaluatedTurns> EvaluateTurns(
     const Calibration& calibration,
     const PoseSet& poses,
-    const std::vector<std::optional<EvaluatedReading>>& vectors);
+    const std::vector<std::optional<EvaluatedReading>>& vectors,
+    const std::set<int>& left_out);
 
 }  // namespace truetriad

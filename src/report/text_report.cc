@@ -83,9 +83,15 @@ std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluat
   return {table, worst_ratio};
 }
 
-std::string EvaluationVerdict(const Table& table, const std::optional<double>& worst_ratio) {
+std::string EvaluationVerdict(bool is_own,
+                              const Table& table,
+                              const std::optional<double>& worst_ratio) {
   if (table.rows.empty()) {
     return "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
+  }
+  if (is_own) {
+    return "NOT A TEST: the calibration was made from this recording, so that small errors prove "
+           "nothing; evaluate another one\n";
   }
   if (!worst_ratio) {
     return "EVALUATED, but no prediction to compare with\n";
@@ -112,7 +118,7 @@ std::string CalibrationText(const Calibration& calibration) {
 
 std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
   const auto [table, worst_ratio] = TableOf(evaluation);
-  std::string text = EvaluationVerdict(table, worst_ratio);
+  std::string text = EvaluationVerdict(evaluation.is_own, table, worst_ratio);
   text += Wrapped("Calibration of " +
                       (calibration.serial.empty() ? "a unit without serial number"
                                                   : calibration.serial) +

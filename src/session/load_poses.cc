@@ -192,6 +192,18 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   return loaded;
 }
 
+bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {
+  const auto is_same = [](const InputFile& a, const InputFile& b) {
+    // A manifest has no samples, and may describe other files of the same names.
+    return a.samples > 0 && a.sha256 == b.sha256;
+  };
+  return std::find_first_of(calibration.inputs.begin(),
+                            calibration.inputs.end(),
+                            inputs.begin(),
+                            inputs.end(),
+                            is_same) != calibration.inputs.end();
+}
+
 Result<PosesConfig> ParsePoses(const std::string& text) {
   PosesConfig config;
   if (text.empty()) return config;

@@ -301,6 +301,26 @@ TEST(Gyroscope, IsHeldOutTurnByTurnAsIfEachHadNotBeenRecorded) {
   }
 }
 
+// In the recording that it was made from; of another one all turns count.
+TEST(Gyroscope, IsNotEvaluatedOnATurnThatItsCalibrationLeftOut) {
+  const Scenario scenario = NoisyGyroscopeScenario(5);
+  CalibrateOptions options = OptionsFor(scenario);
+  PoseSet poses = Collect(scenario);
+  for (Eigen::Vector3d& reading : poses.moves[3].gyroscope_raw) reading *= 1.1;
+  const auto summary = Calibrate(poses, options);
+  ASSERT_TRUE(summary) << summary.error().message;
+  ASSERT_EQ(summary->calibration.quality.rests.rejected_poses.size(), 1U);
+  const auto turns = static_cast<int>(poses.moves.size());
+  const auto own = Evaluate(summary->calibration, poses, /*is_own=*/true);
+  ASSERT_TRUE(own) << own.error().message;
+  EXPECT_TRUE(own->is_own);
+  EXPECT_EQ(own->turns->count, turns - 1);
+  const auto other = Evaluate(summary->calibration, poses);
+  ASSERT_TRUE(other) << other.error().message;
+  EXPECT_EQ(other->turns->count, turns);
+  EXPECT_GT(other->turns->rms_rad, 5.0 * own->turns->rms_rad);
+}
+
 // Errors² of fresh recordings over what was predicted of them, summed: each angle² has two degrees
 // of freedom, so that the mean of 40 runs of some 11 turns scatters by sqrt(2 / 880) = 5 %, and by
 // twice that where neighbours share a pose and a run shares its parameters. 4 sigma.

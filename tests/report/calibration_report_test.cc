@@ -243,6 +243,15 @@ TEST(EvaluationText, JudgesErrorsByThePrediction) {
   EXPECT_THAT(EvaluationText({}, SampleCalibration()), StartsWith("NOT EVALUATED"));
 }
 
+TEST(EvaluationText, TakesTheCalibrationsOwnRecordingForNoTest) {
+  EvaluationSummary evaluation;
+  evaluation.poses = 12;
+  evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
+  evaluation.predicted_rms[Triad::kAccelerometer] = 0.0020;
+  evaluation.is_own = true;
+  EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()), StartsWith("NOT A TEST"));
+}
+
 TEST(EvaluationText, NamesTheWorstPosesFirst) {
   Quality quality;
   AddPoses(12, Triad::kAccelerometer, 0.002, &quality);

@@ -26,6 +26,9 @@ struct EvaluatedTurns {
 
 /// Prediction error of an existing calibration on poses that it has not seen.
 struct EvaluationSummary {
+  /// The calibration was made from these poses: what it left out is left out, and the errors are no
+  /// prediction errors.
+  bool is_own = false;
   int poses = 0;
   int clamped_poses = 0;  ///< Outside of the calibrated temperatures: judged at their end.
   /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
@@ -36,6 +39,9 @@ struct EvaluationSummary {
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
   std::vector<PoseResidual> pose_residuals;
 };
-Result<EvaluationSummary> Evaluate(const Calibration& calibration, const PoseSet& poses);
+/// `is_own`: `poses` are those that the calibration was made from.
+Result<EvaluationSummary> Evaluate(const Calibration& calibration,
+                                   const PoseSet& poses,
+                                   bool is_own = false);
 
 }  // namespace truetriad

@@ -32,6 +32,9 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {});
 
+/// Whether the calibration was made from one of these files.
+bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
+
 /// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH; empty: not given.
 /// Error (usage): anything else.
 Result<PosesConfig> ParsePoses(const std::string& text);

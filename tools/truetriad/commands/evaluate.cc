@@ -45,8 +45,9 @@ Result<int> RunEvaluate(const std::vector<std::string>&) {
   if (loaded->not_enough) return *loaded->not_enough;
   TRUETRIAD_RETURN_IF_ERROR(
       CheckSameUnit(FLAGS_input + ": the recording", loaded->poses.serial, calibration));
-  TRUETRIAD_ASSIGN_OR_RETURN(const EvaluationSummary evaluation,
-                             Evaluate(calibration, loaded->poses));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const EvaluationSummary evaluation,
+      Evaluate(calibration, loaded->poses, IsMadeFrom(calibration, loaded->inputs)));
   std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
   return kExitGood;
 }
@@ -62,8 +63,8 @@ Command EvaluateCommand() {
           "build/truetriad evaluate --calibration=out/demo/calibration.yaml "
           "--input=datasets/demo/recording.csv",
       .details =
-          "Use a separate recording: on the one that the calibration was made from (as in "
-          "this\nexample) the result is too optimistic.\n",
+          "Use a separate recording: of the one that the calibration was made from (as in "
+          "this\nexample) it says that this is no test.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"poses", "HOW"}},
       .run = RunEvaluate};
 }
