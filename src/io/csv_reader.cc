@@ -87,6 +87,18 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
          std::any_of(fields.begin(), fields.end(), [](std::string_view f) { return !f.empty(); });
 }
 
+/// The numbers 0, 1, 2, … of the columns, from which some tables are without names; before them the
+/// empty name of a column of row numbers. Four and more, which no row of data counts by chance.
+bool CountsColumns(std::vector<std::string_view> fields) {
+  constexpr std::size_t kFewestColumns = 4;
+  if (!fields.empty() && fields.front().empty()) fields.erase(fields.begin());
+  if (fields.size() < kFewestColumns) return false;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i] != std::to_string(i)) return false;
+  }
+  return true;
+}
+
 /// At most 40 characters of `text`, with unprintable ones made visible.
 std::string ShownField(std::string_view text) {
   constexpr std::size_t kShownOfField = 40;
@@ -148,6 +160,11 @@ Status CsvReader::ReadHeader() {
              (layout_.header == CsvLayout::Header::kPresent ||
               (layout_.header == CsvLayout::Header::kAuto && looks_like_header))) {
     header = lines[0];
+    lines.erase(lines.begin());
+  }
+  const bool may_count = layout_.header == CsvLayout::Header::kAuto && header.number == 0;
+  if (may_count && lines.size() == 2 &&
+      CountsColumns(SplitFields(lines[0].text, FindSeparator(lines[0].text)))) {
     lines.erase(lines.begin());
   }
   if (lines.empty()) {

@@ -16,6 +16,8 @@ namespace truetriad {
 
 /// How a text table is laid out; what is not stated is found from its first lines.
 struct CsvLayout {
+  /// kAuto: the first line is a header where it holds no number; where it counts columns, 0,1,2,…,
+  /// it is passed over.
   enum class Header { kAuto, kPresent, kAbsent };
 
   char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: found.

@@ -112,7 +112,9 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
 
 Status HeaderColumns::RejectUnknown() const {
   for (std::size_t column = 0; column < columns_.size(); ++column) {
-    if (taken_[column]) continue;
+    // Tables of pandas begin with a column of row numbers that has no name.
+    const bool numbers_rows = column == 0 && columns_[column].name.empty();
+    if (taken_[column] || numbers_rows) continue;
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
     return Fail(column,

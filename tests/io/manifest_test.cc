@@ -39,6 +39,21 @@ class Manifest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+// Tables that pandas writes without names, with and without the index.
+TEST_F(Manifest, PassesOverALineThatCountsColumns) {
+  const std::string keys =
+      "    time: {column: 1, unit: s}\n    x: 2\n    y: 3\n    z: 4\n    unit: g\n";
+  for (const std::string line : {"0,1,2,3,4\n", ",0,1,2,3\n"}) {
+    folder_.Write("log.csv", line + "0,5,6,7,8\n1,6,8,9,10\n");
+    const RecordingSamples recording = Read(WriteStream(keys));
+    EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(6.0, 8.0));
+  }
+  // Stated to be data.
+  folder_.Write("log.csv", "0,1,2,3,4\n1,6,8,9,10\n");
+  const RecordingSamples recording = Read(WriteStream(keys + "    header: false\n"));
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(2.0, 8.0));
+}
+
 TEST_F(Manifest, MapsColumnsByNameAndByIndex) {
   folder_.Write("log.csv", "t,a,b,c,T,note\n1,2,3,4,300,x\n2,5,6,7,301,y\n");
   const RecordingSamples recording =

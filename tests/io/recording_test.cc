@@ -156,6 +156,15 @@ TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
               HasSubstr("log.csv:4: column `time[s]`: time goes backwards to 1.5 s after 2 s"));
 }
 
+// As `to_csv` of pandas writes an index.
+TEST_F(Recording, PassesOverAFirstColumnWithoutAName) {
+  const RecordingSamples recording =
+      Read(",time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n1,0.5,4,5,6\n");
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
+  EXPECT_THAT(ErrorOf("time[s],,accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n"),
+              HasSubstr("is unknown"));
+}
+
 // Rows of a piece that begins at zero, 10 ms apart.
 std::string PieceOfRows(int count) {
   std::string rows;
