@@ -240,6 +240,21 @@ void StateJoints(const SampleSource& source,
   set->findings.insert(set->findings.end(), findings.begin(), findings.end());
 }
 
+// A thermometer that is not connected, or a column that nobody filled: no unit is at exactly 0 degC
+// (or 0 K) throughout, and what is calibrated from here on would be said to be of that temperature.
+void DropDeadTemperature(PoseSet* set) {
+  if (!set->temperature_range_degc || !set->sweep.temperature.empty()) return;
+  const double lowest = (*set->temperature_range_degc)[0];
+  const double highest = (*set->temperature_range_degc)[1];
+  if (lowest != highest || (lowest != 0.0 && lowest != kAbsoluteZeroDegc)) return;
+  set->temperature_range_degc.reset();
+  for (StaticPose& pose : set->poses) pose.temperature_degc.reset();
+  for (KnownRate& rate : set->rates) rate.means.temperature_degc.reset();
+  set->findings.emplace_back(FindingCode::kTemperatureMissing,
+                             "the temperature reads 0 throughout: taken as not recorded",
+                             "correct the column, or remove it");
+}
+
 }  // namespace
 
 Result<PoseSet> CollectPoses(SampleSource& source,
@@ -301,6 +316,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
   TRUETRIAD_RETURN_IF_ERROR(DescribeRecording(source, even, monitor_of, *leading, &set));
   StateJoints(source, repeated.Stretches(), &set);
   TRUETRIAD_RETURN_IF_ERROR(collector->Finish(&set));
+  DropDeadTemperature(&set);
   if (progress) progress(1.0);
   return set;
 }

@@ -127,7 +127,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "record it raw"),
     Warning(kTemperatureMissing,
             "temperature-missing",
-            "Part of a sweep lacks temperature and is left out",
+            "Temperature is missing in part of a sweep, or reads 0 throughout; left out",
             "log temperature throughout"),
     Refusal(kNotEnough,
             kTemperatureRangeTooSmall,
