@@ -60,6 +60,7 @@ class Chooser {
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
     choice_.fit = FitSweepWithNoise(problem_, axis_, best->terms, best->lags);
+    if (wanted_.bias_order_auto) LowerOrder(*best);
     return std::move(choice_);
   }
 
@@ -259,6 +260,23 @@ class Chooser {
     if (wanted_.bias_order_auto) terms.bias_order = ChooseOrder(lags, steps);
     if (wanted_.rate_auto) ChooseRates(lags, &terms, steps);
     return terms;
+  }
+
+  // The highest power was judged beside all rate terms that are allowed, without the noise of the
+  // thermometer: where it is not significant beside the chosen ones, with that noise, it leaves
+  // unless the held-out error says otherwise.
+  void LowerOrder(Candidate chosen) {
+    ThermalOptions& terms = chosen.terms;
+    while (terms.bias_order > 1) {
+      const int power = terms.bias_order;
+      if (WaldProbability(choice_.fit, {problem_.power_column(power)}) < kLeaveLevel) return;
+      --terms.bias_order;
+      const double held_out = HeldOutRms(&problem_, axis_, terms, chosen.lags);
+      if (kFewerLags * held_out > choice_.held_out) return;
+      choice_.held_out = held_out;
+      choice_.fit = FitSweepWithNoise(problem_, axis_, terms, chosen.lags);
+      Note("- tau^" + std::to_string(power), terms, chosen.lags, &choice_.steps);
+    }
   }
 
   // Rates as allowed beside; ascending, each against all higher ones.
