@@ -195,6 +195,23 @@ TEST(Mounting, OfOneSensorIsMirroredAndNobodyKnowsOfWhich) {
   EXPECT_THAT(found.findings, Contains(AllOf(HasCode(FindingCode::kLeftHanded), IsAbout(kMag))));
 }
 
+// Up is down in every attitude then, which a gyroscope does not see.
+TEST(Mounting, OfAnAccelerometerWithTheWrongSignIsNotTakenForTheMagnetometers) {
+  const SyntheticUnit unit = UnitOf(kAll, {{kAccel, "-x-y-z"}});
+  CalibrateOptions options = OptionsFor(unit);
+  const Calibration found = CalibrationOf(unit, options);
+  const Finding* finding = Find(found.findings, FindingCode::kLeftHanded);
+  ASSERT_NE(finding, nullptr);
+  EXPECT_FALSE(finding->sensor);
+  EXPECT_THAT(finding->Message(), HasSubstr("the accelerometer's `sign`"));
+
+  options.limits.limits["accelerometer.bias"] = 1.0;
+  const Calibration judged = CalibrationOf(unit, options);
+  const Finding* refusal = Find(judged.findings, FindingCode::kMountingNotStated);
+  ASSERT_NE(refusal, nullptr);
+  EXPECT_FALSE(refusal->sensor);
+}
+
 TEST(Mounting, CommonToAllIsNotSeen) {
   EXPECT_TRUE(CalibrationOf({kAccel, kGyro}, {{kAccel, "+y+z+x"}, {kGyro, "+y+z+x"}}).IsUsable());
   EXPECT_TRUE(CalibrationOf({kAccel}, {{kAccel, "-x+y+z"}}).IsUsable());

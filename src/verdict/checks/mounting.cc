@@ -111,6 +111,16 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
   return finding;
 }
 
+// A magnetometer that is all reversed against an accelerometer: a wrong sign of that turns every
+// attitude's up to down, which leaves a gyroscope as it is, and a wrong hemisphere likewise.
+bool IsReversedAgainst(const CalibrateOptions& options, Triad triad, const Eigen::Matrix3d& map) {
+  return triad == Triad::kMagnetometer && options.triads[Triad::kAccelerometer].enabled &&
+         !options.IsBodyKnown() && map == -Eigen::Matrix3d::Identity();
+}
+constexpr const char* kReversed =
+    ": the accelerometer's `sign` or the `hemisphere` is stated wrongly, or one of the two logs "
+    "reverses all axes";
+
 // Sensors whose mounting nobody stated.
 Findings FoundMountings(const CalibrateOptions& options, const MountingView& view) {
   Findings findings;
@@ -120,14 +130,16 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
     const Eigen::Matrix3d& map = *view.maps[triad];
     if (map.isIdentity(0.0)) continue;
     const bool is_judged = !options.limits.limits.empty();
+    const bool is_reversed = IsReversedAgainst(options, triad, map);
     const std::string text =
         std::string(TriadName(triad)) + ": its sensing axes x, y, z lie along " + AxisMapName(map) +
-        " of the body" + (is_judged ? ", which must be stated where limits are to be judged" : "");
-    findings.push_back(
-        Finding(is_judged ? FindingCode::kMountingNotStated : FindingCode::kMountingFound,
-                text,
-                "if it is built so, state " + MountingLine(view, {triad}))
-            .About(triad));
+        " of the body" + (is_judged ? ", which must be stated where limits are to be judged" : "") +
+        (is_reversed ? kReversed : "");
+    Finding& finding = findings.emplace_back(
+        is_judged ? FindingCode::kMountingNotStated : FindingCode::kMountingFound,
+        text,
+        "if it is built so, state " + MountingLine(view, {triad}));
+    if (!is_reversed) finding.About(triad);
   }
   return findings;
 }
@@ -135,6 +147,11 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
 // One of the sensors is mirrored, and nothing says which.
 Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const Triad triad = view.mirrored.front();
+  if (IsReversedAgainst(options, triad, *view.maps[triad])) {
+    return {FindingCode::kLeftHanded,
+            "magnetometer: all of its axes came out reversed against the accelerometer's, -x-y-z" +
+                std::string(kReversed)};
+  }
   const bool is_relative = !options.IsBodyKnown() && triad == Triad::kMagnetometer;
   const std::string against = is_relative ? " against the accelerometer's" : "";
   Finding finding(FindingCode::kLeftHanded,
