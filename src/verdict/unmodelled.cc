@@ -12,7 +12,8 @@ namespace {
 bool IsDrift(const PoseGraph& graph,
              const MagnetometerChange& change,
              const DriftCovariance& drift) {
-  return drift.sigma_raw[Triad::kMagnetometer] > 0.0 && IsBetweenSettings(graph, change.node);
+  return !change.last && drift.sigma_raw[Triad::kMagnetometer] > 0.0 &&
+         IsBetweenSettings(graph, change.node);
 }
 
 // Clocks that are off by more than moves can tell.

@@ -25,7 +25,8 @@ constexpr std::size_t kPoses = 24;
 constexpr std::uint64_t kRuns = 400;
 
 struct Change {
-  std::size_t from = kPoses;  // index of the first pose after it
+  std::size_t from = kPoses;   // index of the first pose after it
+  std::size_t until = kPoses;  // of the first at which it has gone again
   Eigen::Vector3d bias_ut = Eigen::Vector3d::Zero();
   double strength_ut = 0.0;
   double dip_rad = 0.0;
@@ -51,7 +52,7 @@ Calibration RunWith(const Change& change, std::uint64_t seed, Noise kind = Noise
   unit.field_ut += change.strength_ut;
   unit.dip_rad += change.dip_rad;
   const PoseSet later = SimulatePoses(unit, attitudes, noise, &random);
-  for (std::size_t k = change.from; k < kPoses; ++k) poses.poses[k] = later.poses[k];
+  for (std::size_t k = change.from; k < change.until; ++k) poses.poses[k] = later.poses[k];
   if (kind == Noise::kNotStated) {
     for (StaticPose& pose : poses.poses) {
       for (const Triad triad : {Triad::kAccelerometer, kMag}) {
@@ -193,6 +194,22 @@ TEST(MagnetometerChange, SaysAnIntervalWhereSeveralPlacesFit) {
   // Odds of 20 hold the place 19 times of 20 or so; of 30 fewer than 24 have a probability of 1 %.
   EXPECT_GE(with_interval, 10);
   EXPECT_GE(holding, with_interval - with_interval / 5);
+}
+
+// Two and three poses, by so little that none of them is left out alone, in the middle of a run.
+TEST(MagnetometerChange, ThatPassesIsNoStep) {
+  int found = 0;
+  for (std::uint64_t run = 0; run < 40; ++run) {
+    const std::size_t from = 4 + run % 14, poses = 2 + run % 2;
+    const Calibration calibration =
+        RunWith({.from = from, .until = from + poses, .bias_ut = {0.16, -0.12, 0.0}}, 900 + run);
+    const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
+    if (change == nullptr) continue;
+    ++found;
+    EXPECT_THAT(change->remedy, HasSubstr("exclude_poses"));
+    EXPECT_NEAR(*change->pose, from + 1, 1.0);
+  }
+  EXPECT_GT(found, 10);
 }
 
 // Single disturbed poses are rejected by name and are no change.

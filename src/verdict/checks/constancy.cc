@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "math/dense/eigenvalues.h"
@@ -62,39 +63,45 @@ struct StepTest {
   Eigen::Matrix<double, Eigen::Dynamic, 3> shared;  // J^T D Z
 };
 
-// The tests of a step at every place, in their order. `columns`: of each place the derivative of
-// its three rows by a step there or before.
-std::vector<StepTest> TestSteps(const ReducedSystem& system,
-                                const std::vector<Place>& places,
-                                const std::vector<Eigen::Matrix3d>& columns) {
-  // All places side by side; a step is the sum of those from its own on.
-  const auto count = static_cast<Eigen::Index>(places.size());
-  StackedRows Z = StackedRows::Zero(system.residual().size(), 3 * count);
-  const auto row_of = [&](std::size_t i) {
-    return system.factors()[places[i].node].row + places[i].row;
-  };
+// The derivatives of the rows by a vector at each place, and what P makes of them.
+struct Columns {
+  std::vector<Eigen::Matrix3d> own;  // of the place's three rows
+  std::vector<Eigen::Index> rows;    // where they are
+  StackedRows projected;             // P Z, all places side by side
+};
+
+Columns ColumnsOf(const ReducedSystem& system,
+                  const std::vector<Place>& places,
+                  std::vector<Eigen::Matrix3d> own) {
+  Columns columns{std::move(own), {}, {}};
+  StackedRows Z =
+      StackedRows::Zero(system.residual().size(), 3 * static_cast<Eigen::Index>(places.size()));
   for (std::size_t i = 0; i < places.size(); ++i) {
-    Z.block<3, 3>(row_of(i), 3 * static_cast<Eigen::Index>(i)) = columns[i];
+    columns.rows.push_back(system.factors()[places[i].node].row + places[i].row);
+    Z.block<3, 3>(columns.rows[i], 3 * static_cast<Eigen::Index>(i)) = columns.own[i];
   }
-  const StackedRows DZ = system.Project(Z);
-  StackedRows projected = StackedRows::Zero(Z.rows(), 3);
-  Eigen::Matrix3d whole = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, Eigen::Dynamic, 3> shared =
-      Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(system.size(), 3);
-  Eigen::Vector3d u = Eigen::Vector3d::Zero();
-  std::vector<StepTest> tests(places.size());
-  for (std::size_t i = places.size(); i-- > 0;) {
-    const Eigen::Index row = row_of(i);
-    const auto own = DZ.middleCols<3>(3 * static_cast<Eigen::Index>(i));
-    const Eigen::Matrix3d across = columns[i].transpose() * projected.middleRows<3>(row);
-    whole += across + across.transpose() + columns[i].transpose() * own.middleRows<3>(row);
-    projected += own;
-    shared += system.B().middleRows<3>(row).transpose() * columns[i];
-    u += columns[i].transpose() * system.projected().segment<3>(row);
+  columns.projected = system.Project(Z);
+  return columns;
+}
+
+// Z^T P Z without the shared parameters, J^T D Z and Z^T P r of a vector that is the same at some
+// places.
+struct VectorSums {
+  explicit VectorSums(Eigen::Index shared_size)
+      : shared(Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(shared_size, 3)) {}
+
+  // With what the place has by itself.
+  void Add(const ReducedSystem& system, const Columns& columns, std::size_t i) {
+    const Eigen::Index row = columns.rows[i];
+    shared += system.B().middleRows<3>(row).transpose() * columns.own[i];
+    u += columns.own[i].transpose() * system.projected().segment<3>(row);
+  }
+
+  StepTest Test(const ReducedSystem& system) const {
+    StepTest test;
+    test.shared = shared;
     const Eigen::Matrix3d information = whole - shared.transpose() * (system.covariance() * shared);
     const SymmetricEigen3 solver = EigenOfSymmetric3(information);
-    StepTest& test = tests[i];
-    test.shared = shared;
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.values[axis];
       if (eigenvalue <= kNotSeen * solver.values[2]) continue;
@@ -104,8 +111,49 @@ std::vector<StepTest> TestSteps(const ReducedSystem& system,
       test.step -= share * direction;
       ++test.rank;
     }
+    return test;
+  }
+
+  Eigen::Matrix3d whole = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, Eigen::Dynamic, 3> shared;
+  Eigen::Vector3d u = Eigen::Vector3d::Zero();
+};
+
+// The tests of a step at every place, in their order: a step is the sum of the places from its own
+// on.
+std::vector<StepTest> TestSteps(const ReducedSystem& system, const Columns& columns) {
+  const std::size_t count = columns.own.size();
+  StackedRows projected = StackedRows::Zero(columns.projected.rows(), 3);
+  VectorSums sums(system.size());
+  std::vector<StepTest> tests(count);
+  for (std::size_t i = count; i-- > 0;) {
+    const auto own = columns.projected.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+    const Eigen::Matrix3d across =
+        columns.own[i].transpose() * projected.middleRows<3>(columns.rows[i]);
+    sums.whole += across + across.transpose() +
+                  columns.own[i].transpose() * own.middleRows<3>(columns.rows[i]);
+    projected += own;
+    sums.Add(system, columns, i);
+    tests[i] = sums.Test(system);
   }
   return tests;
+}
+
+// Of what is there at places [first, end) alone.
+StepTest TestTransient(const ReducedSystem& system,
+                       const Columns& columns,
+                       std::size_t first,
+                       std::size_t end) {
+  VectorSums sums(system.size());
+  for (std::size_t i = first; i < end; ++i) {
+    for (std::size_t k = first; k < end; ++k) {
+      sums.whole +=
+          columns.own[i].transpose() *
+          columns.projected.block<3, 3>(columns.rows[i], 3 * static_cast<Eigen::Index>(k));
+    }
+    sums.Add(system, columns, i);
+  }
+  return sums.Test(system);
 }
 
 // The same poses with every reading of the magnetometer counting fully, solved again.
@@ -194,14 +242,15 @@ class ChangeSearch {
                              ? Eigen::Matrix3d::Zero()
                              : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
     }
-    bias_ = TestSteps(system, places, by_bias);
-    field_ = TestSteps(system, places, by_field);
+    by_bias_ = ColumnsOf(system, places, std::move(by_bias));
+    by_field_ = ColumnsOf(system, places, std::move(by_field));
+    bias_ = TestSteps(system, by_bias_);
+    field_ = TestSteps(system, by_field_);
   }
 
   // Of a change right before a place, the better of both kinds, shared out over all places.
   double PValueAt(std::size_t first) const {
-    const double tests = 2.0 * static_cast<double>(places_.size() - 2 * kFewestPoses + 1);
-    return std::min(1.0, tests * std::min(PValue(bias_[first]), PValue(field_[first])));
+    return std::min(1.0, Tests() * std::min(PValue(bias_[first]), PValue(field_[first])));
   }
 
   // Twice the log likelihood that a change there adds.
@@ -217,6 +266,9 @@ class ChangeSearch {
       if (!best || LikelihoodAt(first) > LikelihoodAt(*best)) best = first;
     }
     if (!best || PValueAt(*best) > kChangeLevel) return std::nullopt;
+    if (auto transient = TransientBeyond(LikelihoodAt(*best))) {
+      return transient->p_value > kChangeLevel ? std::nullopt : transient;
+    }
     MagnetometerChange found = At(*best);
     for (std::size_t first = 0; first < places_.size(); ++first) {
       if (!allowed[first] || LikelihoodAt(first) < LikelihoodAt(*best) - kClearlyBetter) continue;
@@ -227,20 +279,62 @@ class ChangeSearch {
   }
 
   MagnetometerChange At(std::size_t first) const {
-    const double better = Likelihood(bias_[first]) - Likelihood(field_[first]);
-    const MovedByStep moved_by_bias = MovedBy(bias_, first, system_);
-    const MovedByStep moved_by_field = MovedBy(field_, first, system_);
+    MagnetometerChange change = ChangeOf(bias_[first],
+                                         field_[first],
+                                         MovedBy(bias_, first, system_),
+                                         MovedBy(field_, first, system_));
+    change.node = change.earliest = change.latest = places_[first].node;
+    change.p_value = PValueAt(first);
+    return change;
+  }
+
+ private:
+  double PValue(const StepTest& test) const { return own_.ChanceOf(test.statistic, test.rank); }
+  double Likelihood(const StepTest& test) const {
+    return own_.LikelihoodOf(test.statistic, test.rank);
+  }
+  double Tests() const { return 2.0 * static_cast<double>(places_.size() - 2 * kFewestPoses + 1); }
+
+  // The likeliest few poses in a row that are off alike, if more than `likelihood`.
+  std::optional<MagnetometerChange> TransientBeyond(double likelihood) const {
+    std::optional<MagnetometerChange> found;
+    for (std::size_t length = 1; length <= kLongestTransient; ++length) {
+      for (std::size_t first = kFewestPoses; first + length + kFewestPoses <= places_.size();
+           ++first) {
+        const StepTest bias = TestTransient(system_, by_bias_, first, first + length);
+        const StepTest field = TestTransient(system_, by_field_, first, first + length);
+        if (std::max(Likelihood(bias), Likelihood(field)) <= likelihood) continue;
+        likelihood = std::max(Likelihood(bias), Likelihood(field));
+        // The solution is off by that for all poses alike.
+        const auto moved = [this](const StepTest& test) {
+          const Eigen::VectorXd by = system_.covariance() * (test.shared * test.step);
+          return MovedByStep{0.0, by, by};
+        };
+        found = ChangeOf(bias, field, moved(bias), moved(field));
+        found->node = found->earliest = found->latest = places_[first].node;
+        found->last = places_[first + length - 1].node;
+        found->p_value = std::min(
+            1.0, (1.0 + kLongestTransient) * Tests() * std::min(PValue(bias), PValue(field)));
+      }
+    }
+    return found;
+  }
+
+  // By both explanations and what each does to the parameters.
+  MagnetometerChange ChangeOf(const StepTest& bias,
+                              const StepTest& field,
+                              const MovedByStep& moved_by_bias,
+                              const MovedByStep& moved_by_field) const {
+    const double better = Likelihood(bias) - Likelihood(field);
     const double by_bias = EffectOf(moved_by_bias, graph_, system_);
     const double by_field = EffectOf(moved_by_field, graph_, system_);
-    MagnetometerChange change;
-    change.node = change.earliest = change.latest = places_[first].node;
-    change.bias_ut = bias_[first].step;
-    change.field_ut = field_[first].step;
-    change.p_value = PValueAt(first);
     const MovedByStep& moved = better < 0.0 ? moved_by_field : moved_by_bias;
+    MagnetometerChange change;
+    change.bias_ut = bias.step;
+    change.field_ut = field.step;
     change.covariance = (1.0 - moved.later_share) * moved.before * moved.before.transpose() +
                         moved.later_share * moved.after * moved.after.transpose();
-    change.explained_share = std::max(bias_[first].statistic, field_[first].statistic) / own_.chi2;
+    change.explained_share = std::max(bias.statistic, field.statistic) / own_.chi2;
     if (better > kClearlyBetter) {
       change.kind = ChangeKind::kBias;
       change.effect_sigmas = by_bias;
@@ -254,16 +348,11 @@ class ChangeSearch {
     return change;
   }
 
- private:
-  double PValue(const StepTest& test) const { return own_.ChanceOf(test.statistic, test.rank); }
-  double Likelihood(const StepTest& test) const {
-    return own_.LikelihoodOf(test.statistic, test.rank);
-  }
-
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   const std::vector<Place>& places_;
   OwnResiduals own_;
+  Columns by_bias_, by_field_;
   std::vector<StepTest> bias_, field_;
 };
 
@@ -302,7 +391,9 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
     const auto among_all =
         ChangeSearch(whole, whole_system, places, noise, /*counts_as_estimated=*/true)
             .Find(allowed);
-    if (among_all && !is_too_little(among_all) && (!found || among_all->p_value <= found->p_value))
+    // Few poses that are off alike have been left out one by one.
+    if (among_all && !among_all->last && !is_too_little(among_all) &&
+        (!found || among_all->p_value <= found->p_value))
       found = among_all;
   }
   if (found) found->p_value = std::min(1.0, 2.0 * found->p_value);
@@ -319,7 +410,8 @@ std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
   for (const Place& place : places) {
     by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
   }
-  const std::vector<StepTest> tests = TestSteps(system, places, by_bias);
+  const std::vector<StepTest> tests =
+      TestSteps(system, ColumnsOf(system, places, std::move(by_bias)));
   std::size_t best = kFewestPoses;
   for (std::size_t i = kFewestPoses; i + kFewestPoses <= places.size(); ++i) {
     if (tests[i].statistic > tests[best].statistic) best = i;

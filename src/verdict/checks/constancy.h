@@ -23,6 +23,8 @@ enum class ChangeKind {
 // The magnetometer's readings from one pose on are not those of the poses before.
 struct MagnetometerChange {
   std::size_t node = 0;  // the first pose after it
+  // Where that explains more, it has gone again: the last pose of the few that it befell.
+  std::optional<std::size_t> last;
   // The first and the last pose that are about as likely (odds of 20) to be that.
   std::size_t earliest = 0, latest = 0;
   ChangeKind kind = ChangeKind::kEither;
@@ -41,6 +43,9 @@ struct MagnetometerChange {
   double p_value = 1.0;
 };
 
+// Poses that a passing magnet or current befalls: seven seconds are two rests of a hand.
+inline constexpr std::size_t kLongestTransient = 3;
+
 // A run without a change is said to have one with at most this probability.
 inline constexpr double kChangeLevel = 0.01;
 
@@ -56,6 +61,9 @@ inline constexpr double kChangeLevel = 0.01;
 // table of means neighbouring poses share what is off in them, which looks like a step. The level
 // is shared out over all places and both kinds (Bonferroni), so that it is kept whatever their
 // correlation.
+//
+// A few poses in a row that are off alike look like a step, too: where they explain more than any
+// step does, they are what is found.
 //
 // A change d that the solution does not have moves its parameters, for the poses before and those
 // after it, by

@@ -40,28 +40,45 @@ std::string PlaceOfChange(const SettledRun& run, const MagnetometerChange& chang
   return text;
 }
 
-// What happened to the magnetometer, and what to do about it.
-Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
-  const std::string bias =
-      Format("its bias differs by %.2g uT from there on", change.bias_ut.norm());
+// "10, 11": the poses that it befell.
+std::string NumbersOf(const SettledRun& run, const MagnetometerChange& change) {
+  std::string numbers;
+  for (std::size_t k = change.node; k <= *change.last; ++k) {
+    if (run.graph.nodes[k].role != PoseRole::kRest) continue;
+    numbers += (numbers.empty() ? "" : ", ") + std::to_string(run.graph.nodes[k].number);
+  }
+  return numbers;
+}
+
+// "its bias differs by 1.2 uT from there on, as when …".
+std::string WhatChanged(const SettledRun& run, const MagnetometerChange& change) {
+  const std::string when = change.last ? " meanwhile" : " from there on";
+  const std::string bias = Format("its bias differs by %.2g uT", change.bias_ut.norm()) + when;
   const Eigen::Vector3d field = WorldVector(Triad::kMagnetometer, run.graph.reference());
   const Eigen::Vector3d later = field + change.field_ut;
   const double turned_deg = kDegPerRad * std::atan2(field.cross(later).norm(), field.dot(later));
   const std::string world = Format("the field differs by %.2g uT ", change.field_ut.norm()) +
                             Format("(%+.2g uT in strength, ", later.norm() - field.norm()) +
-                            Format("%.2g deg in direction) from there on", turned_deg);
-  std::string text = "the magnetometer's readings changed " + PlaceOfChange(run, change) + ": ";
+                            Format("%.2g deg in direction)", turned_deg) + when;
   switch (change.kind) {
     case ChangeKind::kBias:
-      text += bias + ", as when iron or a magnet on the unit moves";
-      break;
+      return bias + ", as when iron or a magnet on the unit moves";
     case ChangeKind::kField:
-      text += world + ", as when the unit or iron about it is moved";
-      break;
+      return world + (change.last ? ", as when a magnet or a current passes"
+                                  : ", as when the unit or iron about it is moved");
     case ChangeKind::kEither:
-      text += "either " + bias + ", or " + world;
-      break;
+      return "either " + bias + ", or " + world;
   }
+  return {};
+}
+
+// What happened to the magnetometer, and what to do about it.
+Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
+  std::string text =
+      change.last ? "the magnetometer's readings are others in poses " + NumbersOf(run, change) +
+                        " than before and after: "
+                  : "the magnetometer's readings changed " + PlaceOfChange(run, change) + ": ";
+  text += WhatChanged(run, change);
   text += Format("; ignoring it shifts parameters by up to %.2g σ", change.effect_sigmas) +
           Format(" (by chance: %.1g)", change.p_value);
   const std::optional<Eigen::Vector2d>& range = run.poses.temperature_range_degc;
@@ -73,7 +90,8 @@ Finding FindingOf(const SettledRun& run, const MagnetometerChange& change) {
   }
   Finding finding(FindingCode::kMagnetometerChanged,
                   std::move(text),
-                  "take the run again, or the poses of one side alone");
+                  change.last ? "leave them out: `exclude_poses: [" + NumbersOf(run, change) + "]`"
+                              : "take the run again, or the poses of one side alone");
   finding.About(Triad::kMagnetometer)
       .AtPose(run.graph.nodes[change.node].number)
       .Shifting(change.effect_sigmas, Treatment::kWidened)
