@@ -29,11 +29,12 @@ const std::string kConfigs = TRUETRIAD_SOURCE_DIR "/configs/";
 // The times in the first column become those of the last row that arrives with it.
 std::string StampedOnArrival(const std::string& csv) {
   std::istringstream lines(csv);
-  std::string header;
+  std::string comment, header;
+  std::getline(lines, comment);
   std::getline(lines, header);
   std::vector<std::string> rows;
   for (std::string row; std::getline(lines, row);) rows.push_back(row);
-  std::string text = header + "\n";
+  std::string text = comment + "\n" + header + "\n";
   std::size_t size = 5;
   for (std::size_t begin = 0; begin < rows.size();) {
     const std::size_t end = std::min(begin + size, rows.size());

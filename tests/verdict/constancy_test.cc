@@ -196,20 +196,21 @@ TEST(MagnetometerChange, SaysAnIntervalWhereSeveralPlacesFit) {
   EXPECT_GE(holding, with_interval - with_interval / 5);
 }
 
-// Two and three poses, by so little that none of them is left out alone, in the middle of a run.
+// Poses that were left out one by one look like one side of a step (15 of these 100 runs would be
+// told of one); where what passed explains more, it is named with the poses to leave out.
 TEST(MagnetometerChange, ThatPassesIsNoStep) {
-  int found = 0;
-  for (std::uint64_t run = 0; run < 40; ++run) {
-    const std::size_t from = 4 + run % 14, poses = 2 + run % 2;
+  int steps = 0, rejected = 0;
+  for (std::uint64_t run = 0; run < 100; ++run) {
+    const std::size_t from = 4 + run % 14;
     const Calibration calibration =
-        RunWith({.from = from, .until = from + poses, .bias_ut = {0.16, -0.12, 0.0}}, 900 + run);
+        RunWith({.from = from, .until = from + 4, .bias_ut = {1.28, -0.96, 0.0}}, 900 + run);
+    rejected += static_cast<int>(calibration.quality.rests.rejected_poses.size());
     const Finding* change = Find(calibration.findings, FindingCode::kMagnetometerChanged);
     if (change == nullptr) continue;
-    ++found;
-    EXPECT_THAT(change->remedy, HasSubstr("exclude_poses"));
-    EXPECT_NEAR(*change->pose, from + 1, 1.0);
+    if (change->remedy.find("exclude_poses") == std::string::npos) ++steps;
   }
-  EXPECT_GT(found, 10);
+  EXPECT_GE(rejected, 400);
+  EXPECT_LE(steps, 5);
 }
 
 // Single disturbed poses are rejected by name and are no change.
