@@ -33,9 +33,15 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
           .eval();
   pooled->correlation_inflation =
       mean(pooled->correlation_inflation, more.correlation_inflation).eval();
-  pooled->mean_length_raw = mean(pooled->mean_length_raw, more.mean_length_raw);
-  pooled->length_scatter = std::max(pooled->length_scatter, more.length_scatter);
-  pooled->one_sided_raw = pooled->one_sided_raw.cwiseMax(more.one_sided_raw).eval();
+  // One session whose readings were normalised is one too many.
+  if (more.length_scatter < pooled->length_scatter) {
+    pooled->length_raw = more.length_raw;
+    pooled->length_scatter = more.length_scatter;
+    pooled->length_extent = more.length_extent;
+  }
+  pooled->one_sided_raw = (more.one_sided_raw.array().abs() > pooled->one_sided_raw.array().abs())
+                              .select(more.one_sided_raw, pooled->one_sided_raw)
+                              .eval();
   pooled->minimum_raw = pooled->minimum_raw.cwiseMin(more.minimum_raw).eval();
   pooled->maximum_raw = pooled->maximum_raw.cwiseMax(more.maximum_raw).eval();
   pooled->resolution_raw = pooled->resolution_raw.cwiseMax(more.resolution_raw).eval();

@@ -84,10 +84,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   }
   if (!finite) return CheckFinite(block);
   for (std::size_t i = 0; i < size; ++i) {
-    const double square =
-        block.x[i] * block.x[i] + block.y[i] * block.y[i] + block.z[i] * block.z[i];
-    squares_raw_ += square;
-    fourth_powers_raw_ += square * square;
+    lengths_.Add({block.x[i], block.y[i], block.z[i]});
   }
   for (const double temperature : block.temperature_degc) {
     // False for NaN, which stands for not known yet.
@@ -175,12 +172,10 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   summary.minimum_raw = minimum_raw_;
   summary.maximum_raw = maximum_raw_;
   summary.resolution_raw = resolution_raw();
-  const double square = squares_raw_ / static_cast<double>(samples_);
-  const double fourth = fourth_powers_raw_ / static_cast<double>(samples_);
-  if (square > 0.0) {
-    summary.mean_length_raw = std::sqrt(square);
-    summary.length_scatter = 0.5 * std::sqrt(std::max(0.0, fourth / (square * square) - 1.0));
-  }
+  const LengthSpread::Half half = lengths_.ShortestHalf();
+  summary.length_raw = half.length;
+  summary.length_scatter = half.scatter;
+  summary.length_extent = half.extent;
   if (samples_ >= kFewestStuckSamples && minimum_raw_ == maximum_raw_) {
     return BadInputError(info_.file + ": all " + std::to_string(samples_) + " readings of the " +
                          Name(info_.triad) + " are (" + Number(minimum_raw_.x()) + ", " +

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "data/length_spread.h"
 #include "data/pose_statistics.h"
 #include "data/repeated_rows.h"
 #include "data/window_statistics.h"
@@ -68,7 +69,7 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  double squares_raw_ = 0.0, fourth_powers_raw_ = 0.0;  // Sums over |reading|.
+  LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
 };
 

@@ -156,9 +156,29 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd
     if (!sources[i].is_reading) continue;
     Residuals& of_triad = all[sources[i].triad];
     of_triad.value.col(static_cast<Eigen::Index>(sources[i].node)) = residuals[i].value;
-    of_triad.left.col(static_cast<Eigen::Index>(sources[i].node)) = residuals[i].left;
+    of_triad.left.col(static_cast<Eigen::Index>(sources[i].node)) = residuals[i].left.diagonal();
   }
   return all;
+}
+
+std::vector<TurnMiss> MotionChain::TurnMisses(const Eigen::VectorXd& shared) const {
+  std::vector<Source> sources;
+  ChainElimination elimination(Problem(&sources));
+  elimination.Linearise(shared);
+  const std::vector<ChainElimination::Residual> residuals = elimination.Residuals();
+  const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared.data()).triad;
+  std::vector<TurnMiss> misses;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!sources[i].is_reading || sources[i].triad != Triad::kGyroscope) continue;
+    const MotionNode& node = nodes_[sources[i].node];
+    const GyroReadings readings = track_.Between(node, nodes_[sources[i].node + 1]);
+    const Eigen::Matrix3d root = turn_root_ / std::sqrt(DurationOf(readings));
+    misses.push_back({root.transpose() * root,
+                      root.transpose() * residuals[i].left * root,
+                      root.transpose() * residuals[i].value / std::sqrt(node.weight),
+                      SquaredSteps(readings, gyroscope)});
+  }
+  return misses;
 }
 
 MotionChain::ClockError MotionChain::ClockErrorOf(Triad triad, const double* shared) const {

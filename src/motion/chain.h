@@ -17,6 +17,7 @@
 #include "solve/chain_problem.h"
 #include "solve/outcome.h"
 #include "verdict/left_out_terms.h"
+#include "verdict/turn_scatter.h"
 
 namespace truetriad {
 
@@ -66,6 +67,9 @@ class MotionChain {
     Eigen::Matrix3Xd left;
   };
   PerTriad<Residuals> AllResiduals(const Eigen::VectorXd& shared) const;
+
+  // Of all turns, as if none were weighted down.
+  std::vector<TurnMiss> TurnMisses(const Eigen::VectorXd& shared) const;
 
   // By how much more than corrected a vector sensor's clock is ahead of the gyroscope's, with its
   // σ: the residuals against how fast the field turns, dx/dt = x x omega.

@@ -312,7 +312,8 @@ std::vector<ChainElimination::Residual> ChainElimination::Residuals() const {
     }
     const int rows = problem_.rows[index].row->num_residuals();
     residuals[index].value = row.residual;
-    residuals[index].left.head(rows) = (Eigen::Vector3d::Ones() - taken.diagonal()).head(rows);
+    residuals[index].left.topLeftCorner(rows, rows) =
+        (Eigen::Matrix3d::Identity() - taken).topLeftCorner(rows, rows);
   }
   return residuals;
 }

@@ -38,11 +38,11 @@ class ChainElimination final : public EliminatedProblem {
   const std::vector<ChainState>& states() const { return problem_.states; }
   const std::vector<ChainRow>& rows() const { return problem_.rows; }
 
-  // Of each row where it was linearised: its whitened values, and how much of the variance of each
-  // the states leave, 1 - leverage; rows of less than three values are filled up with zeros.
+  // Of each row where it was linearised: its whitened values, and how much of their covariance the
+  // states leave, 1 - leverage; rows of less than three values are filled up with zeros.
   struct Residual {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
-    Eigen::Vector3d left = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
   };
   std::vector<Residual> Residuals() const;
 

@@ -8,7 +8,6 @@
 #include "problem/graph_rows.h"
 #include "verdict/lost_rows.h"
 #include "verdict/observability.h"
-#include "verdict/turn_scatter.h"
 
 namespace truetriad {
 namespace {
@@ -114,12 +113,11 @@ void AddFaultsOfRecording(const PoseSet& poses,
   AddCommonGain(LeftOutKind::kLostRows, share, graph, covariance, terms);
 }
 
-void AddTurnScatter(const PoseGraph& graph, const ReducedSystem& system, LeftOutTerms* terms) {
-  AddCommonGain(LeftOutKind::kTurnScatter,
-                ShareOfTurnScatter(graph, system),
-                graph,
-                system.covariance(),
-                terms);
+void AddTurnScatter(const std::vector<TurnMiss>& misses,
+                    const PoseGraph& graph,
+                    const Eigen::MatrixXd& covariance,
+                    LeftOutTerms* terms) {
+  AddCommonGain(LeftOutKind::kTurnScatter, ShareOfTurnScatter(misses), graph, covariance, terms);
 }
 
 }  // namespace truetriad

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "problem/graph.h"
-#include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/static_pose.h"
 #include "verdict/left_out_terms.h"
+#include "verdict/turn_scatter.h"
 
 namespace truetriad {
 
@@ -19,7 +21,10 @@ void AddFaultsOfRecording(const PoseSet& poses,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms);
 
-// Turns between rests that miss more along their axes than across (turn_scatter.h).
-void AddTurnScatter(const PoseGraph& graph, const ReducedSystem& system, LeftOutTerms* terms);
+// Turns that miss more along their axes than across.
+void AddTurnScatter(const std::vector<TurnMiss>& misses,
+                    const PoseGraph& graph,
+                    const Eigen::MatrixXd& covariance,
+                    LeftOutTerms* terms);
 
 }  // namespace truetriad

@@ -21,17 +21,16 @@ constexpr double kFewestTurns = 8.0;
 // Share of a turn's own information about a direction below which the attitudes take over all.
 constexpr double kToldOfTurn = 1e-3;
 
-// sum (w_i dt)(w_i dt)^T, in the body frame at the end.
-Eigen::Matrix3d SquaredSteps(const IncrementEdge& edge) {
-  const TriadModel<double>& model = edge.at.triad;
-  const Eigen::Matrix3d correction = model.Correction();
+}  // namespace
+
+Eigen::Matrix3d SquaredSteps(const GyroReadings& readings, const TriadModel<double>& gyroscope) {
+  const Eigen::Matrix3d correction = gyroscope.Correction();
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   Eigen::Quaterniond since = Eigen::Quaterniond::Identity();  // the end in the frame of a step
-  for (std::size_t i = edge.move.time_s.size(); i-- > 1;) {
-    const double step_s = edge.move.time_s[i] - edge.move.time_s[i - 1];
-    const Eigen::Vector3d mean_raw =
-        0.5 * (edge.move.reading_raw[i] + edge.move.reading_raw[i - 1]);
-    const Eigen::Vector3d step = step_s * (correction * (mean_raw - model.bias));
+  for (std::size_t i = readings.time_s.size(); i-- > 1;) {
+    const double step_s = readings.time_s[i] - readings.time_s[i - 1];
+    const Eigen::Vector3d mean_raw = 0.5 * (readings.reading_raw[i] + readings.reading_raw[i - 1]);
+    const Eigen::Vector3d step = step_s * (correction * (mean_raw - gyroscope.bias));
     const Eigen::Vector3d at_end = since.conjugate() * step;
     sum += at_end * at_end.transpose();
     since = RotationExp(step) * since;
@@ -39,27 +38,33 @@ Eigen::Matrix3d SquaredSteps(const IncrementEdge& edge) {
   return sum;
 }
 
-}  // namespace
+std::vector<TurnMiss> TurnMissesOf(const PoseGraph& graph, const ReducedSystem& system) {
+  std::vector<TurnMiss> misses;
+  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
+    const IncrementEdge& edge = graph.increments[i];
+    if (edge.rejected || edge.stated_turn >= 0 || edge.move.time_s.size() < 2) continue;
+    const std::size_t at = graph.nodes.size() + i;
+    misses.push_back({edge.Information(),
+                      system.ProjectorBlock(at),
+                      system.projected().segment<3>(system.factors()[at].row),
+                      SquaredSteps({edge.move.time_s, edge.move.reading_raw, {}}, edge.at.triad)});
+  }
+  return misses;
+}
 
-double ShareOfTurnScatter(const PoseGraph& graph, const ReducedSystem& system) {
+double ShareOfTurnScatter(const std::vector<TurnMiss>& misses) {
   struct Along {
     double projected2, told, steps;
   };
   std::vector<Along> turns;
   double along = 0.0, across = 0.0, across_count = 0.0;
-  for (std::size_t i = 0; i < graph.increments.size(); ++i) {
-    const IncrementEdge& edge = graph.increments[i];
-    if (edge.rejected || edge.stated_turn >= 0 || edge.move.time_s.size() < 2) continue;
-    const std::size_t at = graph.nodes.size() + i;
-    const Eigen::Matrix3d P = system.ProjectorBlock(at);
-    const Eigen::Vector3d projected = system.projected().segment<3>(system.factors()[at].row);
-    const Eigen::Matrix3d own = edge.Information();
-    const SymmetricEigen3 steps = EigenOfSymmetric3(SquaredSteps(edge));
+  for (const TurnMiss& miss : misses) {
+    const SymmetricEigen3 steps = EigenOfSymmetric3(miss.steps);
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d e = steps.vectors.col(axis);
-      const double told = e.dot(P * e);
-      if (told < kToldOfTurn * e.dot(own * e)) continue;
-      const double squared = std::pow(e.dot(projected), 2);
+      const double told = e.dot(miss.projector * e);
+      if (told < kToldOfTurn * e.dot(miss.information * e)) continue;
+      const double squared = std::pow(e.dot(miss.projected), 2);
       if (axis < 2) {
         across += squared / told;
         across_count += 1.0;

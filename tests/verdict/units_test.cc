@@ -158,15 +158,15 @@ TEST(Units, OfGainsAreThoseOfTheUnit) {
 TEST(NotRaw, IsASensorWhoseReadingsTurnAtOneLength) {
   PoseSet set = TurnedUnit(1.0);
   StreamSummary& stream = set.streams[1];
-  stream.mean_length_raw = 1.0;
-  stream.minimum_raw.setConstant(-0.9), stream.maximum_raw.setConstant(0.9);
+  stream.length_raw = 1.0;
+  stream.length_extent.setConstant(1.8);
   stream.length_scatter = 3e-7;
   EXPECT_THAT(*WhyNotAsStated(set, NineAxis()), HasCode(FindingCode::kNotRaw));
   stream.length_scatter = 5e-4;  // As three digits leave it.
   EXPECT_FALSE(WhyNotAsStated(set, NineAxis()));
   stream.resolution_raw.setConstant(1e-3);
   EXPECT_THAT(*WhyNotAsStated(set, NineAxis()), HasCode(FindingCode::kNotRaw));
-  stream.maximum_raw.setConstant(-0.8);  // It never turned.
+  stream.length_extent.z() = 0.1;  // It never turned.
   EXPECT_FALSE(WhyNotAsStated(set, NineAxis()));
 }
 

@@ -131,9 +131,11 @@ struct StreamSummary {
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  /// Length of a reading over the whole recording: its mean, and its scatter as a share of that.
-  double mean_length_raw = 0.0;
+  /// Of the half of all readings whose lengths lie closest together: the length, its scatter as a
+  /// share of that, and the range of each axis among them, as a share too.
+  double length_raw = 0.0;
   double length_scatter = 0.0;
+  Eigen::Vector3d length_extent = Eigen::Vector3d::Zero();
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();  ///< Smallest step; zero when unknown.
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();

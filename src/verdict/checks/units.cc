@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "data/length_spread.h"
 #include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
@@ -170,7 +171,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
   for (const Eigen::Vector3d& reading : ReadingsOf(poses, Triad::kAccelerometer)) {
     lengths.push_back(reading.norm());
   }
-  const double length = lengths.empty() ? stream->mean_length_raw : Median(std::move(lengths));
+  const double length = lengths.empty() ? stream->length_raw : Median(std::move(lengths));
   const double gravity = *options.reference.gravity_mps2.value;
   const double gain = length * stream->unit.truth_per_raw / gravity;
   if (!(gain > 0.0) || (gain < kMostForce && gain > 1.0 / kMostForce)) return std::nullopt;
@@ -185,43 +186,33 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
       .With("gain", gain);
 }
 
-// Of a table the lengths of its rows.
-StreamSummary WithLengths(const PoseSet& poses, StreamSummary stream) {
-  if (stream.mean_length_raw > 0.0) return stream;
-  double count = 0.0, sum = 0.0, squares = 0.0;
-  for (const StaticPose& pose : poses.poses) {
-    const auto& seen = pose.triads[stream.triad];
-    if (!seen) continue;
-    const double length = seen->mean_raw.norm();
-    count += 1.0, sum += length, squares += length * length;
+// Of a table those of its rows.
+LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) {
+  if (stream.length_raw > 0.0) {
+    return {stream.length_raw, stream.length_scatter, stream.length_extent};
   }
-  if (!(sum > 0.0)) return stream;
-  stream.mean_length_raw = sum / count;
-  stream.length_scatter = std::sqrt(std::max(0.0, squares * count / (sum * sum) - 1.0));
-  return stream;
+  LengthSpread lengths;
+  for (const Eigen::Vector3d& reading : ReadingsOf(poses, stream.triad)) lengths.Add(reading);
+  return lengths.ShortestHalf();
 }
 
 // Readings that turn and always have the same length.
 std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
   if (poses.Find(triad) == nullptr) return std::nullopt;
-  const StreamSummary stream = WithLengths(poses, *poses.Find(triad));
-  if (!(stream.mean_length_raw > 0.0)) return std::nullopt;
-  const double length = stream.mean_length_raw;
-  const Eigen::Vector3d extent = (stream.maximum_raw - stream.minimum_raw) / length;
-  if (extent.minCoeff() < kTurnedShare) return std::nullopt;
-  const double rounding = stream.resolution_raw.maxCoeff() / length;
-  if (stream.length_scatter > std::clamp(rounding, kConstantLength, kRoundedLength)) {
-    return std::nullopt;
-  }
+  const StreamSummary& stream = *poses.Find(triad);
+  const LengthSpread::Half half = LengthsOf(poses, stream);
+  if (!(half.length > 0.0) || half.extent.minCoeff() < kTurnedShare) return std::nullopt;
+  const double rounding = stream.resolution_raw.maxCoeff() / half.length;
+  if (half.scatter > std::clamp(rounding, kConstantLength, kRoundedLength)) return std::nullopt;
   return Finding(FindingCode::kNotRaw,
                  std::string(TriadName(triad)) +
-                     Format(": every reading has the length %.6g ", length) + stream.unit.name +
-                     Format(" to %.1e of it", stream.length_scatter) +
-                     ", whichever way it points: it was normalised, so bias and gains are lost",
+                     Format(": most readings have the length %.6g ", half.length) +
+                     stream.unit.name + Format(" to %.1e of it", half.scatter) +
+                     ", whichever way they point: they were normalised, so bias and gains are lost",
                  "record the sensor's raw readings")
       .About(triad)
-      .With("length", length, stream.unit.name)
-      .With("scatter", stream.length_scatter);
+      .With("length", half.length, stream.unit.name)
+      .With("scatter", half.scatter);
 }
 
 std::optional<Finding> WhyGainIsOdd(Triad triad,
