@@ -395,6 +395,7 @@ EvenTimes EvenFit::Run() {
   for (const Piece& piece : counted_.pieces) {
     lost += counted_.number[piece.end - 1] + 1.0 - static_cast<double>(piece.end - piece.begin);
   }
+  even.lost = lost;
   even.are_many_lost = lost > kOftenLost * static_cast<double>(stamps_.size());
   return even;
 }
@@ -433,7 +434,12 @@ EvenTimes FitEvenTimes(std::span<const std::int64_t> stamps_ns) {
   if (stamps_ns.size() < kFewestStamps) return {};
   const double usual = UsualSpacing(stamps_ns);
   const std::optional<double> period = PeriodOfSteps(stamps_ns, usual);
-  return EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual, 1)).Run();
+  EvenTimes even =
+      EvenFit(stamps_ns, period ? *period : PeriodOfStretches(stamps_ns, usual, 1)).Run();
+  if (even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
+  // Jitter can hide the period, and samples that seem lost then make up for it.
+  EvenTimes of_all = FitEvenTimesOfAll(stamps_ns);
+  return of_all.jitter_ns < even.jitter_ns && of_all.lost < even.lost ? of_all : even;
 }
 
 EvenTimes FitEvenTimesOfAll(std::span<const std::int64_t> stamps_ns) {

@@ -24,6 +24,7 @@ struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
   double jitter_ns = 0.0;      ///< RMS of stamp − time.
+  double lost = 0.0;           ///< Samples.
   bool are_many_lost = false;  ///< Samples, so that their stamps may be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One a stamp, in order; empty: too few to tell.
 
