@@ -16,8 +16,8 @@ namespace {
 // One-sided readings: windows that tell of them, by so many σ, and by this share of the noise of
 // one reading; what they shift the mean by at most, of what they shift the middle by.
 constexpr double kFewestOneSided = 50.0;
-constexpr double kOneSidedSigmas = 7.0;
-constexpr double kOneSidedShare = 0.1;
+constexpr double kOneSidedSigmas = 4.0;
+constexpr double kOneSidedShare = 0.05;
 constexpr double kOneSidedMean = 0.5;
 
 // Below this many degrees of freedom a variance is not compared with another.
@@ -169,6 +169,22 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   return shift;
 }
 
+// `deviation`: of the mean of the pose. A quarter's variance is four times that of the whole, half
+// of it twice.
+void AddQuarters(const TriadPoseMoments& moments,
+                 const Eigen::Vector3d& deviation,
+                 double duration_s,
+                 TriadPose* pose) {
+  const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
+  if (eighths.size() != kEighths) return;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
+  const double quarter_s = 0.25 * duration_s;
+  pose->first_quarter_raw_s = quarter_s * (0.5 * (eighths[0] + eighths[1]) - middle);
+  pose->last_quarter_raw_s = quarter_s * (0.5 * (eighths[6] + eighths[7]) - middle);
+  pose->quarter_sigma_raw_s = quarter_s * std::sqrt(4.0 + 2.0) * deviation;
+}
+
 void FillTriad(Triad triad,
                const std::vector<PerTriad<TriadPoseMoments>>& moments,
                const Eigen::Vector3d& step_raw,
@@ -176,6 +192,7 @@ void FillTriad(Triad triad,
                std::vector<StaticPose>* poses) {
   std::vector<const TriadPoseMoments*> present;
   std::vector<TriadPose*> targets;
+  std::vector<double> durations_s;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double scatter_dof = 0.0;
   for (std::size_t i = 0; i < moments.size(); ++i) {
@@ -183,6 +200,7 @@ void FillTriad(Triad triad,
     if (!target) continue;
     present.push_back(&moments[i][triad]);
     targets.push_back(&*target);
+    durations_s.push_back((*poses)[i].duration_s());
     scatter += present.back()->window_scatter_raw;
     scatter_dof += present.back()->window_dof;
   }
@@ -207,6 +225,7 @@ void FillTriad(Triad triad,
       rounding[axis] =
           RoundingVariance(noise[static_cast<std::size_t>(axis)].white_variance(), step_raw[axis]);
     }
+    AddQuarters(*present[i], deviation, durations_s[i], targets[i]);
     targets[i]->mean_covariance_raw =
         deviation.asDiagonal() * CorrelationOf(scatter) * deviation.asDiagonal();
     targets[i]->mean_covariance_raw.diagonal() += rounding;

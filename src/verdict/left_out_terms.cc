@@ -17,6 +17,7 @@
 #include "verdict/checks/constancy.h"
 #include "verdict/observability.h"
 #include "verdict/own_residuals.h"
+#include "verdict/settling.h"
 
 namespace truetriad {
 namespace {
@@ -30,11 +31,16 @@ constexpr std::size_t kFewestTurned = 100;
 // Poses in a row that tell of a drift.
 constexpr std::size_t kFewestInARow = 8;
 
+double LevelOf(const std::optional<double>& kappa) {
+  return kappa && *kappa > 1.0 ? kMovingLevel : kLeftOutLevel;
+}
+
 // A term and its free coordinates in the larger model.
 struct Candidate {
   LeftOutTerm term;
   std::vector<Eigen::Index> columns;
   std::size_t number = 0;  // among all
+  double level = kLeftOutLevel;
 };
 
 constexpr std::array<std::pair<Triad, AxisTerm>, 6> kBends = {
@@ -332,12 +338,11 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   if (!given) return result;
   TermSearch search(*std::move(given));
   const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
-  for (const Candidate& candidate : candidates) {
-    result.tests.push_back({candidate.term.triad,
-                            std::string(NameOf(candidate.term)),
-                            1.0,
-                            false,
-                            search.KappaOf(candidate.columns, graph.layout, variances)});
+  for (Candidate& candidate : candidates) {
+    const auto kappa = search.KappaOf(candidate.columns, graph.layout, variances);
+    candidate.level = LevelOf(kappa);
+    result.tests.push_back(
+        {candidate.term.triad, std::string(NameOf(candidate.term)), 1.0, false, kappa});
   }
   while (!candidates.empty()) {
     std::vector<ScoreTest> tests;
@@ -348,7 +353,8 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     }
     // The most of χ² a degree of freedom where chances are too small for a double.
     const auto is_less_clear = [&](std::size_t a, std::size_t b) {
-      const double pa = candidates[a].term.p_value, pb = candidates[b].term.p_value;
+      const double pa = candidates[a].term.p_value / candidates[a].level;
+      const double pb = candidates[b].term.p_value / candidates[b].level;
       return pa != pb ? pa > pb : tests[a].chi2 < tests[b].chi2;
     };
     std::size_t clearest = 0;
@@ -356,7 +362,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
       if (is_less_clear(clearest, i)) clearest = i;
     }
     LeftOutTerm& term = candidates[clearest].term;
-    if (term.p_value > kLeftOutLevel) break;
+    if (term.p_value > candidates[clearest].level) break;
     term.size = search.SizeOf(candidates[clearest].columns);
     OwnResiduals& rest = own[term.triad];
     const double variance = rest.VarianceWithout(tests[clearest].chi2, tests[clearest].rank);
@@ -413,6 +419,8 @@ std::string_view NameOf(const LeftOutTerm& term) {
       return "low-pass";
     case LeftOutKind::kLeverArm:
       return "lever arm";
+    case LeftOutKind::kSettling:
+      return "settling";
     case LeftOutKind::kStep:
     case LeftOutKind::kOneSided:
     case LeftOutKind::kLostRows:
@@ -473,6 +481,32 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     result.found.push_back(term);
   }
   return result;
+}
+
+void AddSettling(const PoseSet& poses,
+                 const PoseGraph& graph,
+                 const ReducedSystem& system,
+                 const NoiseState& noise,
+                 LeftOutTerms* terms) {
+  if (noise.unknown || system.rank() < system.size() || system.size() == 0) return;
+  for (const Triad triad : kTriads) {
+    if (!graph.layout.Has(triad)) continue;
+    const auto settling =
+        triad == Triad::kGyroscope
+            ? FindUnsettledTurns(poses, graph, system)
+            : FindSettling(
+                  graph, system, OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel), triad);
+    if (!settling) continue;
+    LeftOutTerm term{triad, LeftOutKind::kSettling};
+    term.p_value = settling->p_value;
+    term.effect_sigmas = settling->effect_sigmas;
+    const bool is_shown = term.p_value < LevelOf(settling->kappa);
+    terms->tests.push_back(
+        {triad, std::string(NameOf(term)), term.p_value, is_shown, settling->kappa});
+    if (!is_shown) continue;
+    terms->covariance += settling->moved * settling->moved.transpose() + settling->covariance;
+    terms->found.push_back(term);
+  }
 }
 
 }  // namespace truetriad

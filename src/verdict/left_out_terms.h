@@ -11,6 +11,7 @@
 #include "problem/rows/row.h"
 #include "solve/reduced_system.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/data/static_pose.h"
 #include "truetriad/model/quality.h"
 #include "truetriad/problem/options.h"
 
@@ -29,6 +30,7 @@ enum class LeftOutKind {
   kLostRows,      // of the gyroscope, whose turns are too short by them
   kRounding,      // of the gyroscope: at rest it reads the same step throughout
   kTurnScatter,   // of the gyroscope: turns miss along their axes
+  kSettling,      // rests begin too soon
 };
 
 // A term that is not in the model and that the residuals show.
@@ -61,8 +63,11 @@ struct LeftOutTerms {
 // In a few words, of those that are looked for together.
 std::string_view NameOf(const LeftOutTerm& term);
 
-// A term is said to be there when chance makes it in so few runs.
+// A term is said to be there when chance makes it in so few runs; one that moves a parameter by
+// more than a σ for each of its own (kappa), sooner: before chance is ruled out the result is off
+// by some.
 inline constexpr double kLeftOutLevel = 1e-4;
+inline constexpr double kMovingLevel = 5e-4;
 
 // Score tests of what the model does not have, by one linearisation of the model that has it all:
 // with b the free coordinates of the solution and h those of a term, from information and gradient
@@ -80,6 +85,13 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const NoiseState& noise,
                               const CalibrateOptions& options,
                               bool is_change_known);
+
+// Adds rests that begin too soon (settling.h) to those.
+void AddSettling(const PoseSet& poses,
+                 const PoseGraph& graph,
+                 const ReducedSystem& system,
+                 const NoiseState& noise,
+                 LeftOutTerms* terms);
 
 // The same without poses: `options` with all that bends, and the search once somebody linearised
 // the graph that WithTermsOf makes of them, with probes appended. `covariance`: of the solution's

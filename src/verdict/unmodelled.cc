@@ -51,6 +51,7 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
     sigma_raw[stream.triad] = stream.noise_sigma_raw;
   }
   AddFaultsOfRecording(poses, sigma_raw, graph, system.covariance(), &found.left_out);
+  AddSettling(poses, graph, system, noise, &found.left_out);
   AddTurnScatter(TurnMissesOf(graph, system), graph, system.covariance(), &found.left_out);
   found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   found.clocks = FindClockOffsets(poses, graph);

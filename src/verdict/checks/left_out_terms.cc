@@ -34,6 +34,10 @@ std::string WordsOf(const LeftOutTerm& term) {
           100.0 * term.share);
     case LeftOutKind::kRounding:
       return "reads in steps that are larger than its noise, so its bias is known to a step only";
+    case LeftOutKind::kSettling:
+      return term.triad == Triad::kGyroscope
+                 ? "has turns that are all too short by about the same angle"
+                 : "still shows the pose before when a rest begins";
     case LeftOutKind::kTurnScatter:
       return Format(
           "has turns that miss along their axes, as if %.2g %% of the rows were lost or "
@@ -66,6 +70,8 @@ std::string RemedyOf(const LeftOutTerm& term) {
       return "look for spikes in the log";
     case LeftOutKind::kRounding:
       return "log it with more digits, or set a smaller full-scale range";
+    case LeftOutKind::kSettling:
+      return "wait longer before and after each move, or set a wider bandwidth";
     case LeftOutKind::kLostRows:
     case LeftOutKind::kTurnScatter:
       return "log the times at which readings were taken, and all of them";
