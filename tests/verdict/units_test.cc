@@ -160,6 +160,7 @@ TEST(NotRaw, IsASensorWhoseReadingsTurnAtOneLength) {
   StreamSummary& stream = set.streams[1];
   stream.length_raw = 1.0;
   stream.length_extent.setConstant(1.8);
+  stream.minimum_raw.setConstant(-0.9), stream.maximum_raw.setConstant(0.9);
   stream.length_scatter = 3e-7;
   EXPECT_THAT(*WhyNotAsStated(set, NineAxis()), HasCode(FindingCode::kNotRaw));
   stream.length_scatter = 5e-4;  // As three digits leave it.

@@ -200,6 +200,8 @@ LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) 
 std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
   if (poses.Find(triad) == nullptr) return std::nullopt;
   const StreamSummary& stream = *poses.Find(triad);
+  // Poses that were worked out, as of a plan, have no readings.
+  if (stream.minimum_raw == stream.maximum_raw) return std::nullopt;
   const LengthSpread::Half half = LengthsOf(poses, stream);
   if (!(half.length > 0.0) || half.extent.minCoeff() < kTurnedShare) return std::nullopt;
   const double rounding = stream.resolution_raw.maxCoeff() / half.length;
