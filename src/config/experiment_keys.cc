@@ -12,6 +12,7 @@
 
 #include "config/experiment_draft.h"
 #include "config/plan.h"
+#include "config/quantities.h"
 #include "config/yaml_values.h"
 #include "io/yaml_reader.h"
 #include "truetriad/model/earth.h"
@@ -129,6 +130,36 @@ void ReadPrior(YamlReader reader, std::optional<TriadPrior>* prior) {
   ReadSigmas(reader.Child("sensitivity_sigma"), &value.sensitivity_sigma);
   reader.RejectUnknown();
   *prior = value;
+}
+
+void ReadNonlinearity(YamlReader reader, Triad triad, std::optional<Nonlinearity>* nonlinearity) {
+  if (!reader) return;
+  if (IsWord(reader, "none")) {
+    nonlinearity->reset();
+    return;
+  }
+  Nonlinearity value = nonlinearity->value_or(Nonlinearity());
+  YamlReader percent = reader.Child("percent_of_full_scale");
+  ReadNumber(percent,
+             {std::numeric_limits<double>::denorm_min(),
+              Nonlinearity::kMostPercent,
+              "a percentage above 0, at most 10"},
+             &value.percent_of_full_scale);
+  const QuantityKeys scales = TriadKeys("full_scale", triad);
+  const bool has_scale = std::any_of(scales.begin(), scales.end(), [&](const auto& scale) {
+    return bool(reader.Child(scale.key));
+  });
+  ReadQuantity(reader, scales, kPositive, &value.full_scale);
+  const bool is_first = !nonlinearity->has_value();
+  if (reader.IsScalar()) {
+    reader.Fail("expected `none` or { percent_of_full_scale: …, " + scales.front().key + ": … }");
+  } else if (is_first && !(percent && has_scale)) {
+    reader.Fail("`" + (percent ? scales.front().key : "percent_of_full_scale") +
+                "` is missing; a data sheet states the non-linearity in percent of the end of "
+                "the range, of which both are needed");
+  }
+  reader.RejectUnknown();
+  *nonlinearity = value;
 }
 
 void ReadFixed(YamlReader reader, TriadOptions* options, bool* identity) {
@@ -258,6 +289,7 @@ void ReadSensor(YamlReader reader, Triad triad, Draft* draft) {
   }
   ReadNoise(reader.Child("noise"), &options, &draft->allan_files[triad]);
   ReadPrior(reader.Child("prior"), &options.prior);
+  ReadNonlinearity(reader.Child("nonlinearity"), triad, &options.nonlinearity);
   ReadFixed(reader.Child("fixed"), &options, &draft->experiment.fixed_identity[triad]);
   if (bool per_session = false; ReadChoice(reader.Child("bias"), kSessionBiases, &per_session)) {
     options.bias_per_session = per_session;
