@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "math/random.h"
@@ -17,6 +18,8 @@
 
 namespace truetriad {
 namespace {
+
+using ::testing::HasSubstr;
 
 constexpr Triad kAccel = Triad::kAccelerometer, kMag = Triad::kMagnetometer,
                 kGyro = Triad::kGyroscope;
@@ -266,6 +269,30 @@ TEST(Nonlinearity, ThatIsBeyondWhatIsStatedIsFound) {
         Find(RunUnit(setup, &random).calibration.findings, FindingCode::kLeftOutTerm) != nullptr;
   }
   EXPECT_GE(found, 5);
+}
+
+TEST(Nonlinearity, IsRefusedWhereNothingIsLeftOutOrNothingIsWidened) {
+  const auto problem = [](const auto& change) {
+    CalibrateOptions options;
+    options.triads[kAccel].enabled = true;
+    options.triads[kAccel].nonlinearity = Nonlinearity{0.5, 2.0 * kStandardGravityMps2};
+    change(&options);
+    const Status status = options.Validate();
+    return status ? std::string() : status.error().message;
+  };
+  EXPECT_EQ(problem([](CalibrateOptions*) {}), "");
+  EXPECT_THAT(problem([](CalibrateOptions* options) { options->initialise.only = true; }),
+              HasSubstr("start values have no σ"));
+  const auto with_terms = [](CalibrateOptions* options) {
+    options->triads[kAccel].axis_terms[AxisTerm::kQuadratic] = Wanted::kYes;
+    options->triads[kAccel].axis_terms[AxisTerm::kCubic] = Wanted::kYes;
+  };
+  EXPECT_THAT(problem(with_terms), HasSubstr("quadratic and cubic terms are estimated"));
+  // 2 is in g, not in m/s^2.
+  EXPECT_THAT(problem([](CalibrateOptions* options) {
+                options->triads[kAccel].nonlinearity->full_scale = 2;
+              }),
+              HasSubstr("less than the field"));
 }
 
 // With exact readings nothing shifts: what is left is the joint covariance of a model that has the

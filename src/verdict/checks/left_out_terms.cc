@@ -104,12 +104,15 @@ Findings FindingsOf(const LeftOutTerms& terms) {
   for (const StatedBend& bend : terms.stated) {
     const Nonlinearity& stated = bend.nonlinearity;
     findings.push_back(
-        Finding(FindingCode::kNonlinearityStated,
-                Format("σ are up to %.3g times larger by the stated non-linearity of the ",
-                       bend.widening) +
-                    std::string(TriadName(bend.triad)) +
-                    Format(", %.3g %% of", stated.percent_of_full_scale) +
-                    Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
+        Finding(
+            FindingCode::kNonlinearityStated,
+            Format(bend.widening < 10.0
+                       ? "σ are up to %.2f times those without the stated non-linearity of the "
+                       : "σ are up to %.0f times those without the stated non-linearity of the ",
+                   bend.widening) +
+                std::string(TriadName(bend.triad)) +
+                Format(", %.3g %% of", stated.percent_of_full_scale) +
+                Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
             .About(bend.triad)
             .With("widening", bend.widening));
   }
