@@ -161,6 +161,11 @@ void SettleSweep(const Draft& draft, Experiment* experiment, const Fail& fail) {
                             sensor.thermal.has_factor(RegressionFactor::kAmbientRate)));
     const std::string name = "sensors." + std::string(TriadName(triad));
     if (sensor.prior) fail(name + ".prior", "has no effect on a sweep; remove it");
+    if (sensor.nonlinearity) {
+      fail(name + ".nonlinearity",
+           "a sweep does not estimate the sensitivity, so nothing is widened by it; remove it, and "
+           "state it for the calibration at one temperature");
+    }
     if (sensor.noise_sigma_raw || sensor.allan || sensor.excess == ExcessNoise::kGiven) {
       fail(name + ".noise", "the noise of a sweep comes from its windows; remove it");
     }

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "config/experiment_draft.h"
+#include "config/quantities.h"
 #include "config/resolved_text.h"
 #include "io/yaml_text.h"
 #include "truetriad/model/mounting.h"
@@ -153,6 +154,16 @@ void WriteSensor(ResolvedText& out,
     out.Line("sensitivity", prior->sensitivity);
     out.Line("sensitivity_sigma", prior->sensitivity_sigma);
     out.Close();
+  }
+  if (const std::optional<Nonlinearity>& stated = options.nonlinearity) {
+    out.Line("nonlinearity",
+             "{ percent_of_full_scale: ",
+             stated->percent_of_full_scale,
+             ", ",
+             TriadKeys("full_scale", triad).front().key,
+             ": ",
+             stated->full_scale,
+             " }");
   }
   if (experiment.fixed_identity[triad] || options.fixed_sensitivity || options.fixed_bias) {
     out.Open("fixed");

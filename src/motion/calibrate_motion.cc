@@ -428,6 +428,7 @@ Status StateMotionVerdict(const PoseSet& poses,
   const ChainElimination solved_bent = bent.LinearisedAt(larger.shared);
   LeftOutTerms left_out = FindLeftOutTerms(graph,
                                            information.covariance(),
+                                           options,
                                            larger.layout,
                                            probes,
                                            solved_bent.information(),

@@ -47,6 +47,16 @@ std::string_view ThermalMatrixName(ThermalMatrix shape) { return kThermalMatrice
 
 std::string_view RegressionFactorName(RegressionFactor factor) { return kFactors.Name(factor); }
 
+double Nonlinearity::SigmaOf(const AxisTermInfo& term, double raw_per_true) const {
+  return 0.01 * percent_of_full_scale /
+         (term.beyond_line * term.PowerOf(raw_per_true * full_scale));
+}
+
+bool Nonlinearity::IsValid() const {
+  return percent_of_full_scale > 0.0 && percent_of_full_scale <= kMostPercent && full_scale > 0.0 &&
+         std::isfinite(full_scale);
+}
+
 bool ThermalOptions::any() const {
   return bias_order > 0 || matrix_order > 0 || rate.any() || needs_sweep();
 }

@@ -16,6 +16,7 @@ class OptionsCheck {
   explicit OptionsCheck(const CalibrateOptions& options) : options_(options) {}
 
   void Sensor(Triad triad);
+  void Bends(Triad triad);
   void Reference();
   void Attitudes();
   void Sweep();
@@ -83,6 +84,7 @@ void OptionsCheck::Sensor(Triad triad) {
   Require(key + ".noise",
           !sensor.allan || sensor.allan->IsValid(),
           name + ": an Allan deviation's noise density must be > 0 and its instability >= 0");
+  Bends(triad);
   Require(key + ".thermal",
           options_.sweep || !sensor.thermal.needs_sweep(),
           name + ": knots, lags and a regression need a sweep");
@@ -94,6 +96,34 @@ void OptionsCheck::Sensor(Triad triad) {
   };
   require_order("bias", sensor.thermal.bias_order, ThermalOptions::kMaxBiasOrder);
   require_order("matrix", sensor.thermal.matrix_order, ThermalOptions::kMaxMatrixOrder);
+}
+
+void OptionsCheck::Bends(Triad triad) {
+  const TriadOptions& sensor = options_.triads[triad];
+  const std::string name(TriadName(triad)), key = SensorKey(triad) + ".nonlinearity";
+  if (!sensor.nonlinearity) return;
+  Require(key,
+          sensor.nonlinearity->IsValid(),
+          name + ": a non-linearity is above 0 and at most 10 % of a full scale above 0");
+  const Knowledge& field = triad == Triad::kAccelerometer ? options_.reference.gravity_mps2
+                                                          : options_.reference.field_ut;
+  Require(
+      key,
+      triad == Triad::kGyroscope || !field.known() ||
+          sensor.nonlinearity->full_scale > *field.value,
+      name + ": its full scale is less than the field that it is in; state one end of its range");
+  Require(key,
+          !options_.initialise.only,
+          name +
+              ": start values have no σ that the non-linearity could widen; remove it, or "
+              "`initialise: { only: true }`");
+  // Whatever else bends the others has no parameter.
+  Require(key,
+          sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
+              sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
+          name +
+              ": quadratic and cubic terms are estimated, so that nothing of the non-linearity is "
+              "left out; remove it, or one of them");
 }
 
 void OptionsCheck::Reference() {

@@ -5,27 +5,22 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "math/dense/cholesky.h"
-#include "math/dense/eigenvalues.h"
-#include "math/dense/products.h"
 #include "problem/graph_builder.h"
 #include "solve/linearised_graph.h"
 #include "verdict/checks/constancy.h"
 #include "verdict/observability.h"
 #include "verdict/own_residuals.h"
 #include "verdict/settling.h"
+#include "verdict/term_search.h"
 
 namespace truetriad {
 namespace {
 
-// Of what an entry would be known to if all else were known: less is not seen apart from the rest.
-constexpr double kSeenApart = 1e-6;
-// A direction of a term that shows is off by so many σ.
-constexpr double kShownSigmas = 3.0;
 // Rows that tell of a low-pass.
 constexpr std::size_t kFewestTurned = 100;
 // Poses in a row that tell of a drift.
@@ -163,156 +158,46 @@ std::optional<std::vector<Eigen::Index>> CommonColumns(const SharedLayout& whole
   return columns;
 }
 
-// Information and gradient of the terms, given the solution's own coordinates at their best.
-struct Conditional {
-  Eigen::MatrixXd information;  // I
-  Eigen::VectorXd gradient;     // u
-  Eigen::MatrixXd gain;         // M_bb^-1 M_bh
-  Eigen::VectorXd full;         // of each entry if all else were known
-};
-
-std::optional<Conditional> ConditionOn(const Eigen::MatrixXd& information,
-                                       const Eigen::VectorXd& gradient,
-                                       const std::vector<Eigen::Index>& base,
-                                       const std::vector<Eigen::Index>& extra) {
-  const Eigen::VectorXd scale = information.diagonal()(base).cwiseSqrt().cwiseInverse();
-  if (!scale.allFinite()) return std::nullopt;
-  const Eigen::MatrixXd across = information(base, extra);
-  const Cholesky factor(scale.asDiagonal() * information(base, base) * scale.asDiagonal());
-  if (!factor.is_positive()) return std::nullopt;
-  Conditional given;
-  given.gain = scale.asDiagonal() * factor.Solve(scale.asDiagonal() * across);
-  given.information = information(extra, extra) - TransposeTimes(across, given.gain);
-  given.gradient = gradient(extra) - given.gain.transpose() * gradient(base);
-  given.full = information.diagonal()(extra);
-  return given;
+bool IsStated(const Candidate& candidate, const CalibrateOptions& options) {
+  return candidate.term.kind == LeftOutKind::kAxisTerm &&
+         options.triads[candidate.term.triad].nonlinearity.has_value();
 }
 
-// The test of the entries `at` of what is left.
-struct ScoreTest {
-  double chi2 = 0.0;
-  int rank = 0;
-};
-
-class TermSearch {
- public:
-  explicit TermSearch(Conditional given)
-      : given_(std::move(given)), information_(given_.information), gradient_(given_.gradient) {}
-
-  ScoreTest Test(const std::vector<Eigen::Index>& at) const {
-    const std::vector<Eigen::Index> seen = SeenOf(at);
-    ScoreTest test;
-    if (seen.empty()) return test;
-    const Cholesky factor(information_(seen, seen));
-    if (!factor.is_positive()) return test;
-    test.chi2 = gradient_(seen).dot(factor.SolveVector(gradient_(seen)));
-    test.rank = static_cast<int>(seen.size());
-    return test;
-  }
-
-  // By how many σ some parameter moves at most when h moves by one of its own: h^T I h = 1.
-  std::optional<double> KappaOf(const std::vector<Eigen::Index>& at,
-                                const SharedLayout& layout,
-                                const Eigen::ArrayXd& variances) const {
-    const std::vector<Eigen::Index> seen = SeenOf(at);
-    if (seen.size() < at.size()) return std::nullopt;
-    const Cholesky factor(information_(seen, seen));
-    if (!factor.is_positive()) return std::nullopt;
-    const Eigen::MatrixXd moved =
-        layout.basis * given_.gain(Eigen::all, seen) * factor.Root().transpose().inverse();
-    return std::sqrt((variances > 0.0)
-                         .select(moved.rowwise().squaredNorm().array() / variances, 0.0)
-                         .maxCoeff());
-  }
-
-  // |h| of them.
-  double SizeOf(const std::vector<Eigen::Index>& at) const {
-    const std::vector<Eigen::Index> seen = SeenOf(at);
-    return Cholesky(information_(seen, seen)).SolveVector(gradient_(seen)).norm();
-  }
-
-  // The others are tested beside it from now on. Of its directions those are taken in that show:
-  // what does not would only add what it is unknown by. `variance`: of the noise without it.
-  // Returns how they move the solution.
-  Eigen::VectorXd TakeIn(const std::vector<Eigen::Index>& at, double variance) {
-    const Directions directions = DirectionsOf(SeenOf(at), variance);
-    const Eigen::MatrixXd& shown = directions.shown;
-    const Eigen::MatrixXd across = Times(information_, shown);
-    const Cholesky factor(TransposeTimes(shown, across));
-    const Eigen::VectorXd step = factor.SolveVector(shown.transpose() * gradient_);
-    gradient_ -= across * step;
-    information_ -= Times(across, factor.Solve(across.transpose()));
-    // Those that do not show are as large as those that do, as far as the readings allow it: axes
-    // of one sensor are of one make.
-    const double size2 = (shown * step).squaredNorm() / static_cast<double>(shown.cols());
-    Append(shown, Eigen::MatrixXd::Zero(shown.cols(), shown.cols()));
-    Append(directions.hidden, TransposeTimes(directions.hidden, directions.hidden) / size2);
-    return given_.gain * (shown * step);
-  }
-
-  // d d^T + V of all that was taken in.
-  Eigen::MatrixXd Covariance() const {
-    const Eigen::MatrixXd gain = Times(given_.gain, taken_);
-    const Cholesky factor(TransposedCongruence(taken_, given_.information) + prior_);
-    const Eigen::VectorXd moved = gain * factor.SolveVector(taken_.transpose() * given_.gradient);
-    return moved * moved.transpose() + Times(gain, factor.Solve(gain.transpose()));
-  }
-  bool is_empty() const { return taken_.cols() == 0; }
-
- private:
-  std::vector<Eigen::Index> SeenOf(const std::vector<Eigen::Index>& at) const {
-    std::vector<Eigen::Index> seen;
-    for (const Eigen::Index i : at) {
-      if (information_(i, i) > kSeenApart * given_.full[i]) seen.push_back(i);
+// Of what the data sheets let bend, by each sensor how much less certain that makes the solution.
+void AllowForStated(const PoseGraph& graph,
+                    const Eigen::MatrixXd& covariance,
+                    const CalibrateOptions& options,
+                    const std::vector<Candidate>& candidates,
+                    TermSearch* search,
+                    LeftOutTerms* result) {
+  PerTriad<std::vector<Eigen::Index>> entries;
+  std::vector<Eigen::Index> all;
+  std::vector<double> sigmas;
+  for (const Candidate& candidate : candidates) {
+    const Triad triad = candidate.term.triad;
+    if (!IsStated(candidate, options)) continue;
+    const Eigen::Vector3d gains = graph.sensitivity(triad).rowwise().norm();
+    for (std::size_t axis = 0; axis < candidate.columns.size(); ++axis) {
+      entries[triad].push_back(candidate.columns[axis]);
+      all.push_back(candidate.columns[axis]);
+      sigmas.push_back(options.triads[triad].nonlinearity->SigmaOf(
+          InfoOf(candidate.term.axis_term), gains[static_cast<Eigen::Index>(axis)]));
     }
-    return seen;
   }
-
-  struct Directions {
-    Eigen::MatrixXd shown, hidden;  // one a column
-  };
-  // Of some entries, each scaled by what it would be known to: shown are those that are off by so
-  // many σ, the clearest in any case.
-  Directions DirectionsOf(const std::vector<Eigen::Index>& at, double variance) const {
-    const Eigen::VectorXd scale = given_.full(at).cwiseSqrt().cwiseInverse();
-    const SymmetricEigen spectrum =
-        EigenOfSymmetric(scale.asDiagonal() * information_(at, at) * scale.asDiagonal());
-    const Eigen::VectorXd along =
-        TransposeTimesVector(spectrum.vectors, scale.cwiseProduct(gradient_(at)));
-    const Eigen::VectorXd z2 = along.cwiseAbs2().cwiseQuotient(spectrum.values.cwiseMax(1e-300));
-    const double least = std::min(kShownSigmas * kShownSigmas * variance, z2.maxCoeff());
-    Directions directions{Eigen::MatrixXd(information_.rows(), 0),
-                          Eigen::MatrixXd(information_.rows(), 0)};
-    for (Eigen::Index i = 0; i < z2.size(); ++i) {
-      Eigen::MatrixXd& into = z2[i] < least ? directions.hidden : directions.shown;
-      into.conservativeResize(Eigen::NoChange, into.cols() + 1);
-      into.rightCols(1).setZero();
-      for (std::size_t k = 0; k < at.size(); ++k) {
-        const auto entry = static_cast<Eigen::Index>(k);
-        into(at[k], into.cols() - 1) = scale[entry] * spectrum.vectors(entry, i);
-      }
-    }
-    return directions;
+  search->AllowFor(all, Eigen::VectorXd::Map(sigmas.data(), std::ssize(sigmas)));
+  const Eigen::ArrayXd before = VariancesOf(graph.layout, covariance);
+  for (const Triad triad : kTriads) {
+    if (entries[triad].empty()) continue;
+    const Eigen::ArrayXd more = VariancesOf(graph.layout, search->CovarianceBy(entries[triad]));
+    const double most = (before > 0.0).select(more / before, 0.0).maxCoeff();
+    result->stated.push_back({triad, *options.triads[triad].nonlinearity, std::sqrt(1.0 + most)});
   }
-
-  void Append(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& prior) {
-    const Eigen::Index before = taken_.cols(), more = directions.cols();
-    taken_.conservativeResize(information_.rows(), before + more);
-    taken_.rightCols(more) = directions;
-    prior_.conservativeResizeLike(Eigen::MatrixXd::Zero(before + more, before + more));
-    prior_.bottomRightCorner(more, more) = prior;
-  }
-
-  Conditional given_;
-  Eigen::MatrixXd information_;
-  Eigen::VectorXd gradient_;
-  Eigen::MatrixXd taken_;  // a direction a column
-  Eigen::MatrixXd prior_;  // information about their sizes that the readings do not give
-};
+}
 
 // The terms that `larger` has and the graph has not, of which information and gradient tell.
 LeftOutTerms SearchTerms(const PoseGraph& graph,
-                         const Eigen::MatrixXd& covariance,
+                         Eigen::MatrixXd covariance,
+                         const CalibrateOptions& options,
                          const SharedLayout& larger,
                          const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& gradient,
@@ -337,6 +222,8 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   auto given = ConditionOn(information, gradient, *base, extra);
   if (!given) return result;
   TermSearch search(*std::move(given));
+  AllowForStated(graph, covariance, options, candidates, &search, &result);
+  if (!search.is_empty()) covariance += search.Covariance();
   const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
   for (Candidate& candidate : candidates) {
     const auto kappa = search.KappaOf(candidate.columns, graph.layout, variances);
@@ -362,6 +249,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
       if (is_less_clear(clearest, i)) clearest = i;
     }
     LeftOutTerm& term = candidates[clearest].term;
+    term.is_beyond_stated = IsStated(candidates[clearest], options);
     if (term.p_value > candidates[clearest].level) break;
     term.size = search.SizeOf(candidates[clearest].columns);
     OwnResiduals& rest = own[term.triad];
@@ -394,8 +282,8 @@ void AddLowPass(const PoseGraph& graph,
   const PoseGraph larger = WithTermsOf(options, WithForTemperature(*squared_rates, graph));
   LinearisedGraph whole(larger);
   whole.Eliminate(larger);
-  const LeftOutTerms found =
-      SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
+  const LeftOutTerms found = SearchTerms(
+      graph, system.covariance(), options, larger.layout, whole.matrix(), whole.gradient(), own);
   terms->covariance += found.covariance;
   for (LeftOutTerm term : found.found) {
     term.kind = LeftOutKind::kLowPass;
@@ -441,11 +329,12 @@ CalibrateOptions WithLeftOutBends(const CalibrateOptions& stated, const SharedLa
 
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
+                              const CalibrateOptions& options,
                               const SharedLayout& larger,
                               const std::vector<ProbedTerm>& probed,
                               const Eigen::MatrixXd& information,
                               const Eigen::VectorXd& gradient) {
-  return SearchTerms(graph, covariance, larger, information, gradient, {}, probed);
+  return SearchTerms(graph, covariance, options, larger, information, gradient, {}, probed);
 }
 
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
@@ -466,8 +355,8 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     if (!graph.layout.Has(triad)) continue;
     own[triad] = OwnResidualsOf(graph, system, noise, triad, kLeftOutLevel);
   }
-  result =
-      SearchTerms(graph, system.covariance(), larger.layout, whole.matrix(), whole.gradient(), own);
+  result = SearchTerms(
+      graph, system.covariance(), options, larger.layout, whole.matrix(), whole.gradient(), own);
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;

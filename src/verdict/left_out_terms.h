@@ -41,9 +41,17 @@ struct LeftOutTerm {
   double p_value = 1.0;
   // By how many σ some parameter is off because the term is not there.
   double effect_sigmas = 0.0;
-  int pose = 0;        // of a step: the first after it
-  double share = 0.0;  // of the rows, that are lost
-  double size = 0.0;   // of its unknowns; of a lever arm m, of a low-pass s^2
+  int pose = 0;                   // of a step: the first after it
+  double share = 0.0;             // of the rows, that are lost
+  double size = 0.0;              // of its unknowns; of a lever arm m, of a low-pass s^2
+  bool is_beyond_stated = false;  // though a data sheet lets the sensor bend
+};
+
+// What a data sheet lets a sensor bend, and what that does.
+struct StatedBend {
+  Triad triad = Triad::kAccelerometer;
+  Nonlinearity nonlinearity;
+  double widening = 1.0;  // how many times larger it makes the σ that it makes the largest
 };
 
 // One that readings are tested for by unknowns of its own, problem/rows/probed_row.h.
@@ -55,6 +63,7 @@ struct ProbedTerm {
 struct LeftOutTerms {
   std::vector<LeftOutTerm> found;  // the clearest first
   std::vector<LeftOutTest> tests;  // of all that were looked for together
+  std::vector<StatedBend> stated;
   // What they make the free shared coordinates less certain by: those are where the model without
   // the terms has them, and as uncertain as that is from where the model with the terms would.
   Eigen::MatrixXd covariance;
@@ -79,6 +88,9 @@ inline constexpr double kMovingLevel = 5e-4;
 // clearest is taken in and the others are tested again beside it, until none is left. With those
 // that were taken in, h = -I^-1 u moves b by d = -M_bb^-1 M_bh h, known to V = M_bb^-1 M_bh I^-1
 // M_hb M_bb^-1; the solution without them is off by that, and its covariance grows by d d^T + V.
+// Bends of a sensor whose data sheet states its non-linearity are known beforehand to be zero with
+// a σ: with its L = diag(1 / σ^2) added to I they are counted in d and V whether they show or not,
+// and are tested for what they have beyond it, as u^T I^-1 u of u and I without their expectation.
 // `is_change_known`: of the magnetometer, so that no step of its bias is looked for.
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const ReducedSystem& system,
@@ -99,6 +111,7 @@ void AddSettling(const PoseSet& poses,
 CalibrateOptions WithLeftOutBends(const CalibrateOptions& options, const SharedLayout& has);
 LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
+                              const CalibrateOptions& options,
                               const SharedLayout& larger,
                               const std::vector<ProbedTerm>& probed,
                               const Eigen::MatrixXd& information,

@@ -240,6 +240,48 @@ std::string WithoutMarks(std::string text) {
   return text;
 }
 
+TEST_F(ExperimentConfig, TakesANonlinearityAsADataSheetStatesIt) {
+  const std::string text =
+      "experiment: 1\nsensors:\n  magnetometer:\n"
+      "    nonlinearity: { percent_of_full_scale: 0.2, full_scale_mgauss: 8000 }\n";
+  const auto stated = [this](const std::string& yaml, const std::vector<std::string>& more = {}) {
+    return LoadWell(yaml, more).options.triads[Triad::kMagnetometer].nonlinearity;
+  };
+  ASSERT_TRUE(stated(text));
+  EXPECT_EQ(stated(text)->percent_of_full_scale, 0.2);
+  EXPECT_DOUBLE_EQ(stated(text)->full_scale, 800.0);
+  const Experiment experiment = LoadWell(text);
+  EXPECT_EQ(stated(experiment.resolved_yaml)->full_scale, stated(text)->full_scale);
+  EXPECT_EQ(LoadWell(experiment.resolved_yaml).resolved_yaml,
+            WithoutMarks(experiment.resolved_yaml));
+  EXPECT_FALSE(stated(text, {"sensors.magnetometer.nonlinearity=none"}));
+}
+
+TEST_F(ExperimentConfig, SaysWhereANonlinearityIsOfNoUseOrNoValue) {
+  const auto error = [this](const std::string& value, const std::string& more = "") {
+    return ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    nonlinearity: " + value + "\n" +
+                   more);
+  };
+  const std::string good = "{ percent_of_full_scale: 0.5, full_scale_g: 2 }";
+  const std::string place = "experiment.yaml:4: sensors.accelerometer.nonlinearity";
+  EXPECT_EQ(error(good), "no error");
+  EXPECT_EQ(error("none"), "no error");
+  EXPECT_THAT(error("0.5"), AllOf(HasSubstr(place), HasSubstr("percent_of_full_scale")));
+  EXPECT_THAT(error("{ percent_of_full_scale: 0.5 }"),
+              AllOf(HasSubstr(place), HasSubstr("`full_scale_mps2` is missing")));
+  EXPECT_THAT(error("{ full_scale_g: 2 }"), HasSubstr("`percent_of_full_scale` is missing"));
+  EXPECT_THAT(error("{ percent_of_full_scale: 50, full_scale_g: 2 }"),
+              HasSubstr(place + ".percent_of_full_scale"));
+  EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_g: -2 }"),
+              HasSubstr(place + ".full_scale_g"));
+  EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_g: 2, full_scale_mps2: 20 }"),
+              HasSubstr("says the same"));
+  EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_ut: 2 }"),
+              HasSubstr("full_scale_ut"));
+  EXPECT_THAT(error(good, "    thermal: { bias_order: 1 }\nposes: { sweep: auto }\n"),
+              AllOf(HasSubstr(place), HasSubstr("sweep")));
+}
+
 TEST_F(ExperimentConfig, ResolvesToAnExperimentWithTheSameOptions) {
   for (const std::string& text :
        {std::string(kMinimal),

@@ -79,6 +79,9 @@ struct AxisTermInfo {
   /// f(u) grows like u^(1 + power): a is in raw^-power, and of size (raw of the signal)^-power
   /// where the term is as large as the signal itself.
   int power;
+  /// |f(u) - line|, at most, over |u| <= 1, of the line that fits f best by least squares: 2/3 of
+  /// u^2 (about 1/3), 1/2 of |u| (about 1/2), 2/5 of u^3 (about 3/5 u).
+  double beyond_line;
   /// TriadModel::Felt solves it in closed form, beside the others that say so.
   bool is_closed_form;
   /// `model: auto` chooses about it too.
@@ -96,6 +99,7 @@ inline constexpr std::array<AxisTermInfo, kAxisTermCount> kAxisTerms = {{
      .words = "quadratic term",
      .label = "quadratic term",
      .power = 1,
+     .beyond_line = 2.0 / 3.0,
      .is_closed_form = true,
      .is_in_auto_model = true},
     {.term = AxisTerm::kAsymmetry,
@@ -105,6 +109,7 @@ inline constexpr std::array<AxisTermInfo, kAxisTermCount> kAxisTerms = {{
      .words = "asymmetry",
      .label = "asymmetry ±",
      .power = 0,
+     .beyond_line = 0.5,
      .is_closed_form = true,
      .is_in_auto_model = true},
     {.term = AxisTerm::kCubic,
@@ -114,6 +119,7 @@ inline constexpr std::array<AxisTermInfo, kAxisTermCount> kAxisTerms = {{
      .words = "cubic term",
      .label = "cubic term",
      .power = 2,
+     .beyond_line = 0.4,
      .is_closed_form = false,
      .is_in_auto_model = false},
 }};

@@ -62,6 +62,21 @@ struct TriadPrior {
       Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
 };
 
+/// A data sheet's non-linearity: how far a sensor is from its best-fit straight line (least
+/// squares, IEEE Std 528) over its range, one σ.
+struct Nonlinearity {
+  /// What is further off is no linear sensor.
+  static constexpr double kMostPercent = 10.0;
+
+  double percent_of_full_scale = 0.0;  ///< Of one end of the range. Range: > 0, at most 10.
+  double full_scale = 0.0;             ///< The range is ± this, true unit. Range: > 0.
+
+  /// σ of each axis' coefficient of a term that may be all of it, raw^-power: a f(u) over ± U =
+  /// `raw_per_true` * full_scale leaves a U^(1 + power) beyond_line, which is this share of U.
+  double SigmaOf(const AxisTermInfo& term, double raw_per_true) const;
+  bool IsValid() const;
+};
+
 /// Noise of a triad at rest from an Allan deviation, per axis. data/allan.h.
 struct AllanNoise {
   Eigen::Vector3d white_density_raw = Eigen::Vector3d::Zero();  ///< N, raw unit / sqrt(Hz).
@@ -174,6 +189,8 @@ struct TriadOptions {
   /// Each of the one kind of sensor that may have it, terms.h. Poses with axes halfway up tell a
   /// quadratic term from bias and gain, turns both ways about each axis an asymmetry from the gain.
   PerAxisTerm<Wanted> axis_terms = {};
+  /// What the bends may be that the model leaves out: σ grow by what the readings leave of it.
+  std::optional<Nonlinearity> nonlinearity;
 
   bool HasAxisTerm(Wanted wanted) const {
     return std::find(axis_terms.begin(), axis_terms.end(), wanted) != axis_terms.end();

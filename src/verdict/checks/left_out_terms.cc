@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/messages.h"
+#include "truetriad/base/units.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {
@@ -12,7 +13,8 @@ namespace {
 std::string WordsOf(const LeftOutTerm& term) {
   switch (term.kind) {
     case LeftOutKind::kAxisTerm:
-      return std::string("has ") + WithArticle(InfoOf(term.axis_term).words);
+      return std::string("has ") + WithArticle(InfoOf(term.axis_term).words) +
+             (term.is_beyond_stated ? " beyond its stated non-linearity" : "");
     case LeftOutKind::kGSensitivity:
       return "follows the specific force (g-sensitivity)";
     case LeftOutKind::kDrift:
@@ -98,6 +100,21 @@ Findings FindingsOf(const LeftOutTerms& terms) {
             .About(term.triad)
             .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
+  }
+  for (const StatedBend& bend : terms.stated) {
+    const Nonlinearity& stated = bend.nonlinearity;
+    findings.push_back(
+        Finding(
+            FindingCode::kNonlinearityStated,
+            Format(bend.widening < 10.0
+                       ? "σ are up to %.2f times those without the stated non-linearity of the "
+                       : "σ are up to %.0f times those without the stated non-linearity of the ",
+                   bend.widening) +
+                std::string(TriadName(bend.triad)) +
+                Format(", %.3g %% of", stated.percent_of_full_scale) +
+                Format(" ± %.4g ", stated.full_scale) + std::string(TruthUnitName(bend.triad)))
+            .About(bend.triad)
+            .With("widening", bend.widening));
   }
   return findings;
 }
