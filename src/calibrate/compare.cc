@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "calibrate/compared_values.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
@@ -24,34 +25,6 @@ namespace {
 constexpr double kTiedShare = 1e-9;
 // Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
 constexpr double kFixedShare = 1e-20;
-
-// The value of a named entry; reference entries are compared too where both estimate them.
-double ValueOf(const PresentedSolution& solution,
-               const Calibration& calibration,
-               const std::string& name) {
-  const auto entry = ParameterName::Parse(name);
-  if (!entry) {
-    if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
-    if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
-    if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
-    return 0.0;
-  }
-  const TriadModel<double>& model = *solution.models[entry->triad];
-  const auto& thermal = solution.thermal[entry->triad];
-  const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
-  const ParameterInfo& info = InfoOf(entry->kind);
-  if (info.axis_term) return model.axis_terms[*info.axis_term][entry->row];
-  if (info.rate) return (*thermal->rate[*info.rate])[entry->row];
-  switch (entry->kind) {
-    case ParameterKind::kBias:
-      return (entry->power > 0 ? thermal->bias[term] : model.bias)[entry->row];
-    case ParameterKind::kSensitivity:
-      return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
-                                                                                 entry->col);
-    default:
-      return (*solution.g_sensitivity)(entry->row, entry->col);
-  }
-}
 
 // The names of a covariance list no term that the calibration does not hold.
 bool HoldsItsTerms(const Calibration& calibration) {
@@ -80,17 +53,15 @@ bool HasFrameFromOutside(const Calibration& calibration) {
   return calibration.gauge == Gauge::kFixture && calibration.gauge_sensor == Triad::kGyroscope;
 }
 
+bool HaveOneFrame(const Calibration& a, const Calibration& b) {
+  return a.gauge_sensor == b.gauge_sensor || HasFrameFromOutside(a) || HasFrameFromOutside(b);
+}
+
 Status CheckComparable(const Calibration& a, const Calibration& b) {
   if (!a.IsUsable() || !b.IsUsable()) {
     return BadInputError("both calibrations must be usable: a is " +
                          std::string(OutcomeName(a.outcome)) + ", b is " +
                          std::string(OutcomeName(b.outcome)));
-  }
-  if (a.gauge_sensor != b.gauge_sensor && !HasFrameFromOutside(a) && !HasFrameFromOutside(b)) {
-    return BadInputError("the body frame of a is fixed by the " +
-                         std::string(TriadName(a.gauge_sensor)) + ", that of b by the " +
-                         std::string(TriadName(b.gauge_sensor)) +
-                         ": their matrices cannot be compared");
   }
   if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
     return BadInputError(
@@ -228,8 +199,8 @@ struct CommonParameter {
   double difference = 0.0;
 };
 
-void AddChiSquare(const NamedCovariance& in_a,
-                  const NamedCovariance& in_b,
+void AddChiSquare(const ComparedValues& in_a,
+                  const ComparedValues& in_b,
                   const std::vector<CommonParameter>& common,
                   Comparison* comparison) {
   // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
@@ -239,12 +210,12 @@ void AddChiSquare(const NamedCovariance& in_a,
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto& [ia, ib, off] = common[static_cast<std::size_t>(i)];
     difference[i] = off;
-    const double sigma = std::sqrt(in_a.matrix(ia, ia) + in_b.matrix(ib, ib));
+    const double sigma = std::sqrt(in_a.covariance(ia, ia) + in_b.covariance(ib, ib));
     comparison->largest_in_sigmas =
         std::max(comparison->largest_in_sigmas, std::abs(difference[i]) / sigma);
     for (Eigen::Index j = 0; j < n; ++j) {
       const CommonParameter& other = common[static_cast<std::size_t>(j)];
-      sum(i, j) = in_a.matrix(ia, other.in_a) + in_b.matrix(ib, other.in_b);
+      sum(i, j) = in_a.covariance(ia, other.in_a) + in_b.covariance(ib, other.in_b);
     }
   }
   const Eigen::VectorXd scale = sum.diagonal().cwiseSqrt().cwiseInverse();
@@ -285,24 +256,29 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     comparison.field_scale_taken_out = *a.reference.field_ut != *b.reference.field_ut;
     RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
   }
+  comparison.frames_differ = !HaveOneFrame(a, b);
+  const auto values_of = [&](const PresentedSolution& solution, const Calibration& stated) {
+    return comparison.frames_differ ? ValuesWithoutFrame(solution, stated, &comparison.not_compared)
+                                    : ValuesInFrame(solution, stated);
+  };
+  const ComparedValues of_a = values_of(in_a, a), of_b = values_of(in_b, b);
   std::vector<CommonParameter> common;
   std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
-  for (std::size_t i = 0; i < in_a.covariance.parameters.size(); ++i) {
-    const std::string& name = in_a.covariance.parameters[i];
-    const auto found =
-        std::find(in_b.covariance.parameters.begin(), in_b.covariance.parameters.end(), name);
-    if (found == in_b.covariance.parameters.end()) continue;
+  for (std::size_t i = 0; i < of_a.names.size(); ++i) {
+    const std::string& name = of_a.names[i];
+    const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
+    if (found == of_b.names.end()) continue;
     if (IsOfAnotherTemperature(a, b, name)) {
       comparison.not_compared.push_back(name + " (of different temperatures)");
       continue;
     }
     const auto at_a = static_cast<Eigen::Index>(i);
-    const auto at_b = static_cast<Eigen::Index>(found - in_b.covariance.parameters.begin());
-    const double variance = in_a.covariance.matrix(at_a, at_a) + in_b.covariance.matrix(at_b, at_b);
+    const auto at_b = static_cast<Eigen::Index>(found - of_b.names.begin());
+    const double variance = of_a.covariance(at_a, at_a) + of_b.covariance(at_b, at_b);
     ComparisonEntry entry;
     entry.parameter = name;
-    entry.a = ValueOf(in_a, a, name);
-    entry.b = ValueOf(in_b, b, name);
+    entry.a = of_a.values[at_a];
+    entry.b = of_b.values[at_b];
     entry.difference = entry.a - entry.b;
     entry.sigma = std::sqrt(std::max(variance, 0.0));
     comparison.entries.push_back(entry);
@@ -316,15 +292,14 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
 
   // Entries that the gauge fixes.
   std::erase_if(common, [&](const CommonParameter& at) {
-    const std::string& name = in_a.covariance.parameters[static_cast<std::size_t>(at.in_a)];
-    const double variance =
-        in_a.covariance.matrix(at.in_a, at.in_a) + in_b.covariance.matrix(at.in_b, at.in_b);
+    const std::string& name = of_a.names[static_cast<std::size_t>(at.in_a)];
+    const double variance = of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
     return variance <= kFixedShare * largest[name.substr(0, name.rfind('.'))];
   });
 
   if (common.empty()) return comparison;  // Neither states an uncertainty.
 
-  AddChiSquare(in_a.covariance, in_b.covariance, common, &comparison);
+  AddChiSquare(of_a, of_b, common, &comparison);
   if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);
   return comparison;
 }

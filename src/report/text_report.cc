@@ -188,7 +188,7 @@ std::string ComparisonText(const Comparison& comparison) {
         "removed before comparing.",
         0);
   }
-  Table table{{"parameter", "a", "b", "difference b - a", "in σ"}, "lrrrr", {}};
+  Table table{{"parameter", "a", "b", "difference a - b", "in σ"}, "lrrrr", {}};
   for (const ComparisonEntry& entry : comparison.entries) {
     table.rows.push_back(
         {entry.parameter,
@@ -200,8 +200,11 @@ std::string ComparisonText(const Comparison& comparison) {
   if (table.rows.empty()) return text;
   return text + '\n' + TextOf(table) + '\n' +
          Wrapped(
-             "The body frames are aligned before comparing; the two are assumed to be "
-             "independent.");
+             comparison.frames_differ
+                 ? "Different sensors fix the body frames, so what no frame changes is compared: "
+                   "biases and C^T C (gram); the two are assumed to be independent."
+                 : "The body frames are aligned before comparing; the two are assumed to be "
+                   "independent.");
 }
 
 }  // namespace truetriad

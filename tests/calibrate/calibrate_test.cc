@@ -154,7 +154,8 @@ TEST(CalibrateWithAllan, RefusesPosesOfUnknownDuration) {
   const auto summary = Calibrate(poses, options);
   ASSERT_FALSE(summary);
   EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
-  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: its averaging time"), std::string::npos)
+  EXPECT_NE(summary.error().message.find("pose 5, magnetometer: its averaging time"),
+            std::string::npos)
       << summary.error().message;
 }
 
@@ -357,6 +358,36 @@ TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   const auto itself = Compare(calibrations[0], calibrations[0]);
   ASSERT_TRUE(itself);
   EXPECT_LT(itself->chi2, 1e-12);
+}
+
+// The accelerometer leads one of them and the magnetometer the other: bias and C^T C of the
+// magnetometer, nine numbers, are what both say.
+TEST(Compare, HoldsWhatNoFrameChangesAgainstEachOtherWhereDifferentSensorsLead) {
+  constexpr int kRuns = 200;
+  double chi2 = 0.0;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(static_cast<std::uint64_t>(500 + run));
+    const SyntheticUnit unit = RandomUnit({}, &random);
+    const auto calibrate = [&](const CalibrateOptions& options) {
+      const auto summary = Calibrate(
+          SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random),
+          options);
+      EXPECT_TRUE(summary && summary->calibration.IsUsable());
+      return summary->calibration;
+    };
+    CalibrateOptions options = JointOptions(unit);
+    for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
+    options.robust.enabled = false;
+    const Calibration joint = calibrate(options);
+    options.triads[Triad::kAccelerometer].enabled = false;
+    const auto comparison = Compare(joint, calibrate(options));
+    ASSERT_TRUE(comparison) << comparison.error().message;
+    EXPECT_TRUE(comparison->frames_differ);
+    ASSERT_EQ(comparison->dof, 9);
+    chi2 += comparison->chi2 / 9.0 / kRuns;
+  }
+  // χ² of nine degrees of freedom, four σ of the mean.
+  EXPECT_NEAR(chi2, 1.0, 4.0 * std::sqrt(2.0 / (9.0 * kRuns)));
 }
 
 // With a strength by convention the gains are those for another field, and nothing else differs.

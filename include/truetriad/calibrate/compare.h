@@ -28,6 +28,9 @@ struct Comparison {
   /// The strength of the field was a convention in one of the two: the common scale of the
   /// magnetometer was taken out.
   bool field_scale_taken_out = false;
+  /// The body frames have nothing to do with each other (that of the accelerometer, that of the
+  /// magnetometer): what no frame changes was compared, biases and C^T C ("gram").
+  bool frames_differ = false;
 };
 Result<Comparison> Compare(const Calibration& a, const Calibration& b);
 

@@ -45,18 +45,20 @@ Result<int> RunCompare(const std::vector<std::string>&) {
 }  // namespace
 
 Command CompareCommand() {
-  return {.name = "compare",
-          .summary = "Do two calibrations of one unit agree, in sigmas?",
-          .examples =
-              "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/a\n"
-              "build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml "
-              "--output=out/b\n"
-              "build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml",
-          .details =
-              "The body frames are aligned first, so the gauges may differ. The two calibrations "
-              "are\nassumed to be independent.\n",
-          .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
-          .run = RunCompare};
+  return {
+      .name = "compare",
+      .summary = "Do two calibrations of one unit agree, in sigmas?",
+      .examples =
+          "build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/a\n"
+          "build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml "
+          "--output=out/b\n"
+          "build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml",
+      .details =
+          "The body frames are aligned first, so the gauges may differ; where different sensors "
+          "lead,\nbiases and C^T C are compared, which no frame changes. The two calibrations are\n"
+          "assumed to be independent.\n",
+      .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
+      .run = RunCompare};
 }
 
 }  // namespace truetriad

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibrate/compared_values.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+
+#include "math/dense/products.h"
+
+namespace truetriad {
+namespace {
+
+// The value of a named entry; reference entries are compared too where both estimate them.
+double ValueOf(const PresentedSolution& solution,
+               const Calibration& calibration,
+               const std::string& name) {
+  const auto entry = ParameterName::Parse(name);
+  if (!entry) {
+    if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
+    if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
+    if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
+    return 0.0;
+  }
+  const TriadModel<double>& model = *solution.models[entry->triad];
+  const auto& thermal = solution.thermal[entry->triad];
+  const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
+  const ParameterInfo& info = InfoOf(entry->kind);
+  if (info.axis_term) return model.axis_terms[*info.axis_term][entry->row];
+  if (info.rate) return (*thermal->rate[*info.rate])[entry->row];
+  switch (entry->kind) {
+    case ParameterKind::kBias:
+      return (entry->power > 0 ? thermal->bias[term] : model.bias)[entry->row];
+    case ParameterKind::kSensitivity:
+      return (entry->power > 0 ? thermal->sensitivity[term] : model.sensitivity)(entry->row,
+                                                                                 entry->col);
+    default:
+      return (*solution.g_sensitivity)(entry->row, entry->col);
+  }
+}
+
+// The entries of a symmetric matrix, by their names.
+struct GramEntry {
+  Eigen::Index row, col;
+  const char* name;
+};
+constexpr std::array<GramEntry, 6> kGramEntries = {
+    {{0, 0, "xx"}, {1, 1, "yy"}, {2, 2, "zz"}, {0, 1, "xy"}, {0, 2, "xz"}, {1, 2, "yz"}}};
+
+// Rows of what is compared by the entries of the solution's covariance, one after another.
+class Rows {
+ public:
+  explicit Rows(const PresentedSolution& solution) : covariance_(solution.covariance) {}
+
+  void Add(std::string name, double value, const Eigen::RowVectorXd& by_entry) {
+    values_.names.push_back(std::move(name));
+    list_.push_back(value);
+    by_entries_.conservativeResize(by_entries_.rows() + 1, covariance_.matrix.cols());
+    by_entries_.bottomRows<1>() = by_entry;
+  }
+
+  ComparedValues Finish() {
+    values_.values = Eigen::Map<Eigen::VectorXd>(list_.data(), std::ssize(list_));
+    values_.covariance = Congruence(by_entries_, covariance_.matrix);
+    return std::move(values_);
+  }
+
+ private:
+  const NamedCovariance& covariance_;
+  ComparedValues values_;
+  std::vector<double> list_;
+  Eigen::MatrixXd by_entries_;
+};
+
+void AddGram(Triad triad, const PresentedSolution& solution, Rows* rows) {
+  const Eigen::Matrix3d C = solution.models[triad]->Correction();
+  const Eigen::Matrix3d G = C.transpose() * C;
+  const Eigen::Index first = PlaceOf(solution.covariance, {triad, ParameterKind::kSensitivity});
+  for (const GramEntry& entry : kGramEntries) {
+    Eigen::RowVectorXd by_entry = Eigen::RowVectorXd::Zero(solution.covariance.matrix.cols());
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      for (Eigen::Index col = 0; col < 3; ++col) {
+        by_entry[first + 3 * row + col] =
+            -(G(entry.row, row) * C(col, entry.col) + G(entry.col, row) * C(col, entry.row));
+      }
+    }
+    rows->Add(
+        std::string(TriadName(triad)) + ".gram." + entry.name, G(entry.row, entry.col), by_entry);
+  }
+}
+
+}  // namespace
+
+ComparedValues ValuesInFrame(const PresentedSolution& solution, const Calibration& stated) {
+  const std::vector<std::string>& names = solution.covariance.parameters;
+  ComparedValues all{names, Eigen::VectorXd(std::ssize(names)), solution.covariance.matrix};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    all.values[static_cast<Eigen::Index>(i)] = ValueOf(solution, stated, names[i]);
+  }
+  return all;
+}
+
+ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
+                                  const Calibration& stated,
+                                  std::vector<std::string>* left_out) {
+  Rows rows(solution);
+  const std::vector<std::string>& names = solution.covariance.parameters;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto entry = ParameterName::Parse(names[i]);
+    const bool is_sensitivity = entry && entry->kind == ParameterKind::kSensitivity;
+    if (is_sensitivity && entry->power == 0) {
+      if (entry->row == 0 && entry->col == 0) AddGram(entry->triad, solution, &rows);
+      continue;
+    }
+    if (is_sensitivity || (entry && entry->kind == ParameterKind::kGSensitivity)) {
+      const std::string group =
+          names[i].substr(0, names[i].rfind('.')) + " (of another body frame)";
+      if (std::find(left_out->begin(), left_out->end(), group) == left_out->end()) {
+        left_out->push_back(group);
+      }
+      continue;
+    }
+    Eigen::RowVectorXd own = Eigen::RowVectorXd::Zero(std::ssize(names));
+    own[static_cast<Eigen::Index>(i)] = 1.0;
+    rows.Add(names[i], ValueOf(solution, stated, names[i]), own);
+  }
+  return rows.Finish();
+}
+
+}  // namespace truetriad
