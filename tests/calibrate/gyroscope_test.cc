@@ -2,6 +2,7 @@
 //
 // The gyroscope in the graph: its turns tie the poses together, its rests show its bias.
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <ostream>
@@ -84,14 +85,15 @@ CalibrateOptions OptionsFor(const Scenario& scenario) {
   return options;
 }
 
-// The poses by the rows of the true rests, with the moves between them.
-PoseSet Collect(const Scenario& scenario) {
+// The poses by the rows of the true rests, or from `early_s` before, with the moves between them.
+PoseSet Collect(const Scenario& scenario, double early_s = 0.0) {
   const std::unique_ptr<Simulation> simulation = Simulate(scenario);
   PoseSelection selection;
   selection.kind = PoseSelectionKind::kRanges;
   selection.moves = true;
   for (const TrueRest& rest : simulation->rests()) {
-    const auto first = static_cast<std::int64_t>(std::ceil(rest.start_s * kRateHz - 1e-6));
+    const auto first = static_cast<std::int64_t>(
+        std::max(0.0, std::ceil((rest.start_s - early_s) * kRateHz - 1e-6)));
     const auto last = static_cast<std::int64_t>(std::ceil(rest.end_s * kRateHz - 1e-6)) - 1;
     selection.ranges.push_back({first, last, {}, {}});
   }
@@ -321,6 +323,32 @@ TEST(Gyroscope, IsNotEvaluatedOnATurnThatItsCalibrationLeftOut) {
   ASSERT_TRUE(other) << other.error().message;
   EXPECT_EQ(other->turns->count, turns);
   EXPECT_GT(other->turns->rms_rad, 5.0 * own->turns->rms_rad);
+}
+
+// Whether the gyroscope is said to be turning still in rests that begin `early_s` too soon.
+bool SaysUnsettled(double early_s, std::uint64_t seed) {
+  Scenario scenario = NoisyGyroscopeScenario(seed);
+  std::get<PosesStep>(scenario.motion.front()).rest_s = 2.0;
+  CalibrateOptions options = OptionsFor(scenario);
+  for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kEstimate;
+  const auto summary = Calibrate(Collect(scenario, early_s), options);
+  EXPECT_TRUE(summary) << summary.error().message;
+  if (!summary) return false;
+  const auto& tests = summary->calibration.quality.left_out_tests;
+  return std::any_of(tests.begin(), tests.end(), [](const LeftOutTest& test) {
+    return test.triad == kGyro && test.term == "settling" && test.is_shown;
+  });
+}
+
+TEST(Gyroscope, ThatStillTurnsWhereRestsBeginIsFound) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) EXPECT_TRUE(SaysUnsettled(0.3, seed)) << seed;
+}
+
+// At 1e-4: of 40 more than one has a probability of 1e-5.
+TEST(Gyroscope, ThatHasComeToRestIsNotSaidToTurn) {
+  int said = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) said += SaysUnsettled(0.0, seed) ? 1 : 0;
+  EXPECT_LE(said, 1);
 }
 
 // Errors² of fresh recordings over what was predicted of them, summed: each angle² has two degrees

@@ -84,6 +84,22 @@ TEST(EvenTimes, AreFreeOfAJitteringScheduler) {
   EXPECT_LT(Rms(ErrorsNs(even, Even())), kJitterNs / 10.0);
 }
 
+// Late by half an interval (half-normal): no step tells the period, and a wrong one would make up
+// for itself by samples that seem lost, 0.5 % off while the unit moves.
+TEST(EvenTimes, TakeNoSampleForLostThatJitterHides) {
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> late(0.0, 0.575 * kPeriodNs);
+    std::vector<std::int64_t> stamps;
+    for (const std::int64_t time_ns : Even()) {
+      const std::int64_t stamp = time_ns + std::llround(std::abs(late(random)));
+      stamps.push_back(stamps.empty() ? stamp : std::max(stamp, stamps.back() + 1));
+    }
+    const EvenTimes even = FitEvenTimes(stamps);
+    EXPECT_LT(Spread(ErrorsNs(even, Even())), 0.5 * kPeriodNs) << seed;
+  }
+}
+
 // The last sample of a burst is in time but for the 20 us that each takes.
 TEST(EvenTimes, OfBurstsAreThoseOfTheSamplesThatDidNotWait) {
   for (const std::size_t burst : {2, 8, 32, 64}) {
