@@ -62,8 +62,7 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
   const double stated = rate.rate_radps.norm();
   if (eighths.size() != kEighths || stated == 0.0) return {};
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
+  const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
   double wander = 0.0;
   for (std::size_t part = 2; part < 6; ++part) {
     wander = std::max(wander, (eighths[part] - middle).norm());

@@ -177,8 +177,7 @@ void AddQuarters(const TriadPoseMoments& moments,
                  TriadPose* pose) {
   const std::vector<Eigen::Vector3d>& eighths = moments.eighths_raw;
   if (eighths.size() != kEighths) return;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
+  const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
   const double quarter_s = 0.25 * duration_s;
   pose->first_quarter_raw_s = quarter_s * (0.5 * (eighths[0] + eighths[1]) - middle);
   pose->last_quarter_raw_s = quarter_s * (0.5 * (eighths[6] + eighths[7]) - middle);

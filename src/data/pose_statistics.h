@@ -33,6 +33,11 @@ struct BatchScatter {
 /// The parts of a pose that are compared with each other.
 inline constexpr std::size_t kEighths = 8;
 
+/// `eighths` has as many.
+inline Eigen::Vector3d MeanOfMiddleHalf(const std::vector<Eigen::Vector3d>& eighths) {
+  return 0.25 * (eighths[2] + eighths[3] + eighths[4] + eighths[5]);
+}
+
 /// What is kept of one triad's samples in one pose once the pose is over.
 struct TriadPoseMoments {
   std::int64_t count = 0;

@@ -47,8 +47,7 @@ Movement MovementOf(const TriadPoseMoments& moments) {
     return movement;
   }
   movement.known = true;
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (std::size_t part = 2; part < 6; ++part) middle += 0.25 * eighths[part];
+  const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
   for (std::size_t part = 2; part < 6; ++part) {
     movement.wander += 0.25 * (eighths[part] - middle).array().square();
   }

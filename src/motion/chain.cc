@@ -141,11 +141,16 @@ ChainElimination MotionChain::LinearisedAt(const Eigen::VectorXd& shared) const 
   return elimination;
 }
 
+std::vector<ChainElimination::Residual> MotionChain::RowResiduals(
+    const Eigen::VectorXd& shared, std::vector<Source>* sources) const {
+  ChainElimination elimination(Problem(sources));
+  elimination.Linearise(shared);
+  return elimination.Residuals();
+}
+
 PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd& shared) const {
   std::vector<Source> sources;
-  ChainElimination elimination(Problem(&sources));
-  elimination.Linearise(shared);
-  const std::vector<ChainElimination::Residual> residuals = elimination.Residuals();
+  const std::vector<ChainElimination::Residual> residuals = RowResiduals(shared, &sources);
   const auto count = static_cast<Eigen::Index>(nodes_.size());
   PerTriad<Residuals> all;
   for (const Triad triad : kTriads) {
@@ -163,9 +168,7 @@ PerTriad<MotionChain::Residuals> MotionChain::AllResiduals(const Eigen::VectorXd
 
 std::vector<TurnMiss> MotionChain::TurnMisses(const Eigen::VectorXd& shared) const {
   std::vector<Source> sources;
-  ChainElimination elimination(Problem(&sources));
-  elimination.Linearise(shared);
-  const std::vector<ChainElimination::Residual> residuals = elimination.Residuals();
+  const std::vector<ChainElimination::Residual> residuals = RowResiduals(shared, &sources);
   const TriadModel<double> gyroscope = GyroscopeOf(layout_, shared.data()).triad;
   std::vector<TurnMiss> misses;
   for (std::size_t i = 0; i < sources.size(); ++i) {

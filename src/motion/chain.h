@@ -104,6 +104,9 @@ class MotionChain {
     bool is_reading = true;
   };
   ChainProblem Problem(std::vector<Source>* sources) const;
+  // Of each row, in the order of `sources`.
+  std::vector<ChainElimination::Residual> RowResiduals(const Eigen::VectorXd& shared,
+                                                       std::vector<Source>* sources) const;
   Eigen::Vector3d VectorRoot(Triad triad, const GatheredReadings& seen) const;
   bool HoldsHeading(std::size_t k) const;
 
