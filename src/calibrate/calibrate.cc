@@ -128,19 +128,6 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
   return best;
 }
 
-void SettleHemisphere(const CalibrateOptions& options, PoseGraph* graph) {
-  if (!SettleHemisphereOfField(options, graph)) return;
-  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
-  for (PoseNode& node : graph->nodes) {
-    if (node.kind == PoseKind::kRotation) {
-      const Eigen::Quaterniond turned = half_turn * node.rotation();
-      node.state = {turned.x(), turned.y(), turned.z(), turned.w()};
-    } else if (node.observations.front().triad == Triad::kMagnetometer) {
-      node.state = {-node.state[0], -node.state[1], -node.state[2], 0.0};
-    }
-  }
-}
-
 // Terms that bend what an axis reports. Far from the optimum, where gains are off by much, they run
 // away; close to it they are small.
 bool HasBentAxes(const CalibrateOptions& options) {
@@ -290,11 +277,11 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                       "sensors");
   }
   // The earth's rate knows north from south: it is to be solved on the right side.
-  if (graph->layout.CountsEarthRate()) SettleHemisphere(options, &*graph);
+  if (graph->layout.CountsEarthRate()) SettleHemisphereOfField(options, &*graph);
   summary.rounds =
       is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
               : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
-  SettleHemisphere(options, &*graph);
+  SettleHemisphereOfField(options, &*graph);
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;
   summary.final_cost = log.final_cost;

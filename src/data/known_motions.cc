@@ -2,10 +2,12 @@
 #include "data/known_motions.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <utility>
 
+#include "base/messages.h"
 #include "data/stream_checks.h"
 
 namespace truetriad {
@@ -47,6 +49,12 @@ bool Overlap(const StaticPose& pose, const StaticPose& other) {
   return pose.first_row <= other.last_row && other.first_row <= pose.last_row;
 }
 
+Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& vector : vectors) sum += vector;
+  return sum / static_cast<double>(vectors.size());
+}
+
 // A rate that is held is as large at the ends of its stretch as in the middle. What differs by more
 // than this share of it, and by so many times what the middle wanders by, is a table that gathers
 // speed: an eighth of it would move the mean by an eighth of the share.
@@ -81,6 +89,41 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
                   100.0 * missed / held,
                   is_first ? "begin it later" : "end it earlier");
     return BadInputError(WhereOf(rate, set) + text);
+  }
+  return {};
+}
+
+// The ends of all stretches together: what each of them falls short of its middle by is the same
+// share of that, beside a bias, wherever the table or a low-pass sets it, however much it wanders.
+Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const PoseSet& set) {
+  for (const bool is_first : {true, false}) {
+    std::vector<Eigen::Vector3d> rates, missing;
+    for (const PerTriad<TriadPoseMoments>& moments : turning) {
+      const std::vector<Eigen::Vector3d>& eighths = moments[Triad::kGyroscope].eighths_raw;
+      if (eighths.size() != kEighths) continue;
+      const Eigen::Vector3d middle = MeanOfMiddleHalf(eighths);
+      rates.emplace_back(moments[Triad::kGyroscope].mean_raw + middle);
+      missing.emplace_back((is_first ? eighths.front() : eighths.back()) - middle);
+    }
+    if (rates.size() < 3) return {};
+    const Eigen::Vector3d rate = MeanOf(rates), missed = MeanOf(missing);
+    double product = 0.0, held = 0.0, square = 0.0;
+    for (std::size_t i = 0; i < rates.size(); ++i) {
+      product += (missing[i] - missed).dot(rates[i] - rate);
+      held += (rates[i] - rate).squaredNorm();
+      square += (missing[i] - missed).squaredNorm();
+    }
+    if (!(held > 0.0)) return {};
+    const double share = product / held;
+    const double dof = 3.0 * static_cast<double>(rates.size()) - 4.0;
+    const double sigma = std::sqrt(std::max(square - share * product, 0.0) / (dof * held));
+    if (std::abs(share) <= std::max(kRampShare, kRampFactor * sigma)) continue;
+    return BadInputError(
+        set.source + ": rates: the " + (is_first ? "first" : "last") +
+        Format(" eighths of all stretches differ from their middles by %.2g %% of the rate, ",
+               100.0 * std::abs(share)) +
+        "so the table is not at constant speed there, or the sensor has not settled; " +
+        (is_first ? "begin them later" : "end them earlier"));
   }
   return {};
 }
@@ -157,11 +200,13 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
       TRUETRIAD_RETURN_IF_ERROR(
           CheckIsHeld(rates_[stretches_[i]], turning_moments[i][Triad::kGyroscope], *set));
     }
-    for (const ClippedPoses& clipped :
-         FindClippedPoses(resolution_raw, turning_moments, set->streams)) {
-      return BadInputError(WhereOf(rates_[stretches_[clipped.poses.front()]], *set) + ": " +
-                           clipped.words + " throughout; leave the rate out, or set a larger " +
-                           "full-scale range and record again");
+    TRUETRIAD_RETURN_IF_ERROR(CheckRamps(turning_moments, *set));
+    for (const FlatPoses& flat : FindFlatPoses(resolution_raw, turning_moments, set->streams)) {
+      return BadInputError(
+          WhereOf(rates_[stretches_[flat.poses.front()]], *set) + ": " + flat.words +
+          " throughout; leave the rate out, or " +
+          (flat.is_clipped ? "set a larger full-scale range" : "check the sensor and its bus") +
+          " and record again");
     }
     FillCovariances(turning_moments, resolution_raw, &turning);
     for (std::size_t i = 0; i < stretches_.size(); ++i) {
@@ -186,6 +231,12 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   moments->resize(kept);
   if (kept > 0) {
     FillCovariances(*moments, resolution_raw, set);
+    // One shift of all readings, wherever it shows.
+    for (std::size_t i = 0; i < set->streams.size(); ++i) {
+      Eigen::Vector3d& shift = set->streams[i].one_sided_raw;
+      const Eigen::Vector3d& turned = turning.streams[i].one_sided_raw;
+      if (turned.squaredNorm() > shift.squaredNorm()) shift = turned;
+    }
   } else {
     set->streams = turning.streams;
   }

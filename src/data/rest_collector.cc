@@ -124,9 +124,9 @@ Status RestCollector::Finish(PoseSet* set) {
     resolution_raw[stream.triad] = monitors_[stream.triad]->resolution_raw();
   }
   FillCovariances(moments, resolution_raw, set);
-  const std::size_t before = set->poses.size();
-  TRUETRIAD_RETURN_IF_ERROR(RemoveClippedPoses(resolution_raw, &moments, set));
-  if (set->poses.size() < before) FillCovariances(moments, resolution_raw, set);
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool had_flat,
+                             RemoveFlatReadings(resolution_raw, &moments, set));
+  if (had_flat) FillCovariances(moments, resolution_raw, set);
 
   for (std::size_t i = 0; i < set->poses.size(); ++i) {
     set->poses[i].number = static_cast<int>(i + 1);

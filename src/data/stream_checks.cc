@@ -25,6 +25,10 @@ constexpr double kGapSpacings = 5.0;
 constexpr std::int64_t kFewestStuckSamples = 20;
 // Chosen: two in a row can be chance where steps are coarse.
 constexpr std::size_t kFewestStuckWindows = 3;
+// An axis whose noise is less of its steps may rest between two.
+constexpr double kNoiseSteps = 0.5;
+// With more than this it changes between any twenty readings.
+constexpr double kStuckNoiseSteps = 1.0;
 // As many places as one message can hold.
 constexpr std::size_t kMaxListed = 3;
 // Windows with noise that say what the noise is.
@@ -333,96 +337,140 @@ Findings StuckFinder::Stretches() const {
 
 namespace {
 
+bool IsFlat(const TriadPoseMoments& pose, int axis) {
+  return pose.minimum_raw[axis] == pose.maximum_raw[axis];
+}
+
 // Median noise of the poses in which the axis changes at all; 0 when there is none. The pooled
 // noise does not do: clipped poses have none and pull it down.
 double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
   std::vector<double> variances;
   for (const PerTriad<TriadPoseMoments>& pose : moments) {
     const TriadPoseMoments& reading = pose[triad];
-    if (reading.window_dof > 0.0 && reading.minimum_raw[axis] < reading.maximum_raw[axis]) {
+    if (reading.window_dof > 0.0 && !IsFlat(reading, axis)) {
       variances.push_back(reading.window_scatter_raw(axis, axis) / reading.window_dof);
     }
   }
   return variances.empty() ? 0.0 : std::sqrt(Median(std::move(variances)));
 }
 
+// Poses in which an axis with noise sits at one limit of its stream.
+FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                           const StreamSummary& stream,
+                           int axis,
+                           double noise_steps,
+                           bool at_top) {
+  const double limit = at_top ? stream.maximum_raw[axis] : stream.minimum_raw[axis];
+  FlatPoses reached;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const TriadPoseMoments& pose = moments[i][stream.triad];
+    const double extreme = at_top ? pose.maximum_raw[axis] : pose.minimum_raw[axis];
+    if (pose.count < kFewestStuckSamples || extreme != limit) continue;
+    const double windows_at_limit = at_top ? pose.at_maximum[axis] : pose.at_minimum[axis];
+    // With noise of two steps the largest of ten readings is rarely the largest of all.
+    const bool heaped = noise_steps > 2.0 && pose.windows >= 5 &&
+                        windows_at_limit > 0.5 * static_cast<double>(pose.windows);
+    if (!IsFlat(pose, axis) && !heaped) continue;
+    reached.poses.push_back(i);
+  }
+  reached.triad = stream.triad;
+  reached.is_clipped = true;
+  reached.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis at its limit of " +
+                  Number(limit) + " " + stream.unit.name;
+  return reached;
+}
+
+// Those in which it sits at one reading within them.
+FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                         const StreamSummary& stream,
+                         int axis) {
+  FlatPoses stuck;
+  stuck.triad = stream.triad;
+  for (std::size_t i = 0; i < moments.size(); ++i) {
+    const TriadPoseMoments& pose = moments[i][stream.triad];
+    const double reading = pose.minimum_raw[axis];
+    if (pose.count < kFewestStuckSamples || !IsFlat(pose, axis) ||
+        reading == stream.minimum_raw[axis] || reading == stream.maximum_raw[axis]) {
+      continue;
+    }
+    if (stuck.poses.empty()) {
+      stuck.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis stuck at " +
+                    Number(reading) + " " + stream.unit.name;
+    }
+    stuck.poses.push_back(i);
+  }
+  return stuck;
+}
+
+// "words in 2 poses: 3, 4", of poses from 1 on.
+std::string Listed(const FlatPoses& flat) {
+  const std::size_t hits = flat.poses.size();
+  std::string text =
+      flat.words + " in " + (hits == 1 ? "pose " : std::to_string(hits) + " poses: ");
+  for (std::size_t k = 0; k < std::min(hits, kMaxListed); ++k) {
+    text += (k > 0 ? ", " : "") + std::to_string(flat.poses[k] + 1);
+  }
+  return text + (hits > kMaxListed ? ", …" : "");
+}
+
 }  // namespace
 
-std::vector<ClippedPoses> FindClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
-                                           const std::vector<PerTriad<TriadPoseMoments>>& moments,
-                                           const std::vector<StreamSummary>& streams) {
-  std::vector<ClippedPoses> limits;
+std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                     const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                                     const std::vector<StreamSummary>& streams) {
+  std::vector<FlatPoses> all;
+  const auto add = [&all](FlatPoses found) {
+    if (!found.poses.empty()) all.push_back(std::move(found));
+  };
   for (const StreamSummary& stream : streams) {
     for (int axis = 0; axis < 3; ++axis) {
       const double noise = TypicalNoise(moments, stream.triad, axis);
       const double step = resolution_raw[stream.triad][axis];
-      if (!(noise > 0.5 * step)) continue;  // Noise below the step: a constant axis means nothing.
+      // Noise below the step: a constant axis means nothing.
+      if (!(noise > kNoiseSteps * step)) continue;
       for (const bool at_top : {false, true}) {
-        const double limit = at_top ? stream.maximum_raw[axis] : stream.minimum_raw[axis];
-        ClippedPoses reached;
-        for (std::size_t i = 0; i < moments.size(); ++i) {
-          const TriadPoseMoments& pose = moments[i][stream.triad];
-          const double extreme = at_top ? pose.maximum_raw[axis] : pose.minimum_raw[axis];
-          if (pose.count < kFewestStuckSamples || extreme != limit) continue;
-          const double windows_at_limit = at_top ? pose.at_maximum[axis] : pose.at_minimum[axis];
-          const bool flat = pose.minimum_raw[axis] == pose.maximum_raw[axis];
-          // With noise of two steps the largest of ten readings is rarely the largest of all.
-          const bool heaped = noise > 2.0 * step && pose.windows >= 5 &&
-                              windows_at_limit > 0.5 * static_cast<double>(pose.windows);
-          if (!flat && !heaped) continue;
-          reached.poses.push_back(i);
-        }
-        if (reached.poses.empty()) continue;
-        reached.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis at its limit of " +
-                        Number(limit) + " " + stream.unit.name;
-        limits.push_back(std::move(reached));
+        add(FindClippedPoses(moments, stream, axis, noise / step, at_top));
       }
+      if (noise > kStuckNoiseSteps * step) add(FindStuckPoses(moments, stream, axis));
     }
   }
-  return limits;
+  return all;
 }
 
-Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
-                          std::vector<PerTriad<TriadPoseMoments>>* moments,
-                          PoseSet* set) {
+Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                std::vector<PerTriad<TriadPoseMoments>>* moments,
+                                PoseSet* set) {
   const std::size_t poses = moments->size();
-  std::vector<bool> clipped(poses, false);
-  std::string limits;
-  for (const ClippedPoses& found : FindClippedPoses(resolution_raw, *moments, set->streams)) {
-    std::string numbers;
-    for (std::size_t k = 0; k < found.poses.size(); ++k) {
-      clipped[found.poses[k]] = true;
-      if (k < kMaxListed) {
-        numbers += (k > 0 ? ", " : "") + std::to_string(found.poses[k] + 1);
-      }
+  std::vector<bool> is_flat(poses, false);
+  std::string clipped, stuck;
+  const std::vector<FlatPoses> all = FindFlatPoses(resolution_raw, *moments, set->streams);
+  for (const FlatPoses& found : all) {
+    for (const std::size_t i : found.poses) is_flat[i] = true;
+    std::string& list = found.is_clipped ? clipped : stuck;
+    list += (list.empty() ? "" : "; ") + Listed(found);
+  }
+  const std::ptrdiff_t lost = std::count(is_flat.begin(), is_flat.end(), true);
+  if (2 * static_cast<std::size_t>(lost) > poses) {
+    const std::string share = std::to_string(lost) + " of " + std::to_string(poses) + " poses are ";
+    return BadInputError(set->source + ": " + share +
+                         (clipped.empty()
+                              ? "useless (" + stuck + "); check the sensor and its bus"
+                              : "clipped (" + clipped + "); set a larger full-scale range") +
+                         " and record again");
+  }
+  const auto state = [set, lost](FindingCode code, const std::string& words) {
+    set->findings.push_back(Finding(code, words + "; its readings there are skipped")
+                                .With("poses", static_cast<double>(lost)));
+  };
+  if (!clipped.empty()) state(FindingCode::kClippedPoses, "clipped: " + clipped);
+  if (!stuck.empty()) state(FindingCode::kStuckReadings, stuck);
+  for (const FlatPoses& found : all) {
+    for (const std::size_t i : found.poses) {
+      set->poses[i].triads[found.triad].reset();
+      (*moments)[i][found.triad] = {};
     }
-    const std::size_t hits = found.poses.size();
-    limits += (limits.empty() ? "" : "; ") + found.words + " in " +
-              (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") + numbers +
-              (hits > kMaxListed ? ", …" : "");
   }
-  const auto lost = static_cast<std::size_t>(std::count(clipped.begin(), clipped.end(), true));
-  if (lost == 0) return {};
-  if (2 * lost > poses) {
-    return BadInputError(set->source + ": " + std::to_string(lost) + " of " +
-                         std::to_string(poses) + " poses are clipped (" + limits +
-                         "); set a larger full-scale range and record again");
-  }
-  set->findings.push_back(
-      Finding(FindingCode::kClippedPoses, "clipped: " + limits + "; these poses are skipped")
-          .With("poses", static_cast<double>(lost)));
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < poses; ++i) {
-    if (clipped[i]) continue;
-    if (kept != i) {
-      (*moments)[kept] = std::move((*moments)[i]);
-      set->poses[kept] = std::move(set->poses[i]);
-    }
-    ++kept;
-  }
-  moments->resize(kept);
-  set->poses.resize(kept);
-  return {};
+  return lost > 0;
 }
 
 }  // namespace truetriad

@@ -97,21 +97,23 @@ class StuckFinder {
   std::int64_t stretch_count_ = 0;
 };
 
-/// Poses in which an axis sits at one limit of its range.
-struct ClippedPoses {
-  std::string words;  ///< Sensor, axis and limit.
+/// Poses in which an axis says nothing: it sits at one limit of its range, or at one reading.
+struct FlatPoses {
+  Triad triad = Triad::kAccelerometer;
+  std::string words;  ///< Sensor, axis and where.
   std::vector<std::size_t> poses;
+  bool is_clipped = false;
 };
 /// A clipped axis reads its stream's extreme in (nearly) all windows: without noise while others
-/// show noise, or heaped up at the extreme.
-std::vector<ClippedPoses> FindClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
-                                           const std::vector<PerTriad<TriadPoseMoments>>& moments,
-                                           const std::vector<StreamSummary>& streams);
+/// show noise, or heaped up at the extreme. A stuck one has no noise anywhere else.
+std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                     const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                                     const std::vector<StreamSummary>& streams);
 
-/// Removes the poses with a clipped axis, with a finding. Error: that leaves less than half of the
-/// poses.
-Status RemoveClippedPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
-                          std::vector<PerTriad<TriadPoseMoments>>* moments,
-                          PoseSet* set);
+/// Removes the readings of the sensors with such an axis from those poses, with findings; returns
+/// whether there were any. Error: more than half of the poses have one.
+Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
+                                std::vector<PerTriad<TriadPoseMoments>>* moments,
+                                PoseSet* set);
 
 }  // namespace truetriad

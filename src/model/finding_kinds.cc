@@ -352,6 +352,11 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "left-out-term",
             "A sensor bends or drifts in a way that the model leaves out; σ allow for it",
             "state the term"),
+    Warning(
+        kTermInDoubt,
+        "term-in-doubt",
+        "A sensor may bend or drift, neither shown nor ruled out; σ are up to 1.5 times as large",
+        "more poses"),
     Note(kNonlinearityStated,
          "nonlinearity-stated",
          "σ allow for the non-linearity that the data sheet states",

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -159,25 +158,10 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
   }
 }
 
-// A field beyond the vertical is one before it with every attitude turned half a turn about that: a
-// start that was spoilt may have ended there. Returns whether it was.
-bool FoldDip(PoseGraph* graph) {
-  const SharedLayout& layout = graph->layout;
-  if (!layout.IsFree(layout.reference + kDip)) return false;
-  double& dip = graph->shared[layout.reference + kDip];
-  dip = std::remainder(dip, 2.0 * std::numbers::pi);
-  if (std::cos(dip) >= 0.0) return false;
-  dip = std::copysign(std::numbers::pi, dip) - dip;
-  return true;
-}
-
 // The same solution, with the field on the side where it is.
 void SettleField(const CalibrateOptions& options, MotionRun* run) {
-  const bool was_beyond = FoldDip(&run->graph);
-  const bool was_on_other_side = SettleHemisphereOfField(options, &run->graph);
-  if (was_beyond == was_on_other_side) return;
-  const Eigen::Quaterniond half_turn(0.0, 0.0, 0.0, 1.0);
-  for (Eigen::Quaterniond& attitude : run->attitudes) attitude = half_turn * attitude;
+  if (!SettleHemisphereOfField(options, &run->graph)) return;
+  for (Eigen::Quaterniond& attitude : run->attitudes) TurnHalfway(&attitude);
 }
 
 // Some nodes of the chain as poses, for what looks at single ones.

@@ -6,11 +6,15 @@
 
 namespace truetriad {
 
-// (S_m, dip) and (-S_m, -dip) explain the same readings with every attitude, or where those are
-// given the field, turned half a turn about the vertical. A start that disturbed poses have spoilt
-// may have ended on the wrong side of the equator: then this changes the shared parameters, and
-// true says that the attitudes are to be turned with them. Never where something else knows north
-// from south.
+// Labels the same solution by the field that is there. (S_m, dip), (-S_m, -dip) and (S_m, pi - dip)
+// explain the same readings with every attitude, or where those are given the field, turned half a
+// turn about the vertical. A start that disturbed or missing poses have spoilt may have ended on
+// the wrong side of the equator, or with a dip beyond 90 degrees: then this changes the shared
+// parameters and the poses; true says that attitudes which the graph does not hold are to be turned
+// with them. The side of the equator stays where something else knows north from south.
 bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph);
+
+// As those.
+void TurnHalfway(Eigen::Quaterniond* attitude);
 
 }  // namespace truetriad

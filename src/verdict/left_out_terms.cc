@@ -263,6 +263,20 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
   }
   if (!search.is_empty()) result.covariance = search.Covariance();
+  for (const Candidate& candidate : candidates) {
+    if (candidate.level < kMovingLevel || candidate.term.p_value > kDoubtLevel) continue;
+    const ScoreTest test = search.Test(candidate.columns);
+    const double variance = own[candidate.term.triad].VarianceWithout(test.chi2, test.rank);
+    TermSearch with = search;
+    LeftOutTerm& term = result.doubtful.emplace_back(candidate.term);
+    term.effect_sigmas =
+        LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns, variance));
+    Eigen::MatrixXd more = with.Covariance();
+    if (!search.is_empty()) more -= search.Covariance();
+    const Eigen::ArrayXd by_parameter = VariancesOf(graph.layout, more);
+    const double most = (variances > 0.0).select(by_parameter / variances, 0.0).maxCoeff();
+    result.covariance += std::min(1.0, (kMostByDoubt * kMostByDoubt - 1.0) / most) * more;
+  }
   return result;
 }
 
@@ -288,6 +302,10 @@ void AddLowPass(const PoseGraph& graph,
   for (LeftOutTerm term : found.found) {
     term.kind = LeftOutKind::kLowPass;
     terms->found.push_back(term);
+  }
+  for (LeftOutTerm term : found.doubtful) {
+    term.kind = LeftOutKind::kLowPass;
+    terms->doubtful.push_back(term);
   }
 }
 
@@ -360,7 +378,7 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;
-    const auto step = FindBiasStep(graph, system, own[triad], triad);
+    const auto step = FindBiasStep(graph, system, noise, triad);
     if (!step || step->p_value > kLeftOutLevel) continue;
     result.covariance += step->moved * step->moved.transpose();
     LeftOutTerm term{triad, LeftOutKind::kStep};

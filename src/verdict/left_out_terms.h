@@ -61,8 +61,9 @@ struct ProbedTerm {
 };
 
 struct LeftOutTerms {
-  std::vector<LeftOutTerm> found;  // the clearest first
-  std::vector<LeftOutTest> tests;  // of all that were looked for together
+  std::vector<LeftOutTerm> found;     // the clearest first
+  std::vector<LeftOutTerm> doubtful;  // neither shown nor to be ruled out, and moving much
+  std::vector<LeftOutTest> tests;     // of all that were looked for together
   std::vector<StatedBend> stated;
   // What they make the free shared coordinates less certain by: those are where the model without
   // the terms has them, and as uncertain as that is from where the model with the terms would.
@@ -77,6 +78,10 @@ std::string_view NameOf(const LeftOutTerm& term);
 // by some.
 inline constexpr double kLeftOutLevel = 1e-4;
 inline constexpr double kMovingLevel = 5e-4;
+// One that moves so much and that chance makes in fewer runs than this may be there: it stays out,
+// and σ grow by what it shifts the result by, though at most to one and a half times what they are.
+inline constexpr double kDoubtLevel = 0.01;
+inline constexpr double kMostByDoubt = 1.5;
 
 // Score tests of what the model does not have, by one linearisation of the model that has it all:
 // with b the free coordinates of the solution and h those of a term, from information and gradient

@@ -10,8 +10,8 @@
 namespace truetriad {
 namespace {
 
-// A step is told that is larger than so many σ of two readings.
-constexpr double kToldSigmas = 2.0;
+// Steps count that are larger than so many σ of two readings: smaller ones tell nothing.
+constexpr double kLeastSigmas = 0.2;
 // Variance of k^3 of a step without noise: not all of a step is turned at one rate.
 constexpr double kLeastVariance = 0.01;
 constexpr double kSureSigmas = 5.0;
@@ -20,6 +20,8 @@ constexpr std::size_t kBeside = 4;
 constexpr double kWithBeside = 1.25;
 // Two rows that are lost on end.
 constexpr double kMostBeyond = 2.0;
+// What a step shows beyond its neighbours that is neither that nor noise of so many σ.
+constexpr double kFarNoise = 4.0;
 constexpr std::size_t kFewestSteps = 50;
 // Every so many steps at most one that stands out: rarer ones are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;
@@ -36,7 +38,7 @@ void LostRowCounter::Add(std::span<const std::int64_t> time_ns,
   if (vector_raw.size() != gyroscope_raw.size()) return;
   if (spacing_ns_ <= 0 && time_ns.size() > 1) spacing_ns_ = time_ns[1] - time_ns[0];
   const Eigen::Matrix3d to_rate = gyroscope_.Correction(), to_field = vector_.Correction();
-  const double least = kToldSigmas * std::numbers::sqrt2 * sigma_;
+  const double least = kLeastSigmas * std::numbers::sqrt2 * sigma_;
   std::vector<Step> steps(vector_raw.size());
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < vector_raw.size(); ++i) {
@@ -68,8 +70,9 @@ void LostRowCounter::Add(std::span<const std::int64_t> time_ns,
 }
 
 void LostRowCounter::AddStep(std::int64_t row, double beyond, double noise) {
-  told_.push_back(
-      {row, std::clamp(beyond, -kMostBeyond, kMostBeyond), kWithBeside * noise * noise});
+  const double variance = kWithBeside * noise * noise;
+  const double most = kMostBeyond + kFarNoise * std::sqrt(variance);
+  told_.push_back({row, std::clamp(beyond, -most, most), variance});
 }
 
 double LostRowCounter::Share() const {
@@ -82,7 +85,7 @@ double LostRowCounter::RandomShare() const {
   for (const Told& step : told_) {
     // The cube of noise of variance v has the variance 15 v^3.
     const double weight = 1.0 / (15.0 * std::pow(step.variance, 3) + kLeastVariance);
-    const double cube = weight * std::pow(step.beyond, 3);
+    const double cube = weight * std::pow(std::clamp(step.beyond, -kMostBeyond, kMostBeyond), 3);
     weights += weight;
     cubes += cube;
     weight_squares += weight * weight;

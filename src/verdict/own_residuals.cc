@@ -42,10 +42,12 @@ OwnResiduals OwnResidualsOf(const PoseGraph& graph,
                             const ReducedSystem& system,
                             const NoiseState& noise,
                             Triad triad,
-                            double level) {
+                            double level,
+                            bool of_poses) {
   OwnResiduals own;
   for (const VariancePart& part : PartsOf(graph)) {
     if (part.rejected || !IsOf(part.component, triad)) continue;
+    if (of_poses && part.factor >= graph.nodes.size()) continue;
     const Eigen::Matrix3d variance = part.variance / part.weight;
     const Eigen::Index row = system.factors()[part.factor].row + part.row;
     const Eigen::Vector3d projected = system.projected().segment<3>(row);

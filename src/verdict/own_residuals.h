@@ -27,11 +27,13 @@ struct OwnResiduals {
   double LeftWithout(double part) const;
 };
 
-// `level`: at which residuals scatter by more than the noise that was stated.
+// `level`: at which residuals scatter by more than the noise that was stated. `of_poses`: without
+// the gyroscope's turns, which another noise is in.
 OwnResiduals OwnResidualsOf(const PoseGraph& graph,
                             const ReducedSystem& system,
                             const NoiseState& noise,
                             Triad triad,
-                            double level);
+                            double level,
+                            bool of_poses = false);
 
 }  // namespace truetriad

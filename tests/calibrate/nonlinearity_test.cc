@@ -271,6 +271,30 @@ TEST(Nonlinearity, ThatIsBeyondWhatIsStatedIsFound) {
   EXPECT_GE(found, 5);
 }
 
+// Bends at the edge of what the poses show: where one may be there σ allow for it, and where there
+// is none that is said of few units: at 1 % of four terms of 24 poses.
+TEST(TermInDoubt, WidensSigmaWhereABendMayBeThere) {
+  const auto in_doubt = [](const UnitRun& run) {
+    return Find(run.calibration.findings, FindingCode::kTermInDoubt) != nullptr;
+  };
+  Random random(6), again(6);
+  int doubted = 0, of_straight = 0, off = 0;
+  constexpr int kUnits = 300;
+  for (int run = 0; run < kUnits; ++run) {
+    const UnitRun bent = RunUnit({.percent = 0.02, .is_stated = false}, &random);
+    of_straight += in_doubt(RunUnit({.percent = 0.0, .is_stated = false}, &again));
+    if (bent.dimension == 0 || !in_doubt(bent)) continue;
+    ++doubted;
+    off += bent.nees > 2.0 * bent.dimension;
+  }
+  RecordProperty("doubted", doubted);
+  RecordProperty("of_straight", of_straight);
+  RecordProperty("off", off);
+  EXPECT_GE(doubted, kUnits / 20);
+  EXPECT_LE(of_straight, kUnits * 7 / 100);
+  EXPECT_LE(off, doubted / 20);
+}
+
 TEST(Nonlinearity, IsRefusedWhereNothingIsLeftOutOrNothingIsWidened) {
   const auto problem = [](const auto& change) {
     CalibrateOptions options;

@@ -374,13 +374,35 @@ TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
   for (double& z : recording.accel.z) z = std::min(z, 9790.0);  // One sigma below the first rest.
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_TRUE(set) << set.error().message;
-  EXPECT_EQ(set->poses.size(), 9u);
-  EXPECT_EQ(set->poses[0].number, 1);
+  // The pose keeps its number, and what other sensors read in it.
+  ASSERT_EQ(set->poses.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(set->poses[i].triads[Triad::kAccelerometer].has_value(), i > 0) << i;
+  }
   ASSERT_EQ(set->findings.size(), 1u);
   EXPECT_THAT(set->findings[0], HasCode(FindingCode::kClippedPoses));
   EXPECT_THAT(set->findings[0],
               Says(testing::AllOf(testing::HasSubstr("accelerometer z axis"),
                                   testing::HasSubstr("9790 counts in pose 1"))));
+}
+
+// Four rests in which one axis repeats itself while the others do not.
+TEST(DataChecks, LeaveOutReadingsWithAStuckAxis) {
+  SyntheticRecording recording;
+  recording.counts_per_mps2 = 1000.0, recording.step_raw = 1.0;
+  for (int i = 0; i < 10; ++i) recording.Rest(3.0), recording.Handle();
+  std::vector<double>& x = recording.accel.x;
+  const std::size_t from = x.size() / 2;
+  std::fill(x.begin() + static_cast<std::ptrdiff_t>(from), x.end(), x[from]);
+  const Result<PoseSet> set = Collect({recording.accel});
+  ASSERT_TRUE(set) << set.error().message;
+  ASSERT_EQ(set->poses.size(), 10u);
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(set->poses[i].triads[Triad::kAccelerometer].has_value(), i < 5) << i;
+  }
+  ASSERT_EQ(set->findings.size(), 1u);
+  EXPECT_THAT(set->findings[0], HasCode(FindingCode::kStuckReadings));
+  EXPECT_THAT(set->findings[0], Says(testing::HasSubstr("accelerometer x axis stuck at")));
 }
 
 TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {

@@ -14,9 +14,10 @@ namespace {
 
 constexpr double kField = 48.0, kSigma = 0.25, kSpacingS = 0.02;
 
-// A unit that turns at 1.5 rad/s about an axis that wanders; `lost` of its rows are missing while
-// the times are regular.
-double ShareFound(double lost, std::uint64_t seed) {
+// A unit that turns about an axis that wanders; the rows that are lost are missing while the times
+// are regular.
+template <typename IsLost>
+double ShareFound(double rate_radps, const IsLost& is_lost, std::uint64_t seed) {
   Random random(seed);
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
   std::vector<std::int64_t> time_ns;
@@ -24,11 +25,11 @@ double ShareFound(double lost, std::uint64_t seed) {
   for (int i = 0; i < 6000; ++i) {
     const double t = kSpacingS * i;
     const Eigen::Vector3d omega =
-        1.5 *
+        rate_radps *
         Eigen::Vector3d(std::cos(0.3 * t), std::sin(0.3 * t), std::sin(0.17 * t)).normalized();
     attitude = attitude *
                Eigen::Quaterniond(Eigen::AngleAxisd(omega.norm() * kSpacingS, omega.normalized()));
-    if (random.Uniform() < lost) continue;
+    if (is_lost(i, &random)) continue;
     time_ns.push_back(std::llround(1e9 * kSpacingS * static_cast<double>(time_ns.size())));
     rate.push_back(omega);
     field.push_back(attitude.conjugate() * Eigen::Vector3d(0.5 * kField, 0.0, -0.866 * kField) +
@@ -37,6 +38,11 @@ double ShareFound(double lost, std::uint64_t seed) {
   LostRowCounter counter({}, {}, kSigma / kField);
   counter.Add(time_ns, rate, field);
   return counter.Share();
+}
+
+double ShareFound(double lost, std::uint64_t seed) {
+  return ShareFound(
+      1.5, [lost](int, Random* random) { return random->Uniform() < lost; }, seed);
 }
 
 TEST(LostRows, NoneAreFoundWhereNoneAreLost) {
@@ -48,6 +54,18 @@ TEST(LostRows, TheirShareIsFound) {
     // Of those that are lost some lie next to each other: k is 2 there and counts eightfold.
     EXPECT_GT(ShareFound(lost, 7), 0.8 * lost);
     EXPECT_LT(ShareFound(lost, 7), 3.0 * lost);
+  }
+}
+
+// At a rate at which noise is larger than a step, too.
+TEST(LostRows, EveryNthIsFoundWhereStepsAreSmallerThanNoise) {
+  for (const double rate_radps : {1.5, 0.3, 0.15}) {
+    EXPECT_EQ(ShareFound(
+                  rate_radps, [](int, Random*) { return false; }, 3),
+              0.0);
+    EXPECT_EQ(ShareFound(
+                  rate_radps, [](int i, Random*) { return i % 5 == 4; }, 3),
+              0.2);
   }
 }
 

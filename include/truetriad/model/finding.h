@@ -122,6 +122,7 @@ enum class FindingCode : int {
   kCurveUnchecked,
   kBiasDrift,
   kLeftOutTerm,
+  kTermInDoubt,
   kNonlinearityStated,
   kStretchesDiffer,
   kSessions,

@@ -199,9 +199,6 @@ bool IsMostlyLeftOut(const PoseGraph& graph) {
 struct MovedByStep {
   double later_share = 0.0;
   Eigen::VectorXd before, after;
-
-  // About the mean of all poses.
-  Eigen::VectorXd mean() const { return (1.0 - later_share) * before + later_share * after; }
 };
 
 MovedByStep MovedBy(const std::vector<StepTest>& tests,
@@ -218,6 +215,72 @@ MovedByStep MovedBy(const std::vector<StepTest>& tests,
 double EffectOf(const MovedByStep& moved, const PoseGraph& graph, const ReducedSystem& system) {
   return std::max(LargestInSigmas(graph, system.covariance(), moved.before),
                   LargestInSigmas(graph, system.covariance(), moved.after));
+}
+
+// What was left out may be one side of a change, or a part of it: allows the places where it looks
+// like that, and no others. Returns whether there are any.
+bool AllowWhereLeftOut(const std::vector<Place>& places, std::vector<bool>* allowed) {
+  const auto rejected = std::count_if(
+      places.begin(), places.end(), [](const Place& place) { return place.rejected; });
+  bool any = false;
+  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
+    (*allowed)[first] = rejected >= kManyRejected && LooksLeftOut(places, first);
+    any = any || (*allowed)[first];
+  }
+  return any;
+}
+
+// The likeliest step of the triad's bias among the allowed places, of which there is one.
+BiasStep LikeliestBiasStep(const PoseGraph& graph,
+                           const ReducedSystem& system,
+                           const std::vector<Place>& places,
+                           const OwnResiduals& own,
+                           Triad triad,
+                           const std::vector<bool>& allowed) {
+  std::vector<Eigen::Matrix3d> by_bias;
+  for (const Place& place : places) {
+    by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
+  }
+  const std::vector<StepTest> tests =
+      TestSteps(system, ColumnsOf(system, places, std::move(by_bias)));
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (allowed[i] && (!best || tests[i].statistic > tests[*best].statistic)) best = i;
+  }
+  const StepTest& test = tests[*best];
+  BiasStep step;
+  // The later one in time of the two places that it is between.
+  const std::size_t before = places[*best - 1].node, after = places[*best].node;
+  step.node = graph.nodes[before].time_s > graph.nodes[after].time_s ? before : after;
+  step.p_value =
+      std::min(1.0, static_cast<double>(places.size()) * own.ChanceOf(test.statistic, test.rank));
+  // About the mean bias of all places. Turns, which know the bias as well, have no such step.
+  const int at = graph.layout.bias[triad];
+  const Eigen::VectorXd bias_step =
+      graph.layout.basis.middleRows<3>(at).transpose() * (graph.sensitivity(triad) * test.step);
+  const MovedByStep moved = MovedBy(tests, *best, system);
+  step.moved = moved.before - moved.later_share * bias_step;
+  step.effect_sigmas = LargestInSigmas(graph, system.covariance(), step.moved);
+  return step;
+}
+
+// The same of a step up to a place as well, where turns know the bias on one side of it.
+BiasStep LikeliestBiasStepEitherWay(const PoseGraph& graph,
+                                    const ReducedSystem& system,
+                                    const std::vector<Place>& places,
+                                    const OwnResiduals& own,
+                                    Triad triad,
+                                    const std::vector<bool>& allowed) {
+  BiasStep later = LikeliestBiasStep(graph, system, places, own, triad, allowed);
+  if (triad != Triad::kGyroscope || graph.increments.empty()) return later;
+  // Backwards in time; the step at r has the places before count - r.
+  const std::vector<Place> reversed(places.rbegin(), places.rend());
+  std::vector<bool> allowed_reversed(places.size(), false);
+  std::reverse_copy(allowed.begin() + 1, allowed.end(), allowed_reversed.begin() + 1);
+  BiasStep earlier = LikeliestBiasStep(graph, system, reversed, own, triad, allowed_reversed);
+  BiasStep& likelier = earlier.p_value < later.p_value ? earlier : later;
+  likelier.p_value = std::min(1.0, 2.0 * likelier.p_value);
+  return likelier;
 }
 
 // The search for a change in one solution of the graph.
@@ -380,10 +443,9 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
   };
   if (is_too_little(found)) found.reset();
   if (rejected == 0) return found;
-  // What was left out may be one side of a change, or a part of it.
-  for (std::size_t first = kFewestPoses; first + kFewestPoses <= places.size(); ++first) {
-    allowed[first] = (rejected >= kManyRejected && LooksLeftOut(places, first)) ||
-                     (found && places[first].node == found->node);
+  AllowWhereLeftOut(places, &allowed);
+  for (std::size_t first = 0; found && first < places.size(); ++first) {
+    allowed[first] = allowed[first] || places[first].node == found->node;
   }
   const PoseGraph whole = WithoutWeights(settled, places);
   const ReducedSystem whole_system(whole);
@@ -402,28 +464,26 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
 
 std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
                                      const ReducedSystem& system,
-                                     const OwnResiduals& own,
+                                     const NoiseState& noise,
                                      Triad triad) {
   const std::vector<Place> places = PlacesOf(graph, triad);
   if (places.size() < kFewestInAll || places.size() > kMostPoses) return {};
-  std::vector<Eigen::Matrix3d> by_bias;
-  for (const Place& place : places) {
-    by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
-  }
-  const std::vector<StepTest> tests =
-      TestSteps(system, ColumnsOf(system, places, std::move(by_bias)));
-  std::size_t best = kFewestPoses;
-  for (std::size_t i = kFewestPoses; i + kFewestPoses <= places.size(); ++i) {
-    if (tests[i].statistic > tests[best].statistic) best = i;
-  }
-  const StepTest& test = tests[best];
-  BiasStep step;
-  step.node = places[best].node;
-  step.p_value =
-      std::min(1.0, static_cast<double>(places.size()) * own.ChanceOf(test.statistic, test.rank));
-  step.moved = MovedBy(tests, best, system).mean();
-  step.effect_sigmas = LargestInSigmas(graph, system.covariance(), step.moved);
-  return step;
+  std::vector<bool> allowed(places.size(), false);
+  std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
+  OwnResiduals own = OwnResidualsOf(graph, system, noise, triad, kChangeLevel, /*of_poses=*/true);
+  BiasStep found = LikeliestBiasStepEitherWay(graph, system, places, own, triad, allowed);
+  if (!AllowWhereLeftOut(places, &allowed)) return found;
+  const PoseGraph whole = WithoutWeights(graph, places);
+  const ReducedSystem whole_system(whole);
+  if (whole_system.rank() < whole_system.size()) return found;
+  own = OwnResidualsOf(whole, whole_system, noise, triad, kChangeLevel, /*of_poses=*/true);
+  own.is_estimated = true;
+  BiasStep among_all = LikeliestBiasStepEitherWay(whole, whole_system, places, own, triad, allowed);
+  if (found.p_value <= among_all.p_value) return found;
+  among_all.p_value = std::min(1.0, 2.0 * among_all.p_value);
+  among_all.moved += graph.layout.basis.transpose() * (graph.shared - whole.shared);
+  among_all.effect_sigmas = LargestInSigmas(graph, system.covariance(), among_all.moved);
+  return among_all;
 }
 
 }  // namespace truetriad

@@ -88,11 +88,12 @@ struct BiasStep {
   Eigen::VectorXd moved;  // the free coordinates, by the step about the mean of both sides
 };
 
-// The likeliest one, by the same test, the triad's `own` residuals given; unset where it cannot be
-// looked for. The system has full rank.
+// The likeliest one, by the same test against the triad's own poses, and where the robust step
+// has left out what looks like one side of it, among all as above; unset where it cannot be looked
+// for. The system has full rank.
 std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
                                      const ReducedSystem& system,
-                                     const OwnResiduals& own,
+                                     const NoiseState& noise,
                                      Triad triad);
 
 }  // namespace truetriad

@@ -101,6 +101,18 @@ Findings FindingsOf(const LeftOutTerms& terms) {
             .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
   }
+  for (const LeftOutTerm& term : terms.doubtful) {
+    findings.push_back(
+        Finding(FindingCode::kTermInDoubt,
+                "it is neither shown nor ruled out that the " + std::string(TriadName(term.triad)) +
+                    " " + WordsOf(term) +
+                    Format(" (p = %.2g), which would shift parameters", term.p_value) +
+                    Format(" by up to %.2g σ; ", term.effect_sigmas) +
+                    Format("σ are up to %.2g times as large for that", kMostByDoubt),
+                "take more poses, or " + RemedyOf(term))
+            .About(term.triad)
+            .With("p_value", term.p_value));
+  }
   for (const StatedBend& bend : terms.stated) {
     const Nonlinearity& stated = bend.nonlinearity;
     findings.push_back(
