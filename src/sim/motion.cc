@@ -87,10 +87,10 @@ Eigen::Vector3d HandAcceleration(const MotionPhase::Tumbling& tumbling,
                                  double duration_s) {
   Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   if (!(tumbling.hand_amplitude_mps2 > 0.0)) return acceleration;
-  for (std::size_t i = 0; i < tumbling.kHandOmegaRadps.size(); ++i) {
-    const double argument = tumbling.kHandOmegaRadps[i] * time_s;
-    acceleration += tumbling.hand_amplitude_mps2 *
-                    (tumbling.hand_phase_rad[i].array() + argument).sin().matrix();
+  for (std::size_t i = 0; i < tumbling.kHandTerms; ++i) {
+    const Eigen::Vector3d argument =
+        tumbling.hand_omega_radps[i] * time_s + tumbling.hand_phase_rad[i];
+    acceleration += tumbling.hand_amplitude_mps2 * argument.array().sin().matrix();
   }
   return RampedTime(time_s, duration_s, tumbling.ramp_s).rate * acceleration;
 }

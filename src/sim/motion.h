@@ -61,11 +61,11 @@ struct MotionPhase {
     Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
     Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
     double ramp_s = 1.0;
-    /// The hand's own acceleration, world frame: for each term its amplitude and phases an axis,
-    /// at kHandOmegaRadps; while turning at full speed.
-    static constexpr std::array<double, 4> kHandOmegaRadps = {2.3, 4.1, 7.1, 11.9};
+    /// The hand's own acceleration, world frame, while turning at full speed: so many sines an
+    /// axis that it does not come back, of one amplitude, with a frequency and a phase an axis.
+    static constexpr std::size_t kHandTerms = 32;
     double hand_amplitude_mps2 = 0.0;
-    std::array<Eigen::Vector3d, 4> hand_phase_rad{};
+    std::array<Eigen::Vector3d, kHandTerms> hand_omega_radps{}, hand_phase_rad{};
   };
 
   double begin_s = 0.0;

@@ -132,12 +132,16 @@ class TimelineBuilder {
     constexpr double kLongestRampS = 1.0;
     tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
     if (step.hand_acceleration_mps2 > 0.0) {
-      // Half of each squared amplitude on average, from every term.
-      const auto terms = static_cast<double>(tumbling.kHandOmegaRadps.size());
-      tumbling.hand_amplitude_mps2 = step.hand_acceleration_mps2 * std::sqrt(2.0 / terms);
-      for (Eigen::Vector3d& phases_rad : tumbling.hand_phase_rad) {
-        for (double& phase_rad : phases_rad) {
-          phase_rad = 2.0 * std::numbers::pi * tumble_.Uniform();
+      // Half of each squared amplitude on average, from every term; as many to each octave.
+      constexpr double kSlowestRadps = 2.0, kFastestRadps = 12.0;
+      constexpr auto kTerms = static_cast<double>(MotionPhase::Tumbling::kHandTerms);
+      tumbling.hand_amplitude_mps2 = step.hand_acceleration_mps2 * std::sqrt(2.0 / kTerms);
+      for (std::size_t i = 0; i < tumbling.kHandTerms; ++i) {
+        for (int axis = 0; axis < 3; ++axis) {
+          const double share = (static_cast<double>(i) + tumble_.Uniform()) / kTerms;
+          tumbling.hand_omega_radps[i][axis] =
+              kSlowestRadps * std::pow(kFastestRadps / kSlowestRadps, share);
+          tumbling.hand_phase_rad[i][axis] = 2.0 * std::numbers::pi * tumble_.Uniform();
         }
       }
     }

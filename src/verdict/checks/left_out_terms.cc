@@ -100,6 +100,7 @@ Findings FindingsOf(const LeftOutTerms& terms) {
             .About(term.triad)
             .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
+    if (term.effect_sigmas < 1.0) findings.back().As(Severity::kNote);
   }
   for (const LeftOutTerm& term : terms.doubtful) {
     findings.push_back(
