@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds everything and runs all tests but the nightly ones. Arguments go to ctest.
 # With --nightly: the long tests instead: a thousand damaged files for each converter, four thousand
-# spoilt recordings, and the whole of the statistical tests. Further arguments go to tools/bench/accuracy.py, which then runs alone.
+# spoilt recordings, and the whole of the statistical tests. Further arguments go to
+# tools/bench/accuracy.py, which then runs alone.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -440,37 +441,42 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
 Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
                                 std::vector<PerTriad<TriadPoseMoments>>* moments,
                                 PoseSet* set) {
-  const std::size_t poses = moments->size();
-  std::vector<bool> is_flat(poses, false);
-  std::string clipped, stuck;
+  struct Kind {
+    std::string words;
+    std::set<std::size_t> poses;
+  };
+  Kind clipped, stuck;
   const std::vector<FlatPoses> all = FindFlatPoses(resolution_raw, *moments, set->streams);
   for (const FlatPoses& found : all) {
-    for (const std::size_t i : found.poses) is_flat[i] = true;
-    std::string& list = found.is_clipped ? clipped : stuck;
-    list += (list.empty() ? "" : "; ") + Listed(found);
+    Kind& kind = found.is_clipped ? clipped : stuck;
+    kind.words += (kind.words.empty() ? "" : "; ") + Listed(found);
+    kind.poses.insert(found.poses.begin(), found.poses.end());
   }
-  const std::ptrdiff_t lost = std::count(is_flat.begin(), is_flat.end(), true);
-  if (2 * static_cast<std::size_t>(lost) > poses) {
-    const std::string share = std::to_string(lost) + " of " + std::to_string(poses) + " poses are ";
+  std::set<std::size_t> lost = clipped.poses;
+  lost.insert(stuck.poses.begin(), stuck.poses.end());
+  if (2 * lost.size() > moments->size()) {
+    const std::string share =
+        std::to_string(lost.size()) + " of " + std::to_string(moments->size()) + " poses are ";
     return BadInputError(set->source + ": " + share +
-                         (clipped.empty()
-                              ? "useless (" + stuck + "); check the sensor and its bus"
-                              : "clipped (" + clipped + "); set a larger full-scale range") +
+                         (clipped.poses.empty()
+                              ? "useless (" + stuck.words + "); check the sensor and its bus"
+                              : "clipped (" + clipped.words + "); set a larger full-scale range") +
                          " and record again");
   }
-  const auto state = [set, lost](FindingCode code, const std::string& words) {
-    set->findings.push_back(Finding(code, words + "; its readings there are skipped")
-                                .With("poses", static_cast<double>(lost)));
+  const auto state = [set](FindingCode code, const std::string& what, const Kind& kind) {
+    if (kind.poses.empty()) return;
+    set->findings.push_back(Finding(code, what + kind.words + "; its readings there are skipped")
+                                .With("poses", static_cast<double>(kind.poses.size())));
   };
-  if (!clipped.empty()) state(FindingCode::kClippedPoses, "clipped: " + clipped);
-  if (!stuck.empty()) state(FindingCode::kStuckReadings, stuck);
+  state(FindingCode::kClippedPoses, "clipped: ", clipped);
+  state(FindingCode::kStuckReadings, "", stuck);
   for (const FlatPoses& found : all) {
     for (const std::size_t i : found.poses) {
       set->poses[i].triads[found.triad].reset();
       (*moments)[i][found.triad] = {};
     }
   }
-  return lost > 0;
+  return !all.empty();
 }
 
 }  // namespace truetriad

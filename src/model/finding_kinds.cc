@@ -65,7 +65,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             "check bus and driver"),
     Warning(kClippedPoses,
             "clipped-poses",
-            "An axis is at its range limit in some poses; they are left out",
+            "An axis is at its range limit in some poses; the sensor is left out there",
             "set a larger full-scale range"),
     Warning(kRepeatedRows,
             "repeated-rows",

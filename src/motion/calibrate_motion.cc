@@ -161,7 +161,7 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
 // The same solution, with the field on the side where it is.
 void SettleField(const CalibrateOptions& options, MotionRun* run) {
   if (!SettleHemisphereOfField(options, &run->graph)) return;
-  for (Eigen::Quaterniond& attitude : run->attitudes) TurnHalfway(&attitude);
+  for (Eigen::Quaterniond& attitude : run->attitudes) attitude = TurnedHalfway(attitude);
 }
 
 // Some nodes of the chain as poses, for what looks at single ones.

@@ -9,8 +9,6 @@
 namespace truetriad {
 namespace {
 
-const Eigen::Quaterniond kHalfTurn(0.0, 0.0, 0.0, 1.0);
-
 // A dip beyond the vertical is the supplement with north turned half a turn about it.
 bool FoldDip(PoseGraph* graph) {
   double& dip = graph->shared[graph->layout.reference + kDip];
@@ -20,6 +18,7 @@ bool FoldDip(PoseGraph* graph) {
   return true;
 }
 
+// The other side of the equator, with a sensitivity that is its negative.
 bool Reverse(const CalibrateOptions& options, PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const TriadOptions& magnetometer = options.triads[Triad::kMagnetometer];
@@ -43,7 +42,9 @@ bool Reverse(const CalibrateOptions& options, PoseGraph* graph) {
 
 }  // namespace
 
-void TurnHalfway(Eigen::Quaterniond* attitude) { *attitude = kHalfTurn * *attitude; }
+Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude) {
+  return Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0) * attitude;
+}
 
 bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
@@ -61,10 +62,7 @@ bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph) 
     return false;
   }
   for (PoseNode& node : graph->nodes) {
-    if (node.kind != PoseKind::kRotation) continue;
-    Eigen::Quaterniond attitude = node.rotation();
-    TurnHalfway(&attitude);
-    node.state = {attitude.x(), attitude.y(), attitude.z(), attitude.w()};
+    if (node.kind == PoseKind::kRotation) node.state = ValuesOf(TurnedHalfway(node.rotation()));
   }
   return true;
 }

@@ -14,7 +14,7 @@ namespace truetriad {
 // with them. The side of the equator stays where something else knows north from south.
 bool SettleHemisphereOfField(const CalibrateOptions& options, PoseGraph* graph);
 
-// As those.
-void TurnHalfway(Eigen::Quaterniond* attitude);
+// As those are turned.
+Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude);
 
 }  // namespace truetriad

@@ -194,6 +194,30 @@ void AllowForStated(const PoseGraph& graph,
   }
 }
 
+// Of the candidates that were not taken in, those that move much and may be there.
+void AddDoubtful(const PoseGraph& graph,
+                 const Eigen::MatrixXd& covariance,
+                 const TermSearch& search,
+                 const std::vector<Candidate>& candidates,
+                 const PerTriad<OwnResiduals>& own,
+                 LeftOutTerms* result) {
+  const Eigen::MatrixXd known = result->covariance;
+  const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
+  for (const Candidate& candidate : candidates) {
+    if (candidate.level < kMovingLevel || candidate.term.p_value > kDoubtLevel) continue;
+    const ScoreTest test = search.Test(candidate.columns);
+    const double variance = own[candidate.term.triad].VarianceWithout(test.chi2, test.rank);
+    TermSearch with = search;
+    LeftOutTerm& term = result->doubtful.emplace_back(candidate.term);
+    term.effect_sigmas =
+        LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns, variance));
+    const Eigen::MatrixXd more = with.Covariance() - known;
+    const double most =
+        (variances > 0.0).select(VariancesOf(graph.layout, more) / variances, 0.0).maxCoeff();
+    result->covariance += std::min(1.0, (kMostByDoubt * kMostByDoubt - 1.0) / most) * more;
+  }
+}
+
 // The terms that `larger` has and the graph has not, of which information and gradient tell.
 LeftOutTerms SearchTerms(const PoseGraph& graph,
                          Eigen::MatrixXd covariance,
@@ -263,20 +287,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(clearest));
   }
   if (!search.is_empty()) result.covariance = search.Covariance();
-  for (const Candidate& candidate : candidates) {
-    if (candidate.level < kMovingLevel || candidate.term.p_value > kDoubtLevel) continue;
-    const ScoreTest test = search.Test(candidate.columns);
-    const double variance = own[candidate.term.triad].VarianceWithout(test.chi2, test.rank);
-    TermSearch with = search;
-    LeftOutTerm& term = result.doubtful.emplace_back(candidate.term);
-    term.effect_sigmas =
-        LargestInSigmas(graph, covariance, with.TakeIn(candidate.columns, variance));
-    Eigen::MatrixXd more = with.Covariance();
-    if (!search.is_empty()) more -= search.Covariance();
-    const Eigen::ArrayXd by_parameter = VariancesOf(graph.layout, more);
-    const double most = (variances > 0.0).select(by_parameter / variances, 0.0).maxCoeff();
-    result.covariance += std::min(1.0, (kMostByDoubt * kMostByDoubt - 1.0) / most) * more;
-  }
+  AddDoubtful(graph, covariance, search, candidates, own, &result);
   return result;
 }
 
@@ -299,14 +310,14 @@ void AddLowPass(const PoseGraph& graph,
   const LeftOutTerms found = SearchTerms(
       graph, system.covariance(), options, larger.layout, whole.matrix(), whole.gradient(), own);
   terms->covariance += found.covariance;
-  for (LeftOutTerm term : found.found) {
-    term.kind = LeftOutKind::kLowPass;
-    terms->found.push_back(term);
-  }
-  for (LeftOutTerm term : found.doubtful) {
-    term.kind = LeftOutKind::kLowPass;
-    terms->doubtful.push_back(term);
-  }
+  const auto append = [](const std::vector<LeftOutTerm>& more, std::vector<LeftOutTerm>* all) {
+    for (LeftOutTerm term : more) {
+      term.kind = LeftOutKind::kLowPass;
+      all->push_back(term);
+    }
+  };
+  append(found.found, &terms->found);
+  append(found.doubtful, &terms->doubtful);
 }
 
 }  // namespace

@@ -220,6 +220,16 @@ std::string RefusalOfTable(const Result<PoseSet>& poses) {
   return poses ? "" : poses.error().message;
 }
 
+// What is found of it against the truth, with the finding that something was left out.
+Result<Comparison> WithALeftOutTerm(const Scenario& scenario, const Result<PoseSet>& poses) {
+  if (!poses) return poses.error();
+  CalibrateOptions options = OptionsFor(scenario);
+  options.triads[kGyro].excess = ExcessNoise::kEstimate;
+  const Calibration found = Calibrated(*poses, options);
+  EXPECT_NE(Find(found.findings, FindingCode::kLeftOutTerm), nullptr);
+  return Compare(TruthOf(scenario, 0), found);
+}
+
 // A low-pass of 0.8 s: the readings wander so much within a stretch that its ends alone do not
 // tell.
 TEST(KnownRates, ThatHaveNotSettledAreRefused) {
@@ -252,13 +262,8 @@ TEST(KnownRates, TellOfReadingsThatAreOffToOneSide) {
         const double spike = random.Uniform() < 0.03 ? 3000.0 : 0.0;
         return Eigen::Vector3d(reading + Eigen::Vector3d(spike, 0.0, 0.0));
       });
-  ASSERT_TRUE(poses) << poses.error().message;
-  CalibrateOptions options = OptionsFor(scenario);
-  options.triads[kGyro].excess = ExcessNoise::kEstimate;
-  const Calibration found = Calibrated(*poses, options);
-  EXPECT_NE(Find(found.findings, FindingCode::kLeftOutTerm), nullptr);
-  const auto comparison = Compare(TruthOf(scenario, 0), found);
-  ASSERT_TRUE(comparison);
+  const Result<Comparison> comparison = WithALeftOutTerm(scenario, poses);
+  ASSERT_TRUE(comparison) << comparison.error().message;
   EXPECT_LT(comparison->largest_in_sigmas, 5.0);
 }
 
@@ -272,13 +277,8 @@ TEST(KnownRates, AfterAStepOfTheBiasWidenSigma) {
         const double step = 10 * i > 9 * count ? 100.0 : 0.0;
         return Eigen::Vector3d(reading + Eigen::Vector3d(step, 0.7 * step, 0.3 * step));
       });
-  ASSERT_TRUE(poses) << poses.error().message;
-  CalibrateOptions options = OptionsFor(scenario);
-  options.triads[kGyro].excess = ExcessNoise::kEstimate;
-  const Calibration found = Calibrated(*poses, options);
-  EXPECT_NE(Find(found.findings, FindingCode::kLeftOutTerm), nullptr);
-  const auto comparison = Compare(TruthOf(scenario, 0), found);
-  ASSERT_TRUE(comparison);
+  const Result<Comparison> comparison = WithALeftOutTerm(scenario, poses);
+  ASSERT_TRUE(comparison) << comparison.error().message;
   for (const ComparisonEntry& entry : comparison->entries) {
     // Of the bias, which is another after the step, only the mean is known.
     if (entry.parameter.find("bias") != std::string::npos) continue;

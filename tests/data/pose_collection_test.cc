@@ -386,7 +386,7 @@ TEST(DataChecks, LeaveOutPosesAtTheLimitOfTheRange) {
                                   testing::HasSubstr("9790 counts in pose 1"))));
 }
 
-// Four rests in which one axis repeats itself while the others do not.
+// Half of the rests, in which one axis repeats itself while the others do not.
 TEST(DataChecks, LeaveOutReadingsWithAStuckAxis) {
   SyntheticRecording recording;
   recording.counts_per_mps2 = 1000.0, recording.step_raw = 1.0;

@@ -119,14 +119,17 @@ struct VectorSums {
   Eigen::Vector3d u = Eigen::Vector3d::Zero();
 };
 
-// The tests of a step at every place, in their order: a step is the sum of the places from its own
-// on.
-std::vector<StepTest> TestSteps(const ReducedSystem& system, const Columns& columns) {
+// The places that have a step, of those on both sides of it.
+enum class Side { kBefore, kAfter };
+
+// The tests of a step at every place, in their order: right before it.
+std::vector<StepTest> TestSteps(const ReducedSystem& system, const Columns& columns, Side side) {
   const std::size_t count = columns.own.size();
   StackedRows projected = StackedRows::Zero(columns.projected.rows(), 3);
   VectorSums sums(system.size());
   std::vector<StepTest> tests(count);
-  for (std::size_t i = count; i-- > 0;) {
+  for (std::size_t done = 0; done < count; ++done) {
+    const std::size_t i = side == Side::kAfter ? count - 1 - done : done;
     const auto own = columns.projected.middleCols<3>(3 * static_cast<Eigen::Index>(i));
     const Eigen::Matrix3d across =
         columns.own[i].transpose() * projected.middleRows<3>(columns.rows[i]);
@@ -134,7 +137,8 @@ std::vector<StepTest> TestSteps(const ReducedSystem& system, const Columns& colu
                   columns.own[i].transpose() * own.middleRows<3>(columns.rows[i]);
     projected += own;
     sums.Add(system, columns, i);
-    tests[i] = sums.Test(system);
+    if (side == Side::kAfter) tests[i] = sums.Test(system);
+    if (side == Side::kBefore && i + 1 < count) tests[i + 1] = sums.Test(system);
   }
   return tests;
 }
@@ -230,57 +234,52 @@ bool AllowWhereLeftOut(const std::vector<Place>& places, std::vector<bool>* allo
   return any;
 }
 
-// The likeliest step of the triad's bias among the allowed places, of which there is one.
+// What a bias is seen through at each place.
+std::vector<Eigen::Matrix3d> SensitivitiesAt(const PoseGraph& graph,
+                                             const std::vector<Place>& places,
+                                             Triad triad) {
+  std::vector<Eigen::Matrix3d> sensitivities;
+  for (const Place& place : places) {
+    sensitivities.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
+  }
+  return sensitivities;
+}
+
+// The likeliest step of the triad's bias among the allowed places, of which there is one. Turns
+// know the bias on one side of it: then it may be on the other.
 BiasStep LikeliestBiasStep(const PoseGraph& graph,
                            const ReducedSystem& system,
                            const std::vector<Place>& places,
                            const OwnResiduals& own,
                            Triad triad,
                            const std::vector<bool>& allowed) {
-  std::vector<Eigen::Matrix3d> by_bias;
-  for (const Place& place : places) {
-    by_bias.push_back(graph.ModelAt(triad, graph.nodes[place.node]).sensitivity);
+  const Columns columns = ColumnsOf(system, places, SensitivitiesAt(graph, places, triad));
+  std::vector<Side> sides = {Side::kAfter};
+  if (triad == Triad::kGyroscope && !graph.increments.empty()) sides.push_back(Side::kBefore);
+  const auto count = static_cast<double>(places.size());
+  std::optional<StepTest> best;
+  std::size_t first = 0;  // after it
+  double share = 0.0;     // of the places, that have it
+  for (const Side side : sides) {
+    const std::vector<StepTest> tests = TestSteps(system, columns, side);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (!allowed[i] || (best && tests[i].statistic <= best->statistic)) continue;
+      best = tests[i];
+      first = i;
+      share = static_cast<double>(side == Side::kAfter ? places.size() - i : i) / count;
+    }
   }
-  const std::vector<StepTest> tests =
-      TestSteps(system, ColumnsOf(system, places, std::move(by_bias)));
-  std::optional<std::size_t> best;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (allowed[i] && (!best || tests[i].statistic > tests[*best].statistic)) best = i;
-  }
-  const StepTest& test = tests[*best];
   BiasStep step;
-  // The later one in time of the two places that it is between.
-  const std::size_t before = places[*best - 1].node, after = places[*best].node;
-  step.node = graph.nodes[before].time_s > graph.nodes[after].time_s ? before : after;
-  step.p_value =
-      std::min(1.0, static_cast<double>(places.size()) * own.ChanceOf(test.statistic, test.rank));
-  // About the mean bias of all places. Turns, which know the bias as well, have no such step.
+  step.node = places[first].node;
+  step.p_value = std::min(
+      1.0, static_cast<double>(sides.size()) * count * own.ChanceOf(best->statistic, best->rank));
+  // About the mean bias of all places; turns have no such step.
   const int at = graph.layout.bias[triad];
   const Eigen::VectorXd bias_step =
-      graph.layout.basis.middleRows<3>(at).transpose() * (graph.sensitivity(triad) * test.step);
-  const MovedByStep moved = MovedBy(tests, *best, system);
-  step.moved = moved.before - moved.later_share * bias_step;
+      graph.layout.basis.middleRows<3>(at).transpose() * (graph.sensitivity(triad) * best->step);
+  step.moved = system.covariance() * (best->shared * best->step) - share * bias_step;
   step.effect_sigmas = LargestInSigmas(graph, system.covariance(), step.moved);
   return step;
-}
-
-// The same of a step up to a place as well, where turns know the bias on one side of it.
-BiasStep LikeliestBiasStepEitherWay(const PoseGraph& graph,
-                                    const ReducedSystem& system,
-                                    const std::vector<Place>& places,
-                                    const OwnResiduals& own,
-                                    Triad triad,
-                                    const std::vector<bool>& allowed) {
-  BiasStep later = LikeliestBiasStep(graph, system, places, own, triad, allowed);
-  if (triad != Triad::kGyroscope || graph.increments.empty()) return later;
-  // Backwards in time; the step at r has the places before count - r.
-  const std::vector<Place> reversed(places.rbegin(), places.rend());
-  std::vector<bool> allowed_reversed(places.size(), false);
-  std::reverse_copy(allowed.begin() + 1, allowed.end(), allowed_reversed.begin() + 1);
-  BiasStep earlier = LikeliestBiasStep(graph, system, reversed, own, triad, allowed_reversed);
-  BiasStep& likelier = earlier.p_value < later.p_value ? earlier : later;
-  likelier.p_value = std::min(1.0, 2.0 * likelier.p_value);
-  return likelier;
 }
 
 // The search for a change in one solution of the graph.
@@ -296,19 +295,18 @@ class ChangeSearch {
         places_(places),
         own_(OwnResidualsOf(graph, system, noise, kMagnetometer, kChangeLevel)) {
     own_.is_estimated = own_.is_estimated || counts_as_estimated;
-    std::vector<Eigen::Matrix3d> by_bias, by_field;
-    for (const Place& place : places) {
-      const PoseNode& node = graph.nodes[place.node];
-      const Eigen::Matrix3d S = graph.ModelAt(kMagnetometer, node).sensitivity;
-      by_bias.push_back(S);
-      by_field.push_back(node.kind == PoseKind::kDirection
-                             ? Eigen::Matrix3d::Zero()
-                             : Eigen::Matrix3d(S * node.rotation().toRotationMatrix().transpose()));
+    std::vector<Eigen::Matrix3d> by_bias = SensitivitiesAt(graph, places, kMagnetometer), by_field;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const PoseNode& node = graph.nodes[places[i].node];
+      by_field.push_back(
+          node.kind == PoseKind::kDirection
+              ? Eigen::Matrix3d::Zero()
+              : Eigen::Matrix3d(by_bias[i] * node.rotation().toRotationMatrix().transpose()));
     }
     by_bias_ = ColumnsOf(system, places, std::move(by_bias));
     by_field_ = ColumnsOf(system, places, std::move(by_field));
-    bias_ = TestSteps(system, by_bias_);
-    field_ = TestSteps(system, by_field_);
+    bias_ = TestSteps(system, by_bias_, Side::kAfter);
+    field_ = TestSteps(system, by_field_, Side::kAfter);
   }
 
   // Of a change right before a place, the better of both kinds, shared out over all places.
@@ -471,14 +469,14 @@ std::optional<BiasStep> FindBiasStep(const PoseGraph& graph,
   std::vector<bool> allowed(places.size(), false);
   std::fill(allowed.begin() + kFewestPoses, allowed.end() - (kFewestPoses - 1), true);
   OwnResiduals own = OwnResidualsOf(graph, system, noise, triad, kChangeLevel, /*of_poses=*/true);
-  BiasStep found = LikeliestBiasStepEitherWay(graph, system, places, own, triad, allowed);
+  BiasStep found = LikeliestBiasStep(graph, system, places, own, triad, allowed);
   if (!AllowWhereLeftOut(places, &allowed)) return found;
   const PoseGraph whole = WithoutWeights(graph, places);
   const ReducedSystem whole_system(whole);
   if (whole_system.rank() < whole_system.size()) return found;
   own = OwnResidualsOf(whole, whole_system, noise, triad, kChangeLevel, /*of_poses=*/true);
   own.is_estimated = true;
-  BiasStep among_all = LikeliestBiasStepEitherWay(whole, whole_system, places, own, triad, allowed);
+  BiasStep among_all = LikeliestBiasStep(whole, whole_system, places, own, triad, allowed);
   if (found.p_value <= among_all.p_value) return found;
   among_all.p_value = std::min(1.0, 2.0 * among_all.p_value);
   among_all.moved += graph.layout.basis.transpose() * (graph.shared - whole.shared);
