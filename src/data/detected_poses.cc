@@ -146,8 +146,11 @@ Status DetectedPoses::Start() {
     const double spacing_ns = monitors_[triad]->spacing_ns();
     if (spacing_ns * kSlowestRateShare > leading_spacing_ns) continue;
     width_ns = std::max(width_ns, kFewestWindowSamples * spacing_ns);
-    triads.push_back(
-        {triad, monitors_[triad]->resolution_raw(), ExpectedRange(*info_.Find(triad))});
+    const StreamInfo& info = *info_.Find(triad);
+    triads.push_back({triad,
+                      monitors_[triad]->resolution_raw(),
+                      ExpectedRange(info),
+                      info.unit.is_counts ? 0.0 : info.unit.truth_per_raw});
   }
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
   detector_.emplace(options_, triads, width_ns * 1e-9);

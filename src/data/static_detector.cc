@@ -305,6 +305,25 @@ bool StaticDetector::IsLongEnough(const Rest& rest) const {
   return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
 }
 
+// True where the leading triad would have seen the unit turn at this rate and did not: it is the
+// gyroscope's bias that differs. The reading y of a fixed direction changes by -w x y in a second.
+bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
+                                 const WindowRun& run,
+                                 const Eigen::Vector3d& rate_rad_s) const {
+  if (!(triads_.front().si_per_raw > 0.0)) return false;
+  const auto& windows = buffer.windows(triads_.front().triad);
+  const std::size_t third = std::max<std::size_t>(1, (run.second - run.first) / 3);
+  const Eigen::Vector3d before = MeanOf(windows, run.first, run.first + third);
+  const Eigen::Vector3d after = MeanOf(windows, run.second - third, run.second);
+  const double between_s = static_cast<double>(run.second - run.first - third) * window_s_;
+  const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(before);
+  const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
+                                 static_cast<double>(third * windows[run.first].count));
+  // Seen at ten times the noise, and nearer to no change than to the expected one.
+  return expected.norm() > 10.0 * sigma &&
+         (after - before).dot(expected) < 0.5 * expected.squaredNorm();
+}
+
 // A steady turn about the vertical is invisible to an accelerometer, not to a gyroscope.
 void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const {
   for (const DetectorTriad& known : triads_) {
@@ -330,8 +349,9 @@ void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* 
     }
     const double share = kTurningShare * range_raw_[known.triad];
     std::erase_if(*rests, [&](const Rest& rest) {
-      const Eigen::Vector3d difference = (mean_of(rest) - typical).cwiseAbs();
-      return (difference.array() > (5.0 * noise_raw).cwiseMax(share).array()).any();
+      const Eigen::Vector3d rate_raw = mean_of(rest) - typical;
+      return (rate_raw.array().abs() > (5.0 * noise_raw).cwiseMax(share).array()).any() &&
+             !StayedWhere(buffer, rest.runs.front(), known.si_per_raw * rate_raw);
     });
   }
 }

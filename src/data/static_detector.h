@@ -32,6 +32,8 @@ struct DetectorTriad {
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();
   /// Change of reading that turning the unit over makes at least; 0 when the unit is unknown.
   double expected_range_raw = 0.0;
+  /// SI per reading; 0 when unknown (counts).
+  double si_per_raw = 0.0;
 };
 
 /// Finds the rests of a recording from its windows, without tuning and in any unit.
@@ -74,6 +76,9 @@ class StaticDetector {
   static void CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run);
   bool IsLongEnough(const Rest& rest) const;
   void DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const;
+  bool StayedWhere(const WindowBuffer& buffer,
+                   const WindowRun& run,
+                   const Eigen::Vector3d& rate_rad_s) const;
 
   StaticDetectorOptions options_;
   std::vector<DetectorTriad> triads_;

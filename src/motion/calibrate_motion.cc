@@ -489,6 +489,10 @@ Status CalibrateMotion(const PoseSet& poses,
                       "sensors");
   }
   Settle(options, settling_s, &*track, &run);
+  if (run.noise.correlation[Triad::kAccelerometer] > 1.0) {
+    run.noise.is_carried = true;
+    Settle(options, settling_s, &*track, &run);
+  }
   SettleField(options, &run);
   GatherAgain(options, wanted_s, &*track, &run);
   MotionChain chain = ChainOf(*track, run);

@@ -139,6 +139,12 @@ double UpdateMotionNoise(const RobustOptions& robust,
     if (robust.enabled) Weigh(robust, triad, of_triad, &chain->nodes());
     if (!state->is_estimated[triad]) continue;
     state->correlation[triad] = LongRunRatio(of_triad.value);
+    if (triad == Triad::kGyroscope && !state->is_carried) {
+      // The attitudes follow the gyroscope's fast noise and leave the slow: white noise, too,
+      // leaves residuals that hang together, by one over the share that is left of it.
+      const double share = left / static_cast<double>(of_triad.left.size());
+      state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
+    }
     Eigen::Vector3d factor = Eigen::Vector3d::Constant(of_triad.value.squaredNorm() / left);
     if (triad != Triad::kGyroscope) {
       factor = of_triad.value.rowwise().squaredNorm().cwiseQuotient(

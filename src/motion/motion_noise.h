@@ -16,6 +16,11 @@ struct MotionNoiseState {
   PerTriad<bool> is_estimated{};
   // Long-run over white variance of the residuals: 1 unless they hang together.
   PerTriad<double> correlation{{1.0, 1.0, 1.0}};
+  // A hand's accelerations show. A chain as stiff as the gyroscope is good would take their slow
+  // part for the accelerometer's attitude in the body: it is left to the attitudes, by a gyroscope
+  // whose residuals are taken as they hang together (40 units tumbled by hand: half the
+  // error of the angles between the sensors).
+  bool is_carried = false;
 };
 
 // What the experiment states; else a first guess from how the readings scatter about their

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <span>
 
 #include "data/pose_statistics.h"
 #include "problem/graph_rows.h"
@@ -14,6 +16,27 @@ namespace {
 
 // Of a parameter, less than which rounding is not worth a word.
 constexpr double kRoundingSigmas = 0.5;
+
+// Stretches in which neither sensor lacks a reading that the other one has.
+void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowCounter* counter) {
+  std::size_t r = 0, f = 0;
+  while (r < rates.time_ns.size() && f < fields.time_ns.size()) {
+    if (rates.time_ns[r] != fields.time_ns[f]) {
+      ++(rates.time_ns[r] < fields.time_ns[f] ? r : f);
+      continue;
+    }
+    std::size_t count = 1;
+    while (r + count < rates.time_ns.size() && f + count < fields.time_ns.size() &&
+           rates.time_ns[r + count] == fields.time_ns[f + count]) {
+      ++count;
+    }
+    counter->Add(std::span(rates.time_ns).subspan(r, count),
+                 std::span(rates.reading_raw).subspan(r, count),
+                 std::span(fields.reading_raw).subspan(f, count));
+    r += count;
+    f += count;
+  }
+}
 
 // Rows that were lost, as one vector sensor shows it.
 double ShareOfLostRows(const PoseSet& poses,
@@ -33,9 +56,7 @@ double ShareOfLostRows(const PoseSet& poses,
   }
   const ReadingTrack& rates = poses.tracks[Triad::kGyroscope];
   const ReadingTrack& fields = poses.tracks[vector];
-  if (rates.time_ns == fields.time_ns) {
-    counter.Add(rates.time_ns, rates.reading_raw, fields.reading_raw);
-  }
+  AddTogether(rates, fields, &counter);
   return counter.Share();
 }
 

@@ -12,7 +12,7 @@
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
 #include "solve/solve_graph.h"
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 #include "support/accel_mag_trials.h"
 
 namespace truetriad {

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "math/distributions.h"
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 #include "support/six_turns.h"
 
 namespace truetriad {

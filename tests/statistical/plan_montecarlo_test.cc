@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "statistical/joint_plan.h"
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 #include "support/kolmogorov_smirnov.h"
 
 namespace truetriad {

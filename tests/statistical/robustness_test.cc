@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 #include "support/accel_mag_trials.h"
 
 namespace truetriad {

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "model/attitude_sets.h"
-#include "statistical/nightly.h"
+#include "support/nightly.h"
 #include "support/kolmogorov_smirnov.h"
 #include "support/soak_trials.h"
 #include "truetriad/planning/plan.h"

@@ -663,7 +663,7 @@ std::vector<Fault> FaultsOfLogs() {
        LostStamped},
       {"rows lost, times regular", 1e-3, 0.3, {}, {kHand}, kEither, nullptr, LostRegular},
       {"many rows lost, times regular", 0.05, 0.3, {}, {kMotion}, kEither, nullptr, LostRegular},
-      {"few rows lost, times regular", 1e-3, 0.05, {}, {kMotion}, kUnseen, nullptr, LostRegular},
+      {"few rows lost, times regular", 1e-3, 0.05, {}, {kMotion}, kEither, nullptr, LostRegular},
       {"every nth row lost, times regular",
        3,
        20,
