@@ -60,11 +60,9 @@ void ReadPresets(std::vector<YamlReader>& documents,
   }
 }
 
-}  // namespace
-
-Result<Experiment> ReadExperiment(const std::string& path,
-                                  const std::vector<std::string>& overrides) {
-  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, OpenExperiment(path));
+Result<Experiment> ReadOpened(YamlReader main,
+                              const std::string& path,
+                              const std::vector<std::string>& overrides) {
   main.RequireChild("experiment");
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
   std::vector<std::string> errors;
@@ -84,6 +82,21 @@ Result<Experiment> ReadExperiment(const std::string& path,
   Experiment experiment = draft.experiment;
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
   return experiment;
+}
+
+}  // namespace
+
+Result<Experiment> ReadExperiment(const std::string& path,
+                                  const std::vector<std::string>& overrides) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, OpenExperiment(path));
+  return ReadOpened(std::move(main), path, overrides);
+}
+
+Result<Experiment> ReadExperimentText(const std::string& text,
+                                      const std::string& path,
+                                      const std::vector<std::string>& overrides) {
+  TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromText(text, path));
+  return ReadOpened(std::move(main), path, overrides);
 }
 
 PerTriad<double> TimeOffsetsOf(const Calibration& calibration) {

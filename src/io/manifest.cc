@@ -216,6 +216,12 @@ Result<Manifest> ReadManifest(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(path));
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, path));
   YamlReader& yaml = file;
+  if (yaml.IsMap() && yaml.Child("experiment")) {
+    return BadInputError(path + ": is an experiment, not a recording; give it with --config");
+  }
+  if (yaml.IsMap() && yaml.Child("format")) {
+    return BadInputError(path + ": is a result of truetriad, not a recording");
+  }
   Manifest manifest;
   manifest.sha256 = Sha256Hex(text);
   int version = 0;

@@ -26,7 +26,7 @@ inline Finished RunShell(const std::string& line,
   const std::string out = streams.Path("out");
   const std::string err = streams.Path("err");
   const int status =
-      std::system(("cd '" + folder + "' && " + line + " >'" + out + "' 2>'" + err + "'").c_str());
+      std::system(("cd '" + folder + "' && { " + line + "\n} >'" + out + "' 2>'" + err + "'").c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1,
           TemporaryFolder::Read(out),
           TemporaryFolder::Read(err)};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "base/spelling.h"
 
@@ -20,12 +21,43 @@ std::string GflagsName(std::string_view flag) {
   return name;
 }
 
+std::optional<char> ShortNameOf(std::string_view flag) {
+  if (flag == "config") return 'c';
+  if (flag == "output") return 'o';
+  return std::nullopt;
+}
+
+std::string NamesOf(const CommandFlag& flag) {
+  const std::string name = "--" + std::string(flag.name);
+  const std::optional<char> letter = ShortNameOf(flag.name);
+  return letter ? std::string("-") + *letter + ", " + name : name;
+}
+
+std::string UsageOf(const Command& command) {
+  std::string usage = "truetriad " + std::string(command.name);
+  const auto shown = [&command](std::string_view word) -> std::string {
+    for (const CommandFlag& flag : command.flags) {
+      if (flag.name == word)
+        return std::string(flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")));
+    }
+    std::string name(word);
+    std::transform(
+        name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
+    return name;
+  };
+  for (const std::string_view word : command.words) usage += " [" + shown(word) + "]";
+  if (!command.more_words.empty()) usage += " [" + shown(command.more_words) + " ...]";
+  return command.flags.empty() ? usage : usage + " [flags]";
+}
+
 std::string DetailsOf(const Command& command) {
   return (command.list != nullptr ? command.list() : "") + std::string(command.details);
 }
 
 const std::vector<Command>& Commands() {
   static const auto& commands = *new std::vector<Command>{InspectCommand(),
+                                                          InitCommand(),
+                                                          CheckCommand(),
                                                           CalibrateCommand(),
                                                           ApplyCommand(),
                                                           EvaluateCommand(),

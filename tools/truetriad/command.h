@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,7 +20,11 @@ struct CommandFlag {
   std::string_view placeholder;  ///< What stands for the value in help: "LOG".
   bool required = false;
   std::vector<std::string> values = {};  ///< What it can be; empty: anything.
+  bool repeats = false;                  ///< May be given again: the values are joined by lines.
 };
+
+/// "-o" for --output; none for most.
+std::optional<char> ShortNameOf(std::string_view flag);
 
 /// The flag's name in gflags.
 std::string GflagsName(std::string_view flag);
@@ -33,10 +38,20 @@ struct Command {
   /// What comes before that and takes a while to put together.
   std::string (*list)() = nullptr;
   std::vector<CommandFlag> flags = {};
-  bool takes_words = false;  ///< Words without a flag may follow.
-  /// Does the work; flags have been checked and set. The exit code, or what went wrong.
+  /// Flags that words without a flag stand for, one each, in this order.
+  std::vector<std::string_view> words = {};
+  /// What any further words are values of: a flag, or the name of something else.
+  std::string_view more_words = {};
+  /// Does the work with these further words; flags have been checked and set. The exit code, or
+  /// what went wrong.
   Result<int> (*run)(const std::vector<std::string>& words) = nullptr;
 };
+
+/// "-o, --output".
+std::string NamesOf(const CommandFlag& flag);
+
+/// "truetriad evaluate [FILE] [LOG] [flags]": words stand for the flags of these names.
+std::string UsageOf(const Command& command);
 
 /// The verbs of this version, in the order of the overview.
 const std::vector<Command>& Commands();
@@ -50,6 +65,8 @@ Result<const Command*> FindCommand(std::string_view name);
 
 // One a file in commands/.
 Command InspectCommand();
+Command InitCommand();
+Command CheckCommand();
 Command CalibrateCommand();
 Command ApplyCommand();
 Command EvaluateCommand();

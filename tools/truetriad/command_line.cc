@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -25,16 +26,35 @@ bool IsHelp(const std::string& argument) { return argument == "--help" || argume
 
 bool IsFlag(const std::string& argument) { return argument.size() > 1 && argument[0] == '-'; }
 
+// "--output=DIR" as its name and, where there is one, its value.
+struct StatedFlag {
+  std::string name;
+  std::optional<std::string> value;
+};
+
+std::optional<StatedFlag> ParseFlag(const std::string& argument) {
+  if (!IsFlag(argument)) return std::nullopt;
+  const std::size_t begin = argument.find_first_not_of('-');
+  const std::size_t equals = argument.find('=');
+  if (begin > 2 || begin >= equals) return std::nullopt;
+  StatedFlag stated{argument.substr(begin, equals - begin), std::nullopt};
+  if (equals != std::string::npos) stated.value = argument.substr(equals + 1);
+  return stated;
+}
+
+// By its name or its one letter.
 const CommandFlag* FindFlag(const Command& command, std::string_view name) {
   const auto found = std::find_if(command.flags.begin(), command.flags.end(), [&](const auto& f) {
-    return GflagsName(f.name) == GflagsName(name);
+    const std::optional<char> letter = ShortNameOf(f.name);
+    return GflagsName(f.name) == GflagsName(name) ||
+           (letter && name == std::string_view(&*letter, 1));
   });
   return found == command.flags.end() ? nullptr : &*found;
 }
 
 bool IsBoolean(const std::string& name) {
   gflags::CommandLineFlagInfo info;
-  return gflags::GetCommandLineFlagInfo(GflagsName(name).c_str(), &info) && info.type == "bool";
+  return gflags::GetCommandLineFlagInfo(name.c_str(), &info) && info.type == "bool";
 }
 
 Error UnknownFlag(const Command& command, const std::string& name) {
@@ -48,50 +68,97 @@ Error UnknownFlag(const Command& command, const std::string& name) {
                                : "--" + name + " is not a flag" + DidYouMean(name, known));
 }
 
-/// Sets the command's flags from `arguments`; the words that are no flags go to `words`. gflags'
-/// own parser would take the flags of every verb and of every library, the last one winning.
-Status SetFlags(const Command& command,
-                const std::vector<std::string>& arguments,
-                std::vector<std::string>* words) {
-  std::set<std::string> given;
-  for (std::size_t i = 0; i < arguments.size(); ++i) {
-    if (!IsFlag(arguments[i])) {
-      if (!command.takes_words) {
-        return UsageError("`" + arguments[i] + "` is not a flag; expected --name=value");
+// Sets a command's flags from arguments. gflags' own parser would take the flags of every verb and
+// of every library, the last one winning.
+class FlagSetter {
+ public:
+  FlagSetter(const Command& command, const std::vector<std::string>& arguments)
+      : command_(command), arguments_(arguments) {}
+
+  // The words that are values of no flag.
+  Result<std::vector<std::string>> Set() {
+    for (; at_ < arguments_.size(); ++at_) {
+      if (!only_words_ && arguments_[at_] == "--") {
+        only_words_ = true;
+      } else if (!only_words_ && IsFlag(arguments_[at_])) {
+        TRUETRIAD_RETURN_IF_ERROR(SetFlag());
+      } else {
+        TRUETRIAD_RETURN_IF_ERROR(TakeWord());
       }
-      words->push_back(arguments[i]);
-      continue;
     }
-    const std::size_t begin = arguments[i].find_first_not_of('-');
-    const std::size_t equals = arguments[i].find('=');
-    if (begin > 2 || begin >= equals) return UsageError("`" + arguments[i] + "` is not a flag");
-    const std::string name = arguments[i].substr(begin, equals - begin);
-    if (name != kVerbosity && FindFlag(command, name) == nullptr) return UnknownFlag(command, name);
-    if (!given.insert(GflagsName(name)).second) {
-      return UsageError("--" + name + " is given twice; separate several values by commas");
+    for (const CommandFlag& flag : command_.flags) {
+      const bool has_words = flag.name == command_.more_words && !more_words_.empty();
+      if (flag.required && !has_words && !given_.contains(GflagsName(flag.name))) {
+        return UsageError("--" + std::string(flag.name) + "=" + std::string(flag.placeholder) +
+                          " is missing; this verb needs it");
+      }
     }
-    std::string value;
-    if (equals != std::string::npos) {
-      value = arguments[i].substr(equals + 1);
-    } else if (IsBoolean(name)) {
-      value = "true";
-    } else if (i + 1 < arguments.size() && !IsFlag(arguments[i + 1])) {
-      value = arguments[++i];
-    }
-    if (value.empty()) return UsageError("--" + name + " has no value; give one after `=`");
-    if (gflags::SetCommandLineOption(GflagsName(name).c_str(), value.c_str()).empty()) {
-      return UsageError("`" + arguments[i] + "` is invalid; expected " +
-                        (IsBoolean(name) ? "true or false" : "a number"));
-    }
+    return more_words_;
   }
-  for (const CommandFlag& flag : command.flags) {
-    if (flag.required && !given.contains(GflagsName(flag.name))) {
-      return UsageError("--" + std::string(flag.name) + "=" + std::string(flag.placeholder) +
-                        " is missing; this verb needs it");
+
+ private:
+  // A word stands for the next of the flags that is not given; what is left over comes last.
+  Status TakeWord() {
+    const std::string& word = arguments_[at_];
+    for (const std::string_view name : command_.words) {
+      if (!given_.contains(GflagsName(name))) return Give(*FindFlag(command_, name), word);
     }
+    if (!command_.more_words.empty()) {
+      more_words_.push_back(word);
+      return {};
+    }
+    return UsageError("`" + word + "` is not a flag; expected --name=value");
   }
-  return {};
-}
+
+  Status SetFlag() {
+    const std::string& argument = arguments_[at_];
+    const std::optional<StatedFlag> stated = ParseFlag(argument);
+    if (!stated) return UsageError("`" + argument + "` is not a flag");
+    if (stated->name == kVerbosity) return SetGflag(stated->name, stated->value.value_or(""));
+    const CommandFlag* const flag = FindFlag(command_, stated->name);
+    if (flag == nullptr) return UnknownFlag(command_, stated->name);
+    if (given_.contains(GflagsName(flag->name)) && !flag->repeats) {
+      return UsageError("--" + std::string(flag->name) +
+                        " is given twice; separate several values by commas");
+    }
+    if (stated->value) return Give(*flag, *stated->value);
+    if (IsBoolean(GflagsName(flag->name))) return Give(*flag, "true");
+    if (at_ + 1 < arguments_.size() && !IsAnotherFlag(arguments_[at_ + 1])) {
+      return Give(*flag, arguments_[++at_]);
+    }
+    return Give(*flag, "");
+  }
+
+  // A value may begin with a hyphen.
+  bool IsAnotherFlag(const std::string& argument) const {
+    const std::optional<StatedFlag> stated = ParseFlag(argument);
+    return stated && (argument.starts_with("--") || FindFlag(command_, stated->name) != nullptr);
+  }
+
+  Status Give(const CommandFlag& flag, const std::string& value) {
+    const std::string name = GflagsName(flag.name);
+    const bool is_first = given_.insert(name).second;
+    if (value.empty()) {
+      return UsageError("--" + std::string(flag.name) + " has no value; give one after `=`");
+    }
+    std::string before;
+    if (!is_first && gflags::GetCommandLineOption(name.c_str(), &before)) before += '\n';
+    return SetGflag(name, before + value);
+  }
+
+  static Status SetGflag(const std::string& name, const std::string& value) {
+    if (!gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) return {};
+    return UsageError("--" + name + "=" + value + " is invalid; expected " +
+                      (IsBoolean(name) ? "true or false" : "a number"));
+  }
+
+  const Command& command_;
+  const std::vector<std::string>& arguments_;
+  std::size_t at_ = 0;
+  bool only_words_ = false;
+  std::set<std::string> given_;
+  std::vector<std::string> more_words_;
+};
 
 int Fail(const std::string& who, const Error& error) {
   std::fprintf(stderr, "%s: %s\n", who.c_str(), error.message.c_str());
@@ -112,12 +179,12 @@ int RunVerb(const std::vector<std::string>& arguments) {
   if (std::any_of(rest.begin(), rest.end(), IsHelp)) return Print(HelpText(**command));
 
   const std::string who = "truetriad " + std::string((*command)->name);
-  std::vector<std::string> words;
-  if (const Status set = SetFlags(**command, rest, &words); !set) {
-    return Fail(who, UsageError(set.error().message + "; see `" + who + " --help`"));
+  const Result<std::vector<std::string>> words = FlagSetter(**command, rest).Set();
+  if (!words) {
+    return Fail(who, UsageError(words.error().message + "; see `" + who + " --help`"));
   }
   if (FLAGS_v > 0) FLAGS_minloglevel = google::GLOG_INFO;
-  const Result<int> exit_code = (*command)->run(words);
+  const Result<int> exit_code = (*command)->run(*words);
   return exit_code ? *exit_code : Fail(who, exit_code.error());
 }
 

@@ -29,7 +29,7 @@ std::vector<std::string> Overrides() {
   int depth = 0;
   char quote = '\0';
   for (const char c : FLAGS_set) {
-    if (quote != '\0') {
+    if (quote != '\0' && c != '\n') {
       if (c == quote) quote = '\0';
     } else if (c == '"' || c == '\'') {
       quote = c;
@@ -37,7 +37,7 @@ std::vector<std::string> Overrides() {
       ++depth;
     } else if (c == ']' || c == '}') {
       --depth;
-    } else if (c == ',' && depth <= 0) {
+    } else if (c == '\n' || (c == ',' && depth <= 0)) {
       items.push_back(std::exchange(item, ""));
       continue;
     }

@@ -65,7 +65,7 @@ std::string OverviewText() {
     verbs.emplace_back(command.name, command.summary);
   }
   return std::string(kExampleHeading) + Indented(CalibrateCommand().examples) +
-         "\nUsage: truetriad VERB [--flag=value …]\n\n" + Listed(verbs) +
+         "\nUsage: truetriad VERB [LOG …] [--flag=value …]\n\n" + Listed(verbs) +
          "\nMore about one verb: `truetriad help VERB` or `truetriad VERB --help`. Results go to "
          "stdout,\nmessages to stderr; --v=1 adds the library's log.\n" +
          std::string(kExitCodes);
@@ -76,10 +76,11 @@ std::string HelpText(const Command& command) {
                      std::string(command.name) + ": " + std::string(command.summary) + "\n";
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += '\n' + details;
+  text += "\nUsage: " + UsageOf(command) + '\n';
   std::vector<std::pair<std::string, std::string>> flags;
   for (const CommandFlag& flag : command.flags) {
     const std::string name(flag.name);
-    flags.emplace_back("--" + name + "=" + std::string(flag.placeholder),
+    flags.emplace_back(NamesOf(flag) + "=" + std::string(flag.placeholder),
                        gflags::GetCommandLineFlagInfoOrDie(GflagsName(name).c_str()).description +
                            (flag.required ? " (required)" : ""));
   }

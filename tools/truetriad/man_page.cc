@@ -48,14 +48,14 @@ std::string InstalledExamples(std::string_view examples) {
 }
 
 std::string FlagEntry(const CommandFlag& flag) {
-  return ".TP\n\\fB" + Plain("--" + std::string(flag.name)) + "\\fR=\\fI" +
-         Plain(flag.placeholder) + "\\fR\n" +
+  return ".TP\n\\fB" + Plain(NamesOf(flag)) + "\\fR=\\fI" + Plain(flag.placeholder) + "\\fR\n" +
          Plain(gflags::GetCommandLineFlagInfoOrDie(GflagsName(flag.name).c_str()).description) +
          (flag.required ? " (required)" : "") + '\n';
 }
 
 std::string Verb(const Command& command) {
   std::string text = ".SS " + std::string(command.name) + '\n' + Plain(command.summary) + '\n';
+  text += Verbatim(UsageOf(command));
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += Verbatim(details);
   for (const CommandFlag& flag : command.flags) text += FlagEntry(flag);
@@ -78,9 +78,11 @@ std::string ManPage() {
       "truetriad estimates the biases, gains and misalignments of a unit's sensors from rests in "
       "many attitudes and the turns between them, with a reliable uncertainty for every number. If "
       "a parameter is unobservable, it tells which poses to add.\n");
-  text += ".PP\n" + Plain(
-                        "Results go to stdout, messages to stderr; --v=1 adds the library's log. A "
-                        "flag and its value are one word or two: --input=LOG or --input LOG.\n");
+  text += ".PP\n" +
+          Plain(
+              "Results go to stdout, messages to stderr; --v=1 adds the library's log. A "
+              "flag and its value are one word or two: --input=LOG or --input LOG; words alone "
+              "stand for the flags that a verb's first line names. -- ends the flags.\n");
   text += ".SH VERBS\n";
   for (const Command& command : Commands()) text += Verb(command);
   text += ".SH EXIT STATUS\n";

@@ -125,4 +125,9 @@ Error AtItsKey(const Experiment& experiment, const Error& error);
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 
+/// The same of an experiment that is to be written to `path`.
+Result<Experiment> ReadExperimentText(const std::string& text,
+                                      const std::string& path,
+                                      const std::vector<std::string>& overrides = {});
+
 }  // namespace truetriad

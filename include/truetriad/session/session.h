@@ -45,6 +45,14 @@ Result<PosesConfig> ParsePoses(const std::string& text);
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {});
 
+/// An experiment for recordings of one unit of which nothing is known but what the first of them
+/// holds: every sensor, with defaults, as YAML with comments. Paths in it are relative to `folder`,
+/// where it is to lie (empty: the current one). Error (bad input): a recording that cannot be read.
+/// Error (not enough): a gyroscope alone.
+Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
+                                      const std::string& folder,
+                                      const ProgressCallback& progress = {});
+
 /// Plans what the `plan:` block of `experiment` asks for, on top of the poses of the recording at
 /// `measured` (none when empty). Error (bad input, usage): as CalibrateExperiment, and what
 /// MakePlan refuses.

@@ -99,6 +99,7 @@ Command AllanCommand() {
                     {"output", "DIR"},
                     {"rate_hz", "NUMBER"},
                     {"white_range", "LOW,HIGH"}},
+          .words = {"input"},
           .run = RunAllan};
 }
 

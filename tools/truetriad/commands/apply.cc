@@ -94,6 +94,7 @@ Command ApplyCommand() {
           "Writes a self-describing CSV in m/s^2, rad/s and uT with the sensors that the "
           "calibration\nincludes.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"output", "CSV", true}},
+      .words = {"calibration", "input"},
       .run = RunApply};
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
@@ -24,6 +25,8 @@ DEFINE_string(solver,
 namespace truetriad {
 namespace {
 
+constexpr std::array<const char*, 2> kResults = {"calibration.yaml", "report.html"};
+
 /// The same file without the detours that come from paths relative to the experiment.
 std::string ShortPath(const std::string& path) {
   const std::string shorter = std::filesystem::path(path).lexically_normal().string();
@@ -31,37 +34,55 @@ std::string ShortPath(const std::string& path) {
   return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
 }
 
-/// --input, one log or several with commas between them; a file whose name has a comma is one.
-std::vector<std::string> StatedInputs() {
-  std::error_code failure;
-  if (std::filesystem::exists(FLAGS_input, failure)) return {FLAGS_input};
+/// Those of --input, one log or several with commas between them (a file whose name has a comma is
+/// one), and the words.
+std::vector<std::string> StatedInputs(const std::vector<std::string>& words) {
   std::vector<std::string> inputs;
-  std::istringstream list(FLAGS_input);
-  for (std::string input; std::getline(list, input, ',');) inputs.push_back(input);
+  std::error_code failure;
+  if (std::filesystem::exists(FLAGS_input, failure)) {
+    inputs.push_back(FLAGS_input);
+  } else {
+    std::istringstream list(FLAGS_input);
+    for (std::string input; std::getline(list, input, ',');) inputs.push_back(input);
+  }
+  inputs.insert(inputs.end(), words.begin(), words.end());
   return inputs;
 }
 
+/// What is to be done.
+struct Task {
+  Experiment experiment;
+  std::string folder;
+  std::string initial_yaml;  // the experiment, where none was given
+};
+
 /// Results of an earlier run, which are not those of this one.
-Status PutAside(const std::vector<std::string>& names) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string moved, MoveAside(FLAGS_output, names));
+Status PutAside(const std::string& folder, const std::vector<std::string>& names) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string moved, MoveAside(folder, names));
   if (!moved.empty()) std::fprintf(stderr, "%s\n", moved.c_str());
   return {};
 }
 
-Status WriteResult(const Calibration& calibration) {
-  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
-  const std::filesystem::path directory = FLAGS_output;
+Status WriteResult(const Task& task, const Calibration& calibration) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
+  const std::filesystem::path directory = task.folder;
   const std::string file = (directory / "calibration.yaml").string();
   // Both or none: what would fail for the second must stop the first.
-  for (const char* name : {"calibration.yaml", "report.html"}) {
+  for (const char* name : kResults) {
     if (std::filesystem::is_directory(directory / name)) {
       return BadInputError((directory / name).string() +
                            ": is a folder; remove it or choose another --output");
     }
   }
+  std::string written;
+  if (!task.initial_yaml.empty()) {
+    const std::string& path = task.experiment.path;
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, task.initial_yaml));
+    written = "Experiment:  " + path + '\n';
+  }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
-  std::string written = "\nCalibration: " + file + '\n';
-  if (!FLAGS_report) TRUETRIAD_RETURN_IF_ERROR(PutAside({"report.html"}));
+  written = "\n" + written + "Calibration: " + file + '\n';
+  if (!FLAGS_report) TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
   if (FLAGS_report) {
     const std::string page = (directory / "report.html").string();
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
@@ -77,42 +98,74 @@ Result<Solver> StatedSolver() {
   return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
 }
 
-/// The calibration, or why there is none. What another unit's folder holds stays there.
-Result<Calibration> CalibrateAsAsked(Solver solver, bool* is_of_another) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
-  experiment.options.solver = solver;
-  if (!FLAGS_input.empty()) experiment.inputs = StatedInputs();
-  if (experiment.inputs.empty()) {
+/// Without an experiment: one for what is in the logs.
+Result<Task> InitialTask(const std::vector<std::string>& inputs) {
+  if (inputs.empty()) {
+    return UsageError(
+        "no log; name one (`truetriad calibrate LOG.csv`), or an experiment (--config=…)");
+  }
+  Task task;
+  task.folder = FLAGS_output.empty() ? inputs.front() + ".truetriad" : FLAGS_output;
+  ProgressLine progress("looking at " + inputs.front());
+  TRUETRIAD_ASSIGN_OR_RETURN(task.initial_yaml,
+                             InitialExperiment(inputs, task.folder, progress.callback()));
+  for (const std::string& item : Overrides()) task.initial_yaml += "# --set=" + item + '\n';
+  const std::string path = (std::filesystem::path(task.folder) / "experiment.yaml").string();
+  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
+                             ReadExperimentText(task.initial_yaml, path, Overrides()));
+  task.experiment.inputs = inputs;
+  return task;
+}
+
+Result<Task> TaskFor(const std::vector<std::string>& inputs) {
+  if (FLAGS_config.empty()) return InitialTask(inputs);
+  Task task;
+  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, Overrides()));
+  if (inputs.empty()) {
+    for (std::string& input : task.experiment.inputs) input = ShortPath(input);
+  } else {
+    task.experiment.inputs = inputs;
+  }
+  if (task.experiment.inputs.empty()) {
     return UsageError("no recording: " + FLAGS_config +
                       " has no `input:`; add it or give --input=LOG");
   }
-  if (FLAGS_input.empty()) {
-    for (std::string& input : experiment.inputs) input = ShortPath(input);
-  }
-  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
+  task.folder = FLAGS_output.empty() ? task.experiment.inputs.front() + ".truetriad" : FLAGS_output;
+  return task;
+}
+
+/// The calibration, or why there is none. What another unit's folder holds stays there.
+Result<Calibration> RunTask(const Task& task, bool* is_of_another) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) -> Status {
-    const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(FLAGS_output, serial);
+    const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
     *is_of_another = !status;
     return status;
   };
-  TRUETRIAD_RETURN_IF_ERROR(check_unit(experiment.serial));
-  Result<Calibration> calibration = [&] {
-    ProgressLine progress("reading " + experiment.inputs.front());
-    return CalibrateExperiment(std::move(experiment), progress.callback());
+  TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
+  const Result<Calibration> calibration = [&] {
+    ProgressLine progress("reading " + task.experiment.inputs.front());
+    return CalibrateExperiment(task.experiment, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
-  TRUETRIAD_RETURN_IF_ERROR(WriteResult(*calibration));
+  TRUETRIAD_RETURN_IF_ERROR(WriteResult(task, *calibration));
   return calibration;
 }
 
-Result<int> RunCalibrate(const std::vector<std::string>&) {
+Result<int> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+  Result<Task> task = TaskFor(StatedInputs(words));
   bool is_of_another = false;
-  const Result<Calibration> calibration = CalibrateAsAsked(solver, &is_of_another);
+  const Result<Calibration> calibration = [&]() -> Result<Calibration> {
+    if (!task) return task.error();
+    task->experiment.options.solver = solver;
+    return RunTask(*task, &is_of_another);
+  }();
   if (!calibration) {
-    if (!is_of_another) {
-      TRUETRIAD_RETURN_IF_ERROR(PutAside({"calibration.yaml", "report.html"}));
+    const std::string& folder = task ? task->folder : FLAGS_output;
+    if (!is_of_another && !folder.empty()) {
+      TRUETRIAD_RETURN_IF_ERROR(PutAside(folder, {kResults.begin(), kResults.end()}));
     }
     return calibration.error();
   }
@@ -127,18 +180,20 @@ Command CalibrateCommand() {
       .name = "calibrate",
       .summary = "What are the biases, gains and misalignments of these sensors?",
       .examples =
-          "build/truetriad calibrate --config=configs/experiments/joint.yaml "
-          "--output=out/demo",
+          "build/truetriad calibrate datasets/demo/recording.csv -o out/first\n"
+          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo",
       .details =
-          "Writes DIR/calibration.yaml and DIR/report.html and prints the result. Several logs are "
-          "sessions\nof one unit.\n",
-      .flags = {{"config", "EXPERIMENT.yaml", true},
+          "Writes DIR/calibration.yaml and DIR/report.html and prints the result. Without -c it "
+          "calibrates\nevery sensor in the log with defaults, and writes DIR/experiment.yaml, too; "
+          "without -o, DIR is\nLOG.truetriad. Several logs are sessions of one unit.\n",
+      .flags = {{"config", "EXPERIMENT.yaml"},
                 {"input", "LOG,..."},
-                {"output", "DIR", true},
-                {"set", "KEY=VALUE,..."},
+                {"output", "DIR"},
+                {"set", "KEY=VALUE,...", false, {}, true},
                 {"report", "true|false"},
                 {"overwrite", "true|false"},
                 {"solver", "eliminated|ceres"}},
+      .more_words = "input",
       .run = RunCalibrate};
 }
 

@@ -58,6 +58,7 @@ Command CompareCommand() {
           "lead,\nbiases and C^T C are compared, which no frame changes. The two calibrations are\n"
           "assumed to be independent.\n",
       .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
+      .words = {"a", "b"},
       .run = RunCompare};
 }
 

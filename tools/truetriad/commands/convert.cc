@@ -89,8 +89,8 @@ Result<std::string> FindConverter(const LogFormat& format) {
                       "tools/convert-node)");
   }
   if (found) return *found;
-  std::string what = "--from=" + std::string(format.name) + ": " + program +
-                     " is not beside truetriad; ";
+  std::string what =
+      "--from=" + std::string(format.name) + ": " + program + " is not beside truetriad; ";
   if (format.is_script) {
     what += "set up tools/convert-node (nodejs and npm) as described in docs/converting.md";
   } else if (!format.needs.empty()) {
@@ -260,6 +260,7 @@ Command ConvertCommand() {
                     {"instance", "N"},
                     {"columns", "WHAT=NAME[,WHAT=NAME]"},
                     {"units", "UNIT[,UNIT]"}},
+          .words = {"input"},
           .run = RunConvert};
 }
 

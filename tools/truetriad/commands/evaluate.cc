@@ -66,6 +66,7 @@ Command EvaluateCommand() {
           "Use a separate recording: of the one that the calibration was made from (as in "
           "this\nexample) it says that this is no test.\n",
       .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"poses", "HOW"}},
+      .words = {"calibration", "input"},
       .run = RunEvaluate};
 }
 

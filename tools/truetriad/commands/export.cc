@@ -172,6 +172,7 @@ Command ExportCommand() {
                     {"instance", "N"},
                     {"id", "DEVICE_ID"},
                     {"allan", "FILE"}},
+          .words = {"calibration"},
           .run = RunExport};
 }
 

@@ -39,7 +39,7 @@ Command HelpCommand() {
           .summary = "How do I use a verb?",
           .examples = "build/truetriad help calibrate",
           .flags = {{"as", "FORM", false, {"text", "man", "bash"}}},
-          .takes_words = true,
+          .more_words = "verb",
           .run = RunHelp};
 }
 

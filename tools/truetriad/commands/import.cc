@@ -87,6 +87,7 @@ Command ImportCommand() {
                     {"output", "FILE|DIR", true},
                     {"units", "UNIT[,UNIT]"},
                     {"instance", "N"}},
+          .words = {"input"},
           .run = RunImport};
 }
 

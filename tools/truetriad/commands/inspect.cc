@@ -27,11 +27,12 @@ Result<int> RunInspect(const std::vector<std::string>&) {
 Command InspectCommand() {
   return {.name = "inspect",
           .summary = "What does this log contain, and is it enough to calibrate?",
-          .examples = "build/truetriad inspect --input=datasets/demo/recording.csv",
+          .examples = "build/truetriad inspect datasets/demo/recording.csv",
           .details =
               "Prints rates, gaps, the poses found, their coverage, the noise within rests and "
               "the\ntemperature range.\n",
           .flags = {{"input", "LOG", true}, {"poses", "HOW"}},
+          .words = {"input"},
           .run = RunInspect};
 }
 

@@ -79,7 +79,8 @@ Command PlanCommand() {
                     {"input", "LOG"},
                     {"program", "PROGRAM.yaml"},
                     {"output", "DIR"},
-                    {"set", "KEY=VALUE,..."}},
+                    {"set", "KEY=VALUE,...", false, {}, true}},
+          .words = {"config"},
           .run = RunPlan};
 }
 

@@ -75,7 +75,7 @@ Command ReportCommand() {
           "Writes the HTML report again. For several calibrations, separated by commas or "
           "blanks,\nwrites one page each into a folder, named after the serial number.\n",
       .flags = {{"calibration", "FILE[,FILE]", true}, {"output", "PAGE.html|DIR", true}},
-      .takes_words = true,
+      .more_words = "calibration",
       .run = RunReport};
 }
 

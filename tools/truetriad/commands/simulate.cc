@@ -386,8 +386,9 @@ Command SimulateCommand() {
               "gives the same bytes. All\nkeys are in docs/simulation.md.\n",
           .flags = {{"config", "SCENARIO.yaml", true},
                     {"output", "DIR", true},
-                    {"set", "KEY=VALUE,..."},
+                    {"set", "KEY=VALUE,...", false, {}, true},
                     {"threads", "N"}},
+          .words = {"config"},
           .run = RunSimulate};
 }
 

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "io/yaml_text.h"
+#include "truetriad/session/session.h"
+
+namespace truetriad {
+namespace {
+
+// With fewer rests than faces no matrix can be told from them: what else there is is readings.
+constexpr std::size_t kFewestRests = 6;
+
+struct InitialPoses {
+  std::string line;     // of the experiment; empty: as without it
+  std::string comment;  // what was seen
+};
+
+bool IsSeen(const PoseSet& poses, Triad triad) {
+  const StreamSummary* stream = poses.Find(triad);
+  return stream != nullptr && stream->samples > 0;
+}
+
+InitialPoses PosesFor(const PoseSet& poses) {
+  const std::string seen = std::to_string(poses.poses.size()) + " poses by " + poses.how;
+  // Where the recording says itself where its poses are, or has no times, there is no choice.
+  if (poses.how != "static detection" || poses.poses.size() >= kFewestRests || !poses.has_time) {
+    return {"", seen};
+  }
+  const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
+  const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
+  if (IsSeen(poses, Triad::kGyroscope) && (has_accelerometer || has_magnetometer)) {
+    return {"poses: { motion: { spacing_s: 0.1 } }", seen + ": taken for a unit tumbled by hand"};
+  }
+  if (has_magnetometer && !has_accelerometer) return {"poses: every_row", seen};
+  return {"", seen};
+}
+
+std::string RelativeTo(const std::string& folder, const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path from = fs::absolute(folder.empty() ? "." : folder).lexically_normal();
+  return fs::absolute(path).lexically_normal().lexically_proximate(from).string();
+}
+
+std::string InputLine(const std::vector<std::string>& inputs, const std::string& folder) {
+  YamlText list;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
+  }
+  return "input: " + (inputs.size() == 1 ? list.str() : "[" + list.str() + "]");
+}
+
+}  // namespace
+
+Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
+                                      const std::string& folder,
+                                      const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
+                             LoadPoses(inputs.front(), PosesConfig(), progress));
+  const PoseSet& poses = loaded.poses;
+  const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
+  const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
+  if (!has_accelerometer && !has_magnetometer) {
+    return NotEnoughError(inputs.front() +
+                          ": has a gyroscope alone, which is calibrated from turns or rates that "
+                          "are known; state them in an experiment (`turns:` or `rates:`)");
+  }
+  const InitialPoses initial = PosesFor(poses);
+  std::string text =
+      "# All keys, and what they are when they are not stated: docs/experiments.md\n"
+      "experiment: 1\n" +
+      InputLine(inputs, folder) + "  # " + initial.comment + '\n';
+  if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
+  text +=
+      "reference:\n"
+      "  # Yours may be 0.3 % off this, and all gains with it: state it, or\n"
+      "  # `position: { latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-31 }`\n"
+      "  gravity_mps2: 9.80665\n";
+  if (has_magnetometer) {
+    text +=
+        "  # Without a strength the magnetometer's gains have no common scale.\n"
+        "  field: { strength_ut: unknown, dip_deg: unknown }\n";
+  }
+  text += "sensors:\n";
+  for (const Triad triad : kTriads) {
+    if (IsSeen(poses, triad)) text += "  " + std::string(TriadName(triad)) + ": { model: full }\n";
+  }
+  if (!initial.line.empty()) text += initial.line + '\n';
+  return text +
+         "# What makes a unit good; then the magnetometer's `mounting:` must be stated, too:\n"
+         "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";
+}
+
+}  // namespace truetriad

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// A log and nothing else.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+class LogAlone : public ::testing::Test {
+ protected:
+  bool Has(const std::string& name) const { return std::filesystem::exists(folder_.Path(name)); }
+
+  const TemporaryFolder folder_;
+  const std::string log_ = folder_.Write("log.csv", LogText({.rests = 16}));
+  const std::string result_ = log_ + ".truetriad/calibration.yaml";
+};
+
+TEST_F(LogAlone, IsCalibratedIntoAFolderBesideIt) {
+  const Finished run = RunTruetriad({"calibrate", log_});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(StartsWith("USABLE"), HasSubstr(log_ + ".truetriad/experiment.yaml")));
+  const YAML::Node result = YAML::LoadFile(result_);
+  for (const char* sensor : {"accelerometer", "magnetometer"}) {
+    EXPECT_TRUE(result["sensors"][sensor]) << sensor;
+  }
+  EXPECT_TRUE(Has("log.csv.truetriad/report.html"));
+}
+
+TEST_F(LogAlone, LeavesTheExperimentThatItUsed) {
+  ASSERT_EQ(RunTruetriad({"calibrate", log_, "--set=gauge=accel-z"}).exit_code, 0);
+  const std::string experiment = log_ + ".truetriad/experiment.yaml";
+  const std::string again = folder_.Path("again");
+  const Finished run =
+      RunTruetriad({"calibrate", "-c", experiment, "-o", again, "--set=gauge=accel-z"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const Finished same = RunTruetriad({"compare", result_, again + "/calibration.yaml"});
+  EXPECT_THAT(same.out, HasSubstr("largest difference 0 σ"));
+}
+
+TEST_F(LogAlone, IsWhatInitWritesAnExperimentFor) {
+  const Finished init =
+      RunShell("'" TRUETRIAD_BINARY "' init log.csv >unit.yaml", folder_.Path("."));
+  EXPECT_EQ(init.exit_code, 0) << init.err;
+  const std::string experiment = folder_.Path("unit.yaml");
+  const Finished check = RunTruetriad({"check", experiment});
+  EXPECT_EQ(check.out, experiment + ": valid; calibrates accelerometer, magnetometer\n");
+  EXPECT_EQ(RunTruetriad({"calibrate", "-c", experiment, "-o", folder_.Path("o")}).exit_code, 0);
+}
+
+TEST_F(LogAlone, LeavesNothingWhereItIsNotOne) {
+  const std::string broken = folder_.Write("broken.csv", "time[s],accel_x[m/s^2]\n0,nonsense\n");
+  const Finished run = RunTruetriad({"calibrate", broken});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.out, IsEmpty());
+  EXPECT_FALSE(Has("broken.csv.truetriad"));
+}
+
+TEST_F(LogAlone, OfAUnitThatNeverRestsIsTakenForMotion) {
+  const std::string recording = folder_.Path("tumble");
+  ASSERT_EQ(
+      RunTruetriad(
+          {"simulate", TRUETRIAD_SOURCE_DIR "/configs/scenarios/tumble.yaml", "-o", recording})
+          .exit_code,
+      0);
+  const Finished run = RunTruetriad({"calibrate", recording + "/recording.yaml"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("followed through its motion"));
+}
+
+TEST_F(LogAlone, CannotBeAnExperimentNorAResult) {
+  const std::string experiment = folder_.Write("unit.yaml", kAccelerometerExperiment);
+  EXPECT_THAT(RunTruetriad({"calibrate", experiment}).err,
+              HasSubstr("is an experiment, not a recording; give it with --config"));
+  ASSERT_EQ(RunTruetriad({"calibrate", log_}).exit_code, 0);
+  EXPECT_THAT(RunTruetriad({"inspect", result_}).err, HasSubstr("is a result of truetriad"));
+}
+
+TEST_F(LogAlone, TakesFlagsInEveryForm) {
+  const std::string out = folder_.Path("-out");
+  const Finished run = RunTruetriad({"calibrate",
+                                     "--set=robust.loss=none",
+                                     "--set",
+                                     "gauge=accel-z",
+                                     "--set=sensors.accelerometer.time_offset_s=-0,"
+                                     "reference.gravity_mps2=9.81",
+                                     "-o",
+                                     out,
+                                     "--",
+                                     log_});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const YAML::Node result = YAML::LoadFile(out + "/calibration.yaml");
+  EXPECT_EQ(result["config"]["robust"]["loss"].as<std::string>(), "none");
+  EXPECT_EQ(result["gauge"].as<std::string>(), "accel-z");
+  EXPECT_EQ(result["reference"]["gravity_mps2"].as<double>(), 9.81);
+  const Finished hyphen =
+      RunShell("'" TRUETRIAD_BINARY "' calibrate log.csv -o -strange", folder_.Path("."));
+  EXPECT_EQ(hyphen.exit_code, 0) << hyphen.err;
+  EXPECT_TRUE(Has("-strange/calibration.yaml"));
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/session/session.h"
+
+namespace truetriad {
+namespace {
+
+Result<int> RunInit(const std::vector<std::string>& words) {
+  std::vector<std::string> inputs = words;
+  if (!FLAGS_input.empty()) inputs.insert(inputs.begin(), FLAGS_input);
+  const Result<std::string> experiment = [&] {
+    ProgressLine progress("looking at " + inputs.front());
+    return InitialExperiment(inputs, "", progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  std::fputs(experiment->c_str(), stdout);
+  return kExitGood;
+}
+
+}  // namespace
+
+Command InitCommand() {
+  return {.name = "init",
+          .summary = "How does an experiment for this log begin?",
+          .examples =
+              "build/truetriad init datasets/demo/recording.csv > unit.yaml\n"
+              "build/truetriad calibrate -c unit.yaml -o out/unit",
+          .details =
+              "Prints the experiment that `calibrate LOG` makes for itself, with comments on what "
+              "to state.\nPaths in it are as seen from the current folder: keep it there.\n",
+          .flags = {{"input", "LOG", true}},
+          .more_words = "input",
+          .run = RunInit};
+}
+
+}  // namespace truetriad
