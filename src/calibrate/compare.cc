@@ -304,4 +304,21 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   return comparison;
 }
 
+Agreement AgreementOf(const Comparison& comparison) {
+  if (comparison.dof <= 0) return Agreement::kNotCompared;
+  return comparison.p_value >= kAgreementProbability ? Agreement::kAgree : Agreement::kDiffer;
+}
+
+std::string_view AgreementName(Agreement agreement) {
+  switch (agreement) {
+    case Agreement::kNotCompared:
+      return "not-compared";
+    case Agreement::kAgree:
+      return "agree";
+    case Agreement::kDiffer:
+      return "differ";
+  }
+  return "";
+}
+
 }  // namespace truetriad

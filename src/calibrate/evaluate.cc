@@ -208,4 +208,46 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
   return summary;
 }
 
+std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation) {
+  std::optional<double> worst;
+  const auto add = [&worst](double error, double predicted) {
+    if (predicted > 0.0) worst = std::max(error / predicted, worst.value_or(0.0));
+  };
+  for (const Triad triad : kTriads) {
+    if (!evaluation.norm_rms[triad]) continue;
+    add(*evaluation.norm_rms[triad], evaluation.predicted_rms[triad].value_or(0.0));
+  }
+  if (evaluation.turns) add(evaluation.turns->rms_rad, evaluation.turns->predicted_rms_rad);
+  return worst;
+}
+
+PredictionVerdict VerdictOf(const EvaluationSummary& evaluation) {
+  const bool has_poses =
+      evaluation.turns || std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
+        return evaluation.norm_rms[triad].has_value();
+      });
+  if (!has_poses) return PredictionVerdict::kNotEvaluated;
+  if (evaluation.is_own) return PredictionVerdict::kNoTest;
+  const std::optional<double> worst = WorstErrorRatio(evaluation);
+  if (!worst) return PredictionVerdict::kNoPrediction;
+  return *worst <= kExpectedErrorRatio ? PredictionVerdict::kAsPredicted
+                                       : PredictionVerdict::kWorse;
+}
+
+std::string_view PredictionVerdictName(PredictionVerdict verdict) {
+  switch (verdict) {
+    case PredictionVerdict::kNotEvaluated:
+      return "not-evaluated";
+    case PredictionVerdict::kNoTest:
+      return "no-test";
+    case PredictionVerdict::kNoPrediction:
+      return "no-prediction";
+    case PredictionVerdict::kAsPredicted:
+      return "as-predicted";
+    case PredictionVerdict::kWorse:
+      return "worse";
+  }
+  return "";
+}
+
 }  // namespace truetriad

@@ -19,11 +19,6 @@
 namespace truetriad {
 namespace {
 
-/// Two calibrations, or a prediction and its test, disagree below this probability.
-constexpr double kSignificance = 0.01;
-/// Prediction errors up to this multiple of the predicted one count as expected: the ratio of two
-/// RMS over a few dozen poses scatters by some 20 %.
-constexpr double kExpectedRatio = 1.5;
 constexpr std::size_t kWorstPoses = 5;
 
 /// The poses that the calibration predicts worst, by normalised residual.
@@ -43,8 +38,8 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   return table;
 }
 
-// RMS errors, and the worst of their ratios to what was predicted.
-std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluation) {
+// RMS errors and their ratios to what was predicted.
+Table TableOf(const EvaluationSummary& evaluation) {
   Table table{
       {"RMS of |C(y - b)| - reference", "uncalibrated", "calibrated", "predicted", "ratio", "unit"},
       "lrrrrl",
@@ -52,14 +47,12 @@ std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluat
   const auto number = [](const std::optional<double>& value) {
     return value ? Significant(*value, 3) : std::string("–");
   };
-  std::optional<double> worst_ratio;
   for (const Triad triad : kTriads) {
     const std::optional<double>& rms = evaluation.norm_rms[triad];
     if (!rms) continue;
     const std::optional<double>& predicted = evaluation.predicted_rms[triad];
     std::optional<double> ratio;
     if (predicted && *predicted > 0.0) ratio = *rms / *predicted;
-    if (ratio) worst_ratio = std::max(*ratio, worst_ratio.value_or(0.0));
     table.rows.push_back({TriadTitle(triad),
                           number(evaluation.norm_rms_before[triad]),
                           number(rms),
@@ -71,7 +64,6 @@ std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluat
     const EvaluatedTurns& turns = *evaluation.turns;
     const double ratio =
         turns.predicted_rms_rad > 0.0 ? turns.rms_rad / turns.predicted_rms_rad : 0.0;
-    if (ratio > 0.0) worst_ratio = std::max(ratio, worst_ratio.value_or(0.0));
     table.rows.push_back(
         {turns.against == Triad::kMagnetometer ? "Field after a turn" : "Gravity after a turn",
          number(turns.nominal_rms_rad),
@@ -80,28 +72,26 @@ std::pair<Table, std::optional<double>> TableOf(const EvaluationSummary& evaluat
          ratio > 0.0 ? Significant(ratio, 3) : "–",
          "rad"});
   }
-  return {table, worst_ratio};
+  return table;
 }
 
-std::string EvaluationVerdict(bool is_own,
-                              const Table& table,
-                              const std::optional<double>& worst_ratio) {
-  if (table.rows.empty()) {
-    return "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
+std::string Headline(const EvaluationSummary& evaluation) {
+  switch (VerdictOf(evaluation)) {
+    case PredictionVerdict::kNotEvaluated:
+      return "NOT EVALUATED: the recording has no poses of the calibrated sensors\n";
+    case PredictionVerdict::kNoTest:
+      return "NOT A TEST: the calibration was made from this recording, so that small errors prove "
+             "nothing; evaluate another one\n";
+    case PredictionVerdict::kNoPrediction:
+      return "EVALUATED, but no prediction to compare with\n";
+    case PredictionVerdict::kAsPredicted:
+      return "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
+             "uncertainty\n";
+    case PredictionVerdict::kWorse:
+      return "WORSE THAN PREDICTED: up to " + Significant(*WorstErrorRatio(evaluation), 3) +
+             " times the error expected from noise and parameter uncertainty\n";
   }
-  if (is_own) {
-    return "NOT A TEST: the calibration was made from this recording, so that small errors prove "
-           "nothing; evaluate another one\n";
-  }
-  if (!worst_ratio) {
-    return "EVALUATED, but no prediction to compare with\n";
-  }
-  if (*worst_ratio <= kExpectedRatio) {
-    return "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
-           "uncertainty\n";
-  }
-  return "WORSE THAN PREDICTED: up to " + Significant(*worst_ratio, 3) +
-         " times the error expected from noise and parameter uncertainty\n";
+  return "";
 }
 
 }  // namespace
@@ -117,14 +107,13 @@ std::string CalibrationText(const Calibration& calibration) {
 }
 
 std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  const auto [table, worst_ratio] = TableOf(evaluation);
-  std::string text = EvaluationVerdict(evaluation.is_own, table, worst_ratio);
+  std::string text = Headline(evaluation);
   text += Wrapped("Calibration of " +
                       (calibration.serial.empty() ? "a unit without serial number"
                                                   : calibration.serial) +
                       " tested on " + std::to_string(evaluation.poses) + " poses.",
                   0) +
-          '\n' + TextOf(table);
+          '\n' + TextOf(TableOf(evaluation));
   const auto& accelerometer = calibration.sensors[Triad::kAccelerometer];
   if (calibration.mode == Mode::kSweep && accelerometer && accelerometer->bias_sigma.isZero(0.0)) {
     text += '\n' + Wrapped(
@@ -157,20 +146,21 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
 
 std::string ComparisonText(const Comparison& comparison) {
   std::string text;
-  if (comparison.dof <= 0) {
+  const Agreement agreement = AgreementOf(comparison);
+  if (agreement == Agreement::kNotCompared) {
     text = "NOT COMPARED: the two calibrations have no common parameter with a σ\n";
-  } else if (comparison.p_value >= kSignificance) {
+  } else if (agreement == Agreement::kAgree) {
     text = comparison.not_compared.empty()
                ? "AGREE: the differences are within their uncertainty\n"
                : "AGREE in common parameters: the differences are within their uncertainty\n";
   } else {
     text = "DIFFER: the differences are larger than their uncertainty\n";
   }
-  if (comparison.dof > 0) {
+  if (agreement != Agreement::kNotCompared) {
     text +=
         Wrapped("χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
                     " degrees of freedom, p = " + Significant(comparison.p_value, 2) +
-                    " (they agree if at least " + Significant(kSignificance, 1) +
+                    " (they agree if at least " + Significant(kAgreementProbability, 1) +
                     "); largest difference " + Significant(comparison.largest_in_sigmas, 3) + " σ.",
                 0);
   }

@@ -6,13 +6,29 @@
 #include <string_view>
 #include <vector>
 
+#include "json/json.h"
 #include "truetriad/base/result.h"
+#include "truetriad/model/finding.h"
+#include "truetriad/model/outcome.h"
 
 namespace truetriad {
 
 /// Exit codes beyond those of ErrorCode.
 inline constexpr int kExitGood = 0;
 inline constexpr int kExitOutsideLimits = 4;
+
+/// What a verb has to say.
+struct VerbResult {
+  int exit_code = kExitGood;
+  std::string text = {};         ///< On stdout, for people.
+  Json result = Json::object();  ///< With --json, for programs.
+  /// The same for both: notes, and why the result is not all that was asked for.
+  Findings findings = {};
+  /// What to say on stderr, too: why there is not more.
+  std::string failure = {};
+  /// Why a result cannot be used, or that it can, where the verb judges that.
+  std::optional<Outcome> outcome = {};
+};
 
 /// A flag that a verb takes. Its value and description are gflags'.
 struct CommandFlag {
@@ -42,9 +58,8 @@ struct Command {
   std::vector<std::string_view> words = {};
   /// What any further words are values of: a flag, or the name of something else.
   std::string_view more_words = {};
-  /// Does the work with these further words; flags have been checked and set. The exit code, or
-  /// what went wrong.
-  Result<int> (*run)(const std::vector<std::string>& words) = nullptr;
+  /// Does the work with these further words; flags have been checked and set.
+  Result<VerbResult> (*run)(const std::vector<std::string>& words) = nullptr;
 };
 
 /// "-o, --output".

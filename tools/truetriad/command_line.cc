@@ -2,6 +2,7 @@
 #include "tools/truetriad/command_line.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -13,14 +14,21 @@
 #include <glog/logging.h>
 
 #include "base/spelling.h"
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
 #include "tools/truetriad/help.h"
+#include "tools/truetriad/progress.h"
 
 namespace truetriad {
 namespace {
 
-/// glog's own flag, which every verb takes: what the library logs.
-constexpr std::string_view kVerbosity = "v";
+/// Flags that every verb takes; v is glog's own: what the library logs.
+constexpr std::array<std::string_view, 3> kCommonFlags = {"v", "json", "quiet"};
+
+bool IsCommon(std::string_view name) {
+  return std::find(kCommonFlags.begin(), kCommonFlags.end(), name) != kCommonFlags.end();
+}
 
 bool IsHelp(const std::string& argument) { return argument == "--help" || argument == "-h"; }
 
@@ -114,7 +122,9 @@ class FlagSetter {
     const std::string& argument = arguments_[at_];
     const std::optional<StatedFlag> stated = ParseFlag(argument);
     if (!stated) return UsageError("`" + argument + "` is not a flag");
-    if (stated->name == kVerbosity) return SetGflag(stated->name, stated->value.value_or(""));
+    if (IsCommon(stated->name)) {
+      return SetGflag(stated->name, stated->value.value_or(IsBoolean(stated->name) ? "true" : ""));
+    }
     const CommandFlag* const flag = FindFlag(command_, stated->name);
     if (flag == nullptr) return UnknownFlag(command_, stated->name);
     if (given_.contains(GflagsName(flag->name)) && !flag->repeats) {
@@ -160,32 +170,73 @@ class FlagSetter {
   std::vector<std::string> more_words_;
 };
 
-int Fail(const std::string& who, const Error& error) {
-  std::fprintf(stderr, "%s: %s\n", who.c_str(), error.message.c_str());
-  return static_cast<int>(error.code);
+/// What ends a run, for programs: one object, and nothing else.
+Json Envelope(std::string_view verb, int exit_code) {
+  return {{"verb", verb}, {"exit", exit_code}};
 }
 
-int Print(const std::string& text) {
-  std::fputs(text.c_str(), stdout);
-  return kExitGood;
+void Say(std::string_view verb, const std::string& message) {
+  const std::string who = "truetriad" + (verb.empty() ? "" : " " + std::string(verb));
+  std::fprintf(stderr, "%s: %s\n", who.c_str(), message.c_str());
+}
+
+int Fail(std::string_view verb, const Error& error) {
+  const int exit_code = static_cast<int>(error.code);
+  if (FLAGS_json) {
+    Json json = Envelope(verb, exit_code);
+    json["error"] = ToJson(error);
+    std::fputs((json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n').c_str(), stdout);
+  } else {
+    Say(verb, error.message);
+  }
+  return exit_code;
+}
+
+int Show(std::string_view verb, const VerbResult& result) {
+  if (!FLAGS_json) {
+    std::fputs(result.text.c_str(), stdout);
+    if (!result.failure.empty()) Say(verb, result.failure);
+    return result.exit_code;
+  }
+  Json json = Envelope(verb, result.exit_code);
+  if (result.outcome) json["outcome"] = OutcomeName(*result.outcome);
+  json["findings"] = ToJson(result.findings);
+  json["result"] = result.result;
+  std::fputs((json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n').c_str(), stdout);
+  return result.exit_code;
+}
+
+/// Before flags are read: an error about them is to be in the form that was asked for.
+bool AsksForJson(const std::vector<std::string>& arguments) {
+  return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
+    return argument == "--json" || argument == "--json=true";
+  });
 }
 
 int RunVerb(const std::vector<std::string>& arguments) {
   const std::string& verb = arguments[0];
-  if (IsHelp(verb)) return Print(OverviewText());
+  FLAGS_json = AsksForJson(arguments);
+  const auto shown = [](const std::string& text) -> VerbResult {
+    return {.text = text, .result = {{"text", text}}};
+  };
+  if (IsHelp(verb)) return Show("help", shown(OverviewText()));
   const Result<const Command*> command = FindCommand(verb == "--version" ? "version" : verb);
-  if (!command) return Fail("truetriad", command.error());
+  if (!command) return Fail("", command.error());
   const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
-  if (std::any_of(rest.begin(), rest.end(), IsHelp)) return Print(HelpText(**command));
+  if (std::any_of(rest.begin(), rest.end(), IsHelp))
+    return Show("help", shown(HelpText(**command)));
 
-  const std::string who = "truetriad " + std::string((*command)->name);
+  const std::string_view name = (*command)->name;
   const Result<std::vector<std::string>> words = FlagSetter(**command, rest).Set();
   if (!words) {
-    return Fail(who, UsageError(words.error().message + "; see `" + who + " --help`"));
+    return Fail(
+        name,
+        UsageError(words.error().message + "; see `truetriad " + std::string(name) + " --help`"));
   }
+  if (FLAGS_quiet) ProgressLine::Silence();
   if (FLAGS_v > 0) FLAGS_minloglevel = google::GLOG_INFO;
-  const Result<int> exit_code = (*command)->run(*words);
-  return exit_code ? *exit_code : Fail(who, exit_code.error());
+  const Result<VerbResult> result = (*command)->run(*words);
+  return result ? Show(name, *result) : Fail(name, result.error());
 }
 
 }  // namespace
@@ -197,7 +248,7 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
   }
   const int exit_code = RunVerb(arguments);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return Fail("truetriad",
+    return Fail("",
                 BadInputError("stdout: cannot be written: " + std::string(std::strerror(errno))));
   }
   return exit_code;

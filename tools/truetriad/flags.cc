@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/flags.h"
 
+#include <cstdio>
 #include <utility>
 
 DEFINE_string(input,
@@ -21,7 +22,20 @@ DEFINE_string(set,
               "values that replace those in the --config file, separated by commas, as in "
               "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
 
+DEFINE_string(fail_on, "", "what ends with exit code 4");
+DEFINE_bool(json, false, "one JSON object on stdout instead of text");
+DEFINE_bool(quiet, false, "no notes and no progress on stderr");
+
 namespace truetriad {
+
+Status CheckFailOn(const std::string& word) {
+  if (FLAGS_fail_on.empty() || FLAGS_fail_on == word) return {};
+  return UsageError("--fail-on=" + FLAGS_fail_on + " is not known; expected " + word);
+}
+
+void Note(const std::string& text) {
+  if (!FLAGS_quiet) std::fprintf(stderr, "%s\n", text.c_str());
+}
 
 std::vector<std::string> Overrides() {
   std::vector<std::string> items;

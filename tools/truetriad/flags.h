@@ -6,6 +6,8 @@
 
 #include <gflags/gflags.h>
 
+#include "truetriad/base/result.h"
+
 // Flags that several verbs share; gflags stops the program at a second definition.
 DECLARE_string(input);
 DECLARE_string(output);
@@ -13,11 +15,20 @@ DECLARE_string(config);
 DECLARE_string(calibration);
 DECLARE_string(poses);
 DECLARE_string(set);
+DECLARE_string(fail_on);
+DECLARE_bool(json);
+DECLARE_bool(quiet);
 
 namespace truetriad {
 
 /// The items of --set. Brackets and quotes that do not match are left for the YAML reader to
 /// report.
 std::vector<std::string> Overrides();
+
+/// Error (usage): --fail-on is neither empty nor `word`.
+Status CheckFailOn(const std::string& word);
+
+/// What people should know of a run, on stderr unless --quiet.
+void Note(const std::string& text);
 
 }  // namespace truetriad

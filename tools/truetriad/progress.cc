@@ -13,8 +13,10 @@ constexpr char kWipeLine[] = "\r\033[K";
 
 }  // namespace
 
+bool ProgressLine::is_quiet_ = false;
+
 ProgressLine::ProgressLine(std::string what)
-    : what_(std::move(what)), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(std::move(what)), is_terminal_(!is_quiet_ && isatty(STDERR_FILENO) == 1) {}
 
 ProgressLine::~ProgressLine() {
   if (shown_percent_ >= 0) std::fputs(kWipeLine, stderr);

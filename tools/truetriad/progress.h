@@ -16,11 +16,16 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
+  /// From now on no line shows anything.
+  static void Silence() { is_quiet_ = true; }
+
   /// To be called with the share of the work done; valid as long as the line.
   ProgressCallback callback();
 
  private:
   void Show(int percent);
+
+  static bool is_quiet_;
 
   std::string what_;
   bool is_terminal_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "truetriad/base/result.h"
@@ -32,6 +33,17 @@ struct Comparison {
   /// magnetometer): what no frame changes was compared, biases and C^T C ("gram").
   bool frames_differ = false;
 };
+
+/// Whether two calibrations say the same.
+enum class Agreement {
+  kNotCompared,  ///< They have no common parameter with a σ.
+  kAgree,        ///< p of all differences together is at least kAgreementProbability.
+  kDiffer,
+};
+inline constexpr double kAgreementProbability = 0.01;
+Agreement AgreementOf(const Comparison& comparison);
+std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
+
 Result<Comparison> Compare(const Calibration& a, const Calibration& b);
 
 }  // namespace truetriad

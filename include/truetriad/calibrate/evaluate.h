@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "truetriad/base/result.h"
@@ -39,6 +40,23 @@ struct EvaluationSummary {
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
   std::vector<PoseResidual> pose_residuals;
 };
+
+/// What an evaluation says of a calibration.
+enum class PredictionVerdict {
+  kNotEvaluated,  ///< No poses of the calibrated sensors.
+  kNoTest,        ///< The calibration was made from this recording.
+  kNoPrediction,  ///< There is no σ to compare with.
+  kAsPredicted,   ///< The errors are at most kExpectedErrorRatio times those predicted.
+  kWorse,
+};
+/// The ratio of two RMS over a few dozen poses scatters by some 20 %.
+inline constexpr double kExpectedErrorRatio = 1.5;
+PredictionVerdict VerdictOf(const EvaluationSummary& evaluation);
+/// "not-evaluated", "no-test", "no-prediction", "as-predicted", "worse".
+std::string_view PredictionVerdictName(PredictionVerdict verdict);
+/// The worst ratio of an error to the one predicted; unset where nothing was.
+std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation);
+
 /// `is_own`: `poses` are those that the calibration was made from.
 Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,

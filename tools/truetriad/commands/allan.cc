@@ -11,6 +11,7 @@
 
 #include "allan/allan_file.h"
 #include "allan/allan_report.h"
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -64,7 +65,7 @@ Result<std::string> WriteFiles(const AllanResult& result) {
   return "\nResult: " + file + "\nPlot:   " + plot + "\n";
 }
 
-Result<int> RunAllan(const std::vector<std::string>&) {
+Result<VerbResult> RunAllan(const std::vector<std::string>&) {
   AllanOptions options;
   options.rate_hz = FLAGS_rate_hz;
   TRUETRIAD_ASSIGN_OR_RETURN(const auto range, ParseRange(FLAGS_white_range));
@@ -76,8 +77,10 @@ Result<int> RunAllan(const std::vector<std::string>&) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteFiles(result));
     text += written;
   }
-  std::fputs(text.c_str(), stdout);
-  return result.at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
+  return VerbResult{
+      .exit_code = result.at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough),
+      .text = std::move(text),
+      .result = ToJson(result)};
 }
 
 }  // namespace

@@ -21,22 +21,17 @@ namespace {
 
 /// What a user must know about the rows, on stderr: stdout may be the log itself.
 void Tell(const CorrectedLogSummary& summary) {
-  std::fprintf(stderr, "%lld rows written\n", static_cast<long long>(summary.rows));
+  Note(std::to_string(summary.rows) + " rows written");
   for (const Triad triad : summary.left_out) {
-    std::fprintf(stderr,
-                 "%s skipped: the calibration does not include it\n",
-                 std::string(TriadName(triad)).c_str());
+    Note(std::string(TriadName(triad)) + " skipped: the calibration does not include it");
   }
   if (summary.clamped_temperature > 0) {
-    std::fprintf(
-        stderr,
-        "%lld rows outside the calibrated temperature range: corrected as at its nearest end\n",
-        static_cast<long long>(summary.clamped_temperature));
+    Note(std::to_string(summary.clamped_temperature) +
+         " rows outside the calibrated temperature range: corrected as at its nearest end");
   }
   if (summary.not_corrected > 0) {
-    std::fprintf(stderr,
-                 "%lld rows with a sensor left empty: no temperature or force was available yet\n",
-                 static_cast<long long>(summary.not_corrected));
+    Note(std::to_string(summary.not_corrected) +
+         " rows with a sensor left empty: no temperature or force was available yet");
   }
 }
 
@@ -61,7 +56,7 @@ Status CheckOutput(const RecordingInfo& recording) {
   return {};
 }
 
-Result<int> RunApply(const std::vector<std::string>&) {
+Result<VerbResult> RunApply(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(FLAGS_input));
@@ -77,7 +72,16 @@ Result<int> RunApply(const std::vector<std::string>&) {
   EndAsInterrupted();
   TRUETRIAD_RETURN_IF_ERROR(summary);
   Tell(*summary);
-  return kExitGood;
+  VerbResult result;
+  result.result = {{"output", FLAGS_output},
+                   {"rows", summary->rows},
+                   {"clamped_temperature", summary->clamped_temperature},
+                   {"not_corrected", summary->not_corrected},
+                   {"left_out", Json::array()}};
+  for (const Triad triad : summary->left_out) {
+    result.result["left_out"].push_back(TriadName(triad));
+  }
+  return result;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -25,7 +26,8 @@ DEFINE_string(solver,
 namespace truetriad {
 namespace {
 
-constexpr std::array<const char*, 2> kResults = {"calibration.yaml", "report.html"};
+constexpr std::array<const char*, 3> kResults = {
+    "calibration.yaml", "calibration.json", "report.html"};
 
 /// The same file without the detours that come from paths relative to the experiment.
 std::string ShortPath(const std::string& path) {
@@ -59,11 +61,14 @@ struct Task {
 /// Results of an earlier run, which are not those of this one.
 Status PutAside(const std::string& folder, const std::vector<std::string>& names) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string moved, MoveAside(folder, names));
-  if (!moved.empty()) std::fprintf(stderr, "%s\n", moved.c_str());
+  if (!moved.empty()) Note(moved);
   return {};
 }
 
-Status WriteResult(const Task& task, const Calibration& calibration) {
+/// Which files they are, for people.
+Result<std::string> WriteResult(const Task& task,
+                                const Calibration& calibration,
+                                const Json& json) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
   const std::filesystem::path directory = task.folder;
   const std::string file = (directory / "calibration.yaml").string();
@@ -81,6 +86,8 @@ Status WriteResult(const Task& task, const Calibration& calibration) {
     written = "Experiment:  " + path + '\n';
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
+  const std::string json_file = (directory / "calibration.json").string();
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, json.dump(1) + '\n'));
   written = "\n" + written + "Calibration: " + file + '\n';
   if (!FLAGS_report) TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
   if (FLAGS_report) {
@@ -88,8 +95,7 @@ Status WriteResult(const Task& task, const Calibration& calibration) {
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
     written += "Report:      " + page + '\n';
   }
-  std::fputs((CalibrationText(calibration) + written).c_str(), stdout);
-  return {};
+  return written;
 }
 
 Result<Solver> StatedSolver() {
@@ -135,7 +141,7 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs) {
 }
 
 /// The calibration, or why there is none. What another unit's folder holds stays there.
-Result<Calibration> RunTask(const Task& task, bool* is_of_another) {
+Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) -> Status {
     const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
@@ -149,28 +155,35 @@ Result<Calibration> RunTask(const Task& task, bool* is_of_another) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
-  TRUETRIAD_RETURN_IF_ERROR(WriteResult(task, *calibration));
-  return calibration;
+  Json json = ToJson(*calibration);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteResult(task, *calibration, json));
+  VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
+  result.findings = calibration->findings;
+  result.outcome = calibration->outcome;
+  if (!calibration->IsUsable()) {
+    result.exit_code = static_cast<int>(ErrorCode::kNotEnough);
+  } else if (!calibration->within_limits.value_or(true)) {
+    result.exit_code = kExitOutsideLimits;
+  }
+  return result;
 }
 
-Result<int> RunCalibrate(const std::vector<std::string>& words) {
+Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
   Result<Task> task = TaskFor(StatedInputs(words));
   bool is_of_another = false;
-  const Result<Calibration> calibration = [&]() -> Result<Calibration> {
+  Result<VerbResult> result = [&]() -> Result<VerbResult> {
     if (!task) return task.error();
     task->experiment.options.solver = solver;
     return RunTask(*task, &is_of_another);
   }();
-  if (!calibration) {
+  if (!result) {
     const std::string& folder = task ? task->folder : FLAGS_output;
     if (!is_of_another && !folder.empty()) {
       TRUETRIAD_RETURN_IF_ERROR(PutAside(folder, {kResults.begin(), kResults.end()}));
     }
-    return calibration.error();
   }
-  if (!calibration->IsUsable()) return static_cast<int>(ErrorCode::kNotEnough);
-  return calibration->within_limits.value_or(true) ? kExitGood : kExitOutsideLimits;
+  return result;
 }
 
 }  // namespace
@@ -183,9 +196,10 @@ Command CalibrateCommand() {
           "build/truetriad calibrate datasets/demo/recording.csv -o out/first\n"
           "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo",
       .details =
-          "Writes DIR/calibration.yaml and DIR/report.html and prints the result. Without -c it "
-          "calibrates\nevery sensor in the log with defaults, and writes DIR/experiment.yaml, too; "
-          "without -o, DIR is\nLOG.truetriad. Several logs are sessions of one unit.\n",
+          "Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and "
+          "prints the\nresult. Without -c it calibrates every sensor in the log with defaults, and "
+          "writes\nDIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are "
+          "sessions of one unit.\n",
       .flags = {{"config", "EXPERIMENT.yaml"},
                 {"input", "LOG,..."},
                 {"output", "DIR"},

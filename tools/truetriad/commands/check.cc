@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/config/experiment.h"
@@ -20,11 +20,11 @@ std::string SensorsOf(const Experiment& experiment) {
   return names;
 }
 
-Result<int> RunCheck(const std::vector<std::string>&) {
+Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                              ReadExperiment(FLAGS_config, Overrides()));
-  std::printf("%s: valid; calibrates %s\n", FLAGS_config.c_str(), SensorsOf(experiment).c_str());
-  return kExitGood;
+  return VerbResult{.text = FLAGS_config + ": valid; calibrates " + SensorsOf(experiment) + '\n',
+                    .result = {{"config", JsonOfPlainYaml(experiment.resolved_yaml)}}};
 }
 
 }  // namespace

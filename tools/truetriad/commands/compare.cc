@@ -6,7 +6,9 @@
 
 #include <gflags/gflags.h>
 
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/io/calibration_file.h"
@@ -18,6 +20,8 @@ DEFINE_string(b, "", "the calibration.yaml to compare it with");
 namespace truetriad {
 namespace {
 
+constexpr char kDiffer[] = "differ";
+
 // What makes a comparison mean less than it says.
 void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
   for (const InputFile& file : a.inputs) {
@@ -25,21 +29,22 @@ void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
       return other.samples > 0 && other.sha256 == file.sha256;
     });
     if (!shared) continue;
-    std::fprintf(stderr,
-                 "note: both were made from %s, so they share its noise and agree better than two "
-                 "separate recordings would\n",
-                 file.file.c_str());
+    Note("note: both were made from " + file.file +
+         ", so they share its noise and agree better than two separate recordings would");
   }
 }
 
-Result<int> RunCompare(const std::vector<std::string>&) {
+Result<VerbResult> RunCompare(const std::vector<std::string>&) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kDiffer));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration a, ReadCalibration(FLAGS_a));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
   TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(FLAGS_a, a.serial, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
-  std::fputs(ComparisonText(comparison).c_str(), stdout);
   WarnOfCommonGround(a, b);
-  return kExitGood;
+  const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
+  return VerbResult{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+                    .text = ComparisonText(comparison),
+                    .result = ToJson(comparison)};
 }
 
 }  // namespace
@@ -56,8 +61,10 @@ Command CompareCommand() {
       .details =
           "The body frames are aligned first, so the gauges may differ; where different sensors "
           "lead,\nbiases and C^T C are compared, which no frame changes. The two calibrations are\n"
-          "assumed to be independent.\n",
-      .flags = {{"a", "FILE", true}, {"b", "FILE", true}},
+          "assumed to be independent. With --fail-on=differ exit code 4 says that they do not "
+          "agree, "
+          "or that\nnothing could be compared.\n",
+      .flags = {{"a", "FILE", true}, {"b", "FILE", true}, {"fail-on", "differ", false, {kDiffer}}},
       .words = {"a", "b"},
       .run = RunCompare};
 }

@@ -124,7 +124,7 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
                        "; nothing was written");
 }
 
-Result<int> ConvertLog(const LogFormat& format) {
+Result<VerbResult> ConvertLog(const LogFormat& format) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
   std::vector<std::string> arguments = {FLAGS_input};
   const auto pass = [&](const std::string& flag, const std::string& value) {
@@ -136,7 +136,8 @@ Result<int> ConvertLog(const LogFormat& format) {
   pass("columns", FLAGS_columns);
   pass("units", FLAGS_units);
   if (FLAGS_list) arguments.push_back("--list");
-  return RunConverter(program, arguments);
+  TRUETRIAD_ASSIGN_OR_RETURN(const int exit_code, RunConverter(program, arguments));
+  return VerbResult{.exit_code = exit_code, .result = {{"output", FLAGS_output}}};
 }
 
 /// Whether the manifest can be opened, and what it holds.
@@ -150,7 +151,7 @@ Result<std::string> DescribeStreams(const std::string& manifest) {
   return text;
 }
 
-Result<int> ConvertTable(const std::string& name, const std::string& mapping) {
+Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapping) {
   if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
       !FLAGS_units.empty()) {
     return UsageError(
@@ -179,9 +180,8 @@ Result<int> ConvertTable(const std::string& name, const std::string& mapping) {
   const fs::path path = fs::path(FLAGS_output) / "recording.yaml";
   fs::rename(draft, path, failure);
   if (failure) return BadInputError(path.string() + ": cannot be written: " + failure.message());
-  std::printf("%s\n", path.c_str());
-  std::fprintf(stderr, "truetriad convert: %s\n", streams->c_str());
-  return kExitGood;
+  Note("truetriad convert: " + *streams);
+  return VerbResult{.text = path.string() + '\n', .result = {{"output", path.string()}}};
 }
 
 std::vector<std::string_view> FormatNames() {
@@ -191,7 +191,7 @@ std::vector<std::string_view> FormatNames() {
   return names;
 }
 
-Result<int> RunConvert(const std::vector<std::string>&) {
+Result<VerbResult> RunConvert(const std::vector<std::string>&) {
   if (FLAGS_output.empty() && !FLAGS_list) {
     return UsageError("no --output given; name the folder for the recording, or use --list");
   }

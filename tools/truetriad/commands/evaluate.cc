@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/calibrate/evaluate.h"
 
+#include <array>
 #include <cstdio>
 #include <string>
 
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -17,6 +19,8 @@
 namespace truetriad {
 namespace {
 
+constexpr char kWorse[] = "worse";
+
 /// Clocks are those of the unit: what was taken off the times that it was calibrated from is taken
 /// off these as well.
 void TakeClocks(const Calibration& calibration, PosesConfig* config) {
@@ -25,14 +29,14 @@ void TakeClocks(const Calibration& calibration, PosesConfig* config) {
   for (const Triad triad : kTriads) {
     const double offset_s = config->time_offset_s[triad];
     if (offset_s == 0.0) continue;
-    std::fprintf(stderr,
-                 "%s: %g s subtracted from its times, as in the calibration\n",
-                 std::string(TriadName(triad)).c_str(),
-                 offset_s);
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), ": %g s subtracted from its times", offset_s);
+    Note(std::string(TriadName(triad)) + text.data() + ", as in the calibration");
   }
 }
 
-Result<int> RunEvaluate(const std::vector<std::string>&) {
+Result<VerbResult> RunEvaluate(const std::vector<std::string>&) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kWorse));
   TRUETRIAD_ASSIGN_OR_RETURN(PosesConfig config, ParsePoses(FLAGS_poses));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   TakeClocks(calibration, &config);
@@ -48,8 +52,11 @@ Result<int> RunEvaluate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const EvaluationSummary evaluation,
       Evaluate(calibration, loaded->poses, IsMadeFrom(calibration, loaded->inputs)));
-  std::fputs(EvaluationText(evaluation, calibration).c_str(), stdout);
-  return kExitGood;
+  const bool has_failed =
+      FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
+  return VerbResult{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+                    .text = EvaluationText(evaluation, calibration),
+                    .result = ToJson(evaluation)};
 }
 
 }  // namespace
@@ -64,8 +71,13 @@ Command EvaluateCommand() {
           "--input=datasets/demo/recording.csv",
       .details =
           "Use a separate recording: of the one that the calibration was made from (as in "
-          "this\nexample) it says that this is no test.\n",
-      .flags = {{"calibration", "FILE", true}, {"input", "LOG", true}, {"poses", "HOW"}},
+          "this\nexample) it says that this is no test. With --fail-on=worse exit code 4 says that "
+          "the "
+          "errors are not\nthose predicted, or that nothing could be said.\n",
+      .flags = {{"calibration", "FILE", true},
+                {"input", "LOG", true},
+                {"poses", "HOW"},
+                {"fail-on", "worse", false, {kWorse}}},
       .words = {"calibration", "input"},
       .run = RunEvaluate};
 }

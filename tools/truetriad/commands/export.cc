@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/formats/export.h"
 
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gflags/gflags.h>
@@ -86,51 +88,93 @@ Result<ExportOptions> ParseOptions() {
   return options;
 }
 
-void PrintLoss(const Export& result) {
-  std::printf("  %-14s %12s %12s %10s %8s\n", "off by", "at most", "RMS", "of", "sigma");
+std::string LossLine(std::string_view name,
+                     double largest,
+                     double rms,
+                     double signal,
+                     const std::string& sigmas,
+                     const std::string& unit) {
+  std::array<char, 160> line{};
+  std::snprintf(line.data(),
+                line.size(),
+                "  %-14s %12.3g %12.3g %10.4g %8s  ",
+                std::string(name).c_str(),
+                largest,
+                rms,
+                signal,
+                sigmas.c_str());
+  return line.data() + unit + '\n';
+}
+
+std::string LossText(const Export& result) {
+  std::array<char, 160> head{};
+  std::snprintf(head.data(),
+                head.size(),
+                "  %-14s %12s %12s %10s %8s\n",
+                "off by",
+                "at most",
+                "RMS",
+                "of",
+                "sigma");
+  std::string text = head.data();
   for (const Triad triad : kTriads) {
     if (!result.loss[triad]) continue;
     const ExportLoss& loss = *result.loss[triad];
     const std::string sigmas =
         loss.in_sigmas ? std::to_string(*loss.in_sigmas).substr(0, 6) : std::string("-");
-    std::printf("  %-14s %12.3g %12.3g %10.4g %8s  %s\n",
-                std::string(TriadName(triad)).c_str(),
-                loss.largest,
-                loss.rms,
-                loss.signal,
-                sigmas.c_str(),
-                std::string(TruthUnitName(triad)).c_str());
+    const std::string unit(TruthUnitName(triad));
+    text += LossLine(TriadName(triad), loss.largest, loss.rms, loss.signal, sigmas, unit);
     if (!loss.at_rates) continue;
-    std::printf("  %-14s %12.3g %12.3g %10.4g %8s  %s, temperature at %.2g to %.2g degC/s\n",
-                "",
-                loss.at_rates->largest,
-                loss.at_rates->rms,
-                loss.signal,
-                "-",
-                std::string(TruthUnitName(triad)).c_str(),
-                loss.at_rates->range_degcps[0],
-                loss.at_rates->range_degcps[1]);
+    const auto& [range_degcps, largest, rms] = *loss.at_rates;
+    std::array<char, 80> rates{};
+    std::snprintf(rates.data(),
+                  rates.size(),
+                  ", temperature at %.2g to %.2g degC/s",
+                  range_degcps[0],
+                  range_degcps[1]);
+    text += LossLine("", largest, rms, loss.signal, "-", unit + rates.data());
   }
+  return text;
 }
 
-Result<int> RunExport(const std::vector<std::string>&) {
+Json LossJson(const Export& result) {
+  Json json = Json::object();
+  for (const Triad triad : kTriads) {
+    if (!result.loss[triad]) continue;
+    const ExportLoss& loss = *result.loss[triad];
+    Json& of_triad = json[std::string(TriadName(triad))];
+    of_triad = {{"signal", loss.signal},
+                {"largest", loss.largest},
+                {"rms", loss.rms},
+                {"in_sigmas", loss.in_sigmas ? Json(*loss.in_sigmas) : Json(nullptr)},
+                {"unit", TruthUnitName(triad)}};
+    if (!loss.at_rates) continue;
+    of_triad["at_rates"] = {{"largest", loss.at_rates->largest}, {"rms", loss.at_rates->rms}};
+  }
+  return json;
+}
+
+Result<VerbResult> RunExport(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportOptions options, ParseOptions());
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration calibration, ReadCalibration(FLAGS_calibration));
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};
   const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
   if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  VerbResult verb;
   for (const ExportedFile& file : result->files) {
     const std::string path = FLAGS_output + file.suffix;
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, file.text));
-    std::printf("%s\n", path.c_str());
+    verb.text += path + '\n';
+    verb.result["files"].push_back(path);
   }
-  PrintLoss(*result);
-  for (const std::string& note : result->notes) std::printf("  %s\n", note.c_str());
-  for (const std::string& warning : result->warnings) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  }
-  return kExitGood;
+  verb.text += LossText(*result);
+  for (const std::string& note : result->notes) verb.text += "  " + note + '\n';
+  verb.result["loss"] = LossJson(*result);
+  verb.result["notes"] = result->notes;
+  verb.result["warnings"] = result->warnings;
+  for (const std::string& warning : result->warnings) Note("warning: " + warning);
+  return verb;
 }
 
 std::vector<std::string> ExportNames() {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/help.h"
 
-#include <cstdio>
-
 #include <gflags/gflags.h>
 
 #include "tools/truetriad/completion.h"
@@ -13,23 +11,20 @@ DEFINE_string(as, "text", "text, or for all verbs: man (the manual page) or bash
 namespace truetriad {
 namespace {
 
-Result<int> RunHelp(const std::vector<std::string>& words) {
+VerbResult Shown(const std::string& text) { return {.text = text, .result = {{"text", text}}}; }
+
+Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
     if (!words.empty()) return UsageError("--as=" + FLAGS_as + " covers all verbs; name none");
     if (FLAGS_as != "man" && FLAGS_as != "bash") {
       return UsageError("--as=" + FLAGS_as + " is unknown; expected text, man or bash");
     }
-    std::fputs((FLAGS_as == "man" ? ManPage() : BashCompletion()).c_str(), stdout);
-    return kExitGood;
+    return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }
-  if (words.empty()) {
-    std::fputs(OverviewText().c_str(), stdout);
-    return kExitGood;
-  }
+  if (words.empty()) return Shown(OverviewText());
   if (words.size() > 1) return UsageError("expected one verb");
   TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command, FindCommand(words[0]));
-  std::fputs(HelpText(*command).c_str(), stdout);
-  return kExitGood;
+  return Shown(HelpText(*command));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ DEFINE_string(from, "", "the format, from the list above");
 namespace truetriad {
 namespace {
 
-Result<int> RunImport(const std::vector<std::string>&) {
+Result<VerbResult> RunImport(const std::vector<std::string>&) {
   ImportOptions options;
   options.software_version = Version();
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ParseUnits());
@@ -41,9 +41,9 @@ Result<int> RunImport(const std::vector<std::string>&) {
   }
   TRUETRIAD_RETURN_IF_ERROR(
       WriteFileAtomically(file.string(), CalibrationToYaml(result.calibration)));
-  std::printf("%s\n", file.c_str());
-  for (const std::string& note : result.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
-  return kExitGood;
+  for (const std::string& note : result.notes) Note("note: " + note);
+  return VerbResult{.text = file.string() + '\n',
+                    .result = {{"output", file.string()}, {"notes", result.notes}}};
 }
 
 std::vector<std::string> FormatNames() {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/progress.h"
@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-Result<int> RunInit(const std::vector<std::string>& words) {
+Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   std::vector<std::string> inputs = words;
   if (!FLAGS_input.empty()) inputs.insert(inputs.begin(), FLAGS_input);
   const Result<std::string> experiment = [&] {
@@ -19,8 +19,7 @@ Result<int> RunInit(const std::vector<std::string>& words) {
     return InitialExperiment(inputs, "", progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(experiment);
-  std::fputs(experiment->c_str(), stdout);
-  return kExitGood;
+  return VerbResult{.text = *experiment, .result = {{"config", JsonOfPlainYaml(*experiment)}}};
 }
 
 }  // namespace

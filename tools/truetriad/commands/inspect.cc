@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdio>
-
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/progress.h"
@@ -10,16 +9,21 @@
 namespace truetriad {
 namespace {
 
-Result<int> RunInspect(const std::vector<std::string>&) {
+Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const PosesConfig config, ParsePoses(FLAGS_poses));
   const Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
     return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
-  std::fputs(InspectionText(loaded->poses).c_str(), stdout);
-  if (loaded->not_enough) return *loaded->not_enough;
-  return kExitGood;
+  VerbResult result{.text = InspectionText(loaded->poses), .result = ToJson(loaded->poses)};
+  result.findings = loaded->poses.findings;
+  if (loaded->not_enough) {
+    result.exit_code = static_cast<int>(ErrorCode::kNotEnough);
+    result.findings.push_back(RefusalOf(*loaded->not_enough));
+    result.failure = loaded->not_enough->message;
+  }
+  return result;
 }
 
 }  // namespace

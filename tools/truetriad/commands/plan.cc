@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/pose_program_file.h"
+#include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -19,7 +20,7 @@ DEFINE_string(program, "", "program.yaml to evaluate instead of making a new one
 namespace truetriad {
 namespace {
 
-Status WriteResult(const Plan& plan) {
+Result<std::string> WriteResult(const Plan& plan) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   const std::filesystem::path directory = FLAGS_output;
   const std::string program = (directory / "program.yaml").string();
@@ -31,11 +32,10 @@ Status WriteResult(const Plan& plan) {
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(program, PoseProgramToYaml(plan.program)));
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, PlanHtml(plan)));
-  std::printf("\nProgram:  %s\nPictures: %s\n", program.c_str(), page.c_str());
-  return {};
+  return "\nProgram:  " + program + "\nPictures: " + page + '\n';
 }
 
-Result<int> RunPlan(const std::vector<std::string>&) {
+Result<VerbResult> RunPlan(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
   if (!FLAGS_program.empty()) {
     if (!experiment.plan) experiment.plan = PlanConfig();
@@ -59,9 +59,15 @@ Result<int> RunPlan(const std::vector<std::string>&) {
     return PlanExperiment(std::move(experiment), measured, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(plan);
-  std::fputs(PlanText(*plan).c_str(), stdout);
-  if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(WriteResult(*plan));
-  return plan->IsMet() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough);
+  std::string text = PlanText(*plan);
+  if (!FLAGS_output.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteResult(*plan));
+    text += written;
+  }
+  return VerbResult{
+      .exit_code = plan->IsMet() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough),
+      .text = std::move(text),
+      .result = ToJson(*plan)};
 }
 
 }  // namespace

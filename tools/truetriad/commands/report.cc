@@ -37,7 +37,7 @@ std::string PageName(const Calibration& calibration, std::set<std::string>* take
   return name + ".html";
 }
 
-Result<int> RunReport(const std::vector<std::string>& words) {
+Result<VerbResult> RunReport(const std::vector<std::string>& words) {
   const std::vector<std::string> files = InputFiles(words);
   std::vector<Calibration> calibrations;
   for (const std::string& file : files) {
@@ -50,15 +50,17 @@ Result<int> RunReport(const std::vector<std::string>& words) {
                       std::to_string(files.size()) + " calibrations; name a folder instead");
   }
   if (!is_page) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
+  VerbResult result;
   std::set<std::string> taken;
   for (const Calibration& calibration : calibrations) {
     const std::string page =
         is_page ? FLAGS_output
                 : (std::filesystem::path(FLAGS_output) / PageName(calibration, &taken)).string();
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
-    std::printf("%s\n", page.c_str());
+    result.text += page + '\n';
+    result.result["pages"].push_back(page);
   }
-  return kExitGood;
+  return result;
 }
 
 }  // namespace

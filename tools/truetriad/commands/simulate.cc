@@ -287,7 +287,7 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
                          room +
                          " are free; shorten the motion, lower the rates or simulate fewer units");
   }
-  if (size.bytes > kBytesAGb) std::fprintf(stderr, "truetriad simulate: writing %s\n", text);
+  if (size.bytes > kBytesAGb) Note(std::string("truetriad simulate: writing ") + text);
   return {};
 }
 
@@ -313,38 +313,40 @@ Status CheckKeepsInputs(const Scenario& scenario) {
   return {};
 }
 
-void Tell(const Scenario& scenario) {
+VerbResult ResultOf(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
-  if (scenario.count == 1 && scenario.sessions > 1) {
-    std::printf("%d sessions, from %s on\nTruth: %s\n",
-                scenario.sessions,
-                (folder / "session-1" / "recording.yaml").c_str(),
-                (folder / "truth.yaml").c_str());
-    return;
+  VerbResult result;
+  result.result = {{"output", FLAGS_output}, {"units", Json::array()}};
+  for (int unit = 0; unit < scenario.count; ++unit) {
+    result.result["units"].push_back(DrawUnit(scenario, unit).serial);
   }
-  if (scenario.count == 1) {
-    std::printf("Recording: %s\nTruth:     %s\nAttitudes: %s\nRests:     %s\n",
-                (folder / "recording.yaml").c_str(),
-                (folder / "truth.yaml").c_str(),
-                (folder / "attitudes.csv").c_str(),
-                (folder / "poses.yaml").c_str());
-    for (const auto& [title, name] :
-         {std::pair("Turns:    ", "turns.yaml"), std::pair("Rates:    ", "rates.yaml")}) {
-      std::error_code missing;
-      if (fs::exists(folder / name, missing))
-        std::printf("%s %s\n", title, (folder / name).c_str());
-    }
-    return;
+  if (scenario.count > 1) {
+    result.text = std::to_string(scenario.count) + " units, from " +
+                  (folder / DrawUnit(scenario, 0).serial).string() + " to " +
+                  (folder / DrawUnit(scenario, scenario.count - 1).serial).string() +
+                  ", each with recording.yaml, truth.yaml, attitudes.csv and poses.yaml\n";
+    return result;
   }
-  std::printf(
-      "%d units, from %s to %s, each with recording.yaml, truth.yaml, attitudes.csv and "
-      "poses.yaml\n",
-      scenario.count,
-      (folder / DrawUnit(scenario, 0).serial).c_str(),
-      (folder / DrawUnit(scenario, scenario.count - 1).serial).c_str());
+  if (scenario.sessions > 1) {
+    result.text = std::to_string(scenario.sessions) + " sessions, from " +
+                  (folder / "session-1" / "recording.yaml").string() +
+                  " on\nTruth: " + (folder / "truth.yaml").string() + '\n';
+    return result;
+  }
+  for (const auto& [title, name] : {std::pair("Recording:", "recording.yaml"),
+                                    std::pair("Truth:    ", "truth.yaml"),
+                                    std::pair("Attitudes:", "attitudes.csv"),
+                                    std::pair("Rests:    ", "poses.yaml"),
+                                    std::pair("Turns:    ", "turns.yaml"),
+                                    std::pair("Rates:    ", "rates.yaml")}) {
+    std::error_code missing;
+    if (!fs::exists(folder / name, missing)) continue;
+    result.text += std::string(title) + ' ' + (folder / name).string() + '\n';
+  }
+  return result;
 }
 
-Result<int> RunSimulate(const std::vector<std::string>&) {
+Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   if (FLAGS_threads < 0) {
     return UsageError("--threads=" + std::to_string(FLAGS_threads) +
                       " is invalid; expected 1 or more, or 0 for one per core");
@@ -362,8 +364,7 @@ Result<int> RunSimulate(const std::vector<std::string>&) {
     TRUETRIAD_RETURN_IF_ERROR(Fleet(scenario, staging->path()).Write(threads, progress.callback()));
   }
   TRUETRIAD_RETURN_IF_ERROR(MoveInto(staging->path(), FLAGS_output));
-  Tell(scenario);
-  return kExitGood;
+  return ResultOf(scenario);
 }
 
 }  // namespace

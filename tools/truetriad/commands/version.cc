@@ -9,9 +9,8 @@
 namespace truetriad {
 namespace {
 
-Result<int> RunVersion(const std::vector<std::string>&) {
-  std::printf("truetriad %s\n", Version().c_str());
-  return kExitGood;
+Result<VerbResult> RunVersion(const std::vector<std::string>&) {
+  return VerbResult{.text = "truetriad " + Version() + '\n', .result = {{"version", Version()}}};
 }
 
 }  // namespace

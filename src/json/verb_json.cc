@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json/verb_json.h"
+
+#include <optional>
+#include <string>
+
+#include "allan/allan_file.h"
+#include "io/pose_program_file.h"
+#include "json/plain_yaml.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+Json ListOf(const Eigen::Ref<const Eigen::VectorXd>& vector) {
+  Json list = Json::array();
+  for (const double value : vector) list.push_back(value);
+  return list;
+}
+
+template <typename T>
+Json OrNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+template <typename T>
+Json OfEachTriad(const PerTriad<std::optional<T>>& values) {
+  Json map = Json::object();
+  for (const Triad triad : kTriads) {
+    if (values[triad]) map[std::string(TriadName(triad))] = *values[triad];
+  }
+  return map;
+}
+
+// Until errors have codes of their own.
+std::string_view ErrorCodeName(const Error& error) {
+  if (error.finding != nullptr) return FindingCodeName(error.finding->code);
+  switch (error.code) {
+    case ErrorCode::kUsage:
+      return "usage";
+    case ErrorCode::kBadInput:
+      return "bad-input";
+    case ErrorCode::kNotEnough:
+      return "not-enough";
+  }
+  return "";
+}
+
+Json StreamJson(const StreamSummary& stream, bool has_time) {
+  Json json = {{"sensor", TriadName(stream.triad)},
+               {"unit", stream.unit.name},
+               {"samples", stream.samples},
+               {"dropped_rows", stream.dropped_empty}};
+  if (has_time) {
+    json["rate_hz"] = stream.rate_hz;
+    json["jitter_s"] = stream.jitter_s;
+    json["time_stamps"] = StampKindName(stream.stamps);
+    json["gaps"] = stream.gaps;
+    json["longest_gap_s"] = stream.longest_gap_s;
+  }
+  json["smallest"] = ListOf(stream.minimum_raw);
+  json["largest"] = ListOf(stream.maximum_raw);
+  if (stream.noise_sigma_raw.maxCoeff() > 0.0) {
+    json["noise_sigma"] = ListOf(stream.noise_sigma_raw);
+    json["correlation"] = ListOf(stream.correlation_inflation);
+  }
+  return json;
+}
+
+Json PoseJson(const StaticPose& pose, bool has_time) {
+  Json json = {{"pose", pose.number}};
+  if (!pose.id.empty()) json["id"] = pose.id;
+  if (has_time) {
+    json["start_s"] = 1e-9 * static_cast<double>(pose.start_ns);
+    json["duration_s"] = pose.duration_s();
+  }
+  json["temperature_degc"] = OrNull(pose.temperature_degc);
+  json["means"] = Json::object();
+  for (const Triad triad : kTriads) {
+    if (!pose.triads[triad]) continue;
+    json["means"][std::string(TriadName(triad))] = {{"samples", pose.triads[triad]->samples},
+                                                    {"mean", ListOf(pose.triads[triad]->mean_raw)}};
+  }
+  return json;
+}
+
+}  // namespace
+
+Json ToJson(const Finding& finding) {
+  Json json = {{"code", FindingCodeName(finding.code)},
+               {"severity", SeverityName(finding.severity)}};
+  if (finding.sensor) json["sensor"] = TriadName(*finding.sensor);
+  if (finding.axis) {
+    json["axis"] = kAxisLetters.substr(static_cast<std::size_t>(*finding.axis), 1);
+  }
+  if (finding.pose) json["pose"] = *finding.pose;
+  for (const FindingValue& value : finding.values) {
+    Json& item = json["values"][value.name];
+    item["value"] = value.value;
+    if (value.sigma) item["sigma"] = *value.sigma;
+    if (!value.unit.empty()) item["unit"] = value.unit;
+  }
+  if (finding.treatment != Treatment::kNone) json["treatment"] = TreatmentName(finding.treatment);
+  json["text"] = finding.text;
+  if (!finding.remedy.empty()) json["remedy"] = finding.remedy;
+  return json;
+}
+
+Json ToJson(const Findings& findings) {
+  Json list = Json::array();
+  for (const Finding& finding : findings) list.push_back(ToJson(finding));
+  return list;
+}
+
+Json ToJson(const Error& error) {
+  Json json = {{"code", ErrorCodeName(error)}, {"message", error.message}};
+  if (error.finding != nullptr) json["finding"] = ToJson(*error.finding);
+  return json;
+}
+
+Json ToJson(const Calibration& calibration) {
+  return JsonOfPlainYaml(CalibrationToYaml(calibration));
+}
+
+Json ToJson(const PoseSet& poses) {
+  Json json = {{"source", poses.source},
+               {"serial", poses.serial},
+               {"how", poses.how},
+               {"duration_s", poses.has_time ? Json(poses.duration_s) : Json(nullptr)},
+               {"static_share", poses.static_share}};
+  json["temperature_range_degc"] =
+      poses.temperature_range_degc ? ListOf(*poses.temperature_range_degc) : Json(nullptr);
+  json["streams"] = Json::array();
+  for (const StreamSummary& stream : poses.streams) {
+    json["streams"].push_back(StreamJson(stream, poses.has_time));
+  }
+  json["poses"] = Json::array();
+  for (const StaticPose& pose : poses.poses) {
+    json["poses"].push_back(PoseJson(pose, poses.has_time));
+  }
+  return json;
+}
+
+Json ToJson(const Comparison& comparison) {
+  Json json = {{"agreement", AgreementName(AgreementOf(comparison))},
+               {"chi2", comparison.chi2},
+               {"dof", comparison.dof},
+               {"p_value", comparison.p_value},
+               {"largest_in_sigmas", comparison.largest_in_sigmas},
+               {"field_scale_taken_out", comparison.field_scale_taken_out},
+               {"frames_differ", comparison.frames_differ},
+               {"not_compared", comparison.not_compared}};
+  json["parameters"] = Json::array();
+  for (const ComparisonEntry& entry : comparison.entries) {
+    json["parameters"].push_back({{"parameter", entry.parameter},
+                                  {"a", entry.a},
+                                  {"b", entry.b},
+                                  {"difference", entry.difference},
+                                  {"sigma", entry.sigma}});
+  }
+  return json;
+}
+
+Json ToJson(const EvaluationSummary& evaluation) {
+  Json json = {{"verdict", PredictionVerdictName(VerdictOf(evaluation))},
+               {"worst_ratio", OrNull(WorstErrorRatio(evaluation))},
+               {"is_own", evaluation.is_own},
+               {"poses", evaluation.poses},
+               {"clamped_poses", evaluation.clamped_poses},
+               {"norm_rms", OfEachTriad(evaluation.norm_rms)},
+               {"norm_rms_before", OfEachTriad(evaluation.norm_rms_before)},
+               {"predicted_rms", OfEachTriad(evaluation.predicted_rms)},
+               {"angle_std_deg", OrNull(evaluation.angle_std_deg)},
+               {"turns", nullptr}};
+  if (const auto& turns = evaluation.turns) {
+    json["turns"] = {{"against", TriadName(turns->against)},
+                     {"count", turns->count},
+                     {"rms_rad", turns->rms_rad},
+                     {"median_rad", turns->median_rad},
+                     {"nominal_rms_rad", OrNull(turns->nominal_rms_rad)},
+                     {"nominal_median_rad", OrNull(turns->nominal_median_rad)},
+                     {"predicted_rms_rad", turns->predicted_rms_rad}};
+  }
+  return json;
+}
+
+Json ToJson(const Plan& plan) {
+  Json json = {{"met", plan.IsMet()},
+               {"determined", plan.determined},
+               {"rehearsed", plan.rehearsed},
+               {"measured_poses", plan.measured_poses},
+               {"rest_s", plan.rest_s},
+               {"program", JsonOfPlainYaml(PoseProgramToYaml(plan.program))}};
+  json["sigmas"] = Json::array();
+  for (const PlannedSigma& sigma : plan.sigmas) {
+    json["sigmas"].push_back({{"parameter", sigma.name},
+                              {"unit", sigma.unit},
+                              {"before", sigma.before},
+                              {"after", sigma.after}});
+  }
+  json["wanted"] = Json::array();
+  for (const WantedSigma& wanted : plan.wanted) {
+    json["wanted"].push_back({{"group", wanted.group},
+                              {"wanted", wanted.wanted},
+                              {"reached", wanted.reached},
+                              {"met", wanted.met},
+                              {"poses_needed", OrNull(wanted.poses_needed)}});
+  }
+  json["messages"] = plan.messages;
+  return json;
+}
+
+Json ToJson(const AllanResult& result) { return JsonOfPlainYaml(AllanToYaml(result)); }
+
+}  // namespace truetriad

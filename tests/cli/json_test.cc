@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// --json of every verb against share/truetriad/schema.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// Of pairs of a schema and a file.
+constexpr char kValidate[] = R"py(
+import json, pathlib, sys
+import jsonschema
+folder = pathlib.Path(sys.argv[1])
+schemas = {n: json.loads((folder / n).read_text()) for n in ("calibration.json", "output.json")}
+for name, file in zip(sys.argv[2::2], sys.argv[3::2]):
+    schema = schemas[name]
+    jsonschema.Draft202012Validator.check_schema(schema)
+    resolver = jsonschema.RefResolver(base_uri=name, referrer=schema, store=schemas)
+    text = json.loads(pathlib.Path(file).read_text(encoding="utf-8"))
+    for error in jsonschema.Draft202012Validator(schema, resolver=resolver).iter_errors(text):
+        print(text.get("verb"), list(error.absolute_path), error.message[:300])
+)py";
+
+class JsonOutput : public ::testing::Test {
+ protected:
+  // Runs with --json; the one object on stdout, which the schema must allow.
+  json Run(std::vector<std::string> arguments, int exit_code) {
+    arguments.emplace_back("--json");
+    std::string said;
+    for (const std::string& argument : arguments) said += argument + " ";
+    SCOPED_TRACE(said);
+    const Finished run = RunTruetriad(arguments);
+    EXPECT_EQ(run.exit_code, exit_code) << run.out << run.err;
+    const json object = json::parse(run.out, nullptr, false);
+    EXPECT_FALSE(object.is_discarded()) << run.out;
+    if (object.is_discarded()) return {};
+    EXPECT_EQ(object["exit"], exit_code);
+    Validate("output.json", folder_.Write(std::to_string(validated_.size()) + ".json", run.out));
+    return object;
+  }
+  void Validate(const std::string& schema, const std::string& file) {
+    validated_ += " " + schema + " '" + file + "'";
+  }
+  void TearDown() override {
+    if (RunShell("python3 -c 'import jsonschema'").exit_code != 0) {
+      GTEST_SKIP() << "python3-jsonschema is not installed: nothing was validated";
+    }
+    const std::string script = folder_.Write("validate.py", kValidate);
+    const Finished run = RunShell(
+        "python3 '" + script + "' '" TRUETRIAD_SOURCE_DIR "/share/truetriad/schema'" + validated_);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, IsEmpty());
+  }
+  std::string Calibrated() {
+    const std::string out = folder_.Path("result");
+    EXPECT_EQ(RunTruetriad({"calibrate", log_, "-o", out, "--overwrite"}).exit_code, 0);
+    return out + "/calibration.yaml";
+  }
+
+  const TemporaryFolder folder_;
+  const std::string log_ = folder_.Write("log.csv", LogText({.rests = 16}));
+  std::string validated_;  // schemas and files
+  const std::string configs_ = TRUETRIAD_SOURCE_DIR "/configs/";
+};
+
+TEST_F(JsonOutput, OfACalibrationHoldsItsFieldsAndFindings) {
+  const json good = Run({"calibrate", log_, "-o", folder_.Path("good")}, 0);
+  EXPECT_EQ(good["verb"], "calibrate");
+  EXPECT_EQ(good["outcome"], "converged");
+  EXPECT_EQ(good["findings"], good["result"]["status"]["findings"]);
+  EXPECT_TRUE(good["result"]["sensors"].contains("magnetometer"));
+  const std::string file = folder_.Path("good/calibration.json");
+  EXPECT_EQ(json::parse(TemporaryFolder::Read(file)), good["result"]);
+  Validate("calibration.json", file);
+  Run({"calibrate", log_, "-o", folder_.Path("limits"), "--set=limits={accelerometer.bias: 1e-6}"},
+      4);
+  const json refused = Run({"calibrate", folder_.Write("few.csv", LogText({.rests = 4}))}, 3);
+  EXPECT_NE(refused["outcome"], "converged");
+  EXPECT_FALSE(refused["result"].contains("sensors"));
+}
+
+TEST_F(JsonOutput, OfErrorsIsAnObjectAndNothingElse) {
+  const json missing = Run({"calibrate", folder_.Path("missing.csv")}, 2);
+  EXPECT_THAT(missing["error"]["message"].get<std::string>(), HasSubstr("missing.csv"));
+  Run({"inspect", "--bogus"}, 1);
+  Run({"bogus"}, 1);
+  // A name that is no UTF-8 must not make the output none.
+  const Finished odd = RunShell("'" TRUETRIAD_BINARY "' inspect \"$(printf 'a\\377b')\" --json");
+  EXPECT_FALSE(json::parse(odd.out, nullptr, false).is_discarded());
+}
+
+TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
+  const std::string calibration = Calibrated();
+  EXPECT_EQ(Run({"inspect", log_}, 0)["result"]["poses"].size(), 16u);
+  Run({"inspect", folder_.Write("short.csv", LogText({.rests = 16, .rest_s = 0.3}))}, 3);
+  Run({"evaluate", calibration, log_}, 0);
+  EXPECT_EQ(Run({"compare", calibration, calibration}, 0)["result"]["agreement"], "agree");
+  Run({"apply", calibration, log_, "-o", folder_.Path("corrected.csv")}, 0);
+  Run({"export", calibration, "--to=c-header", "-o", folder_.Path("unit.h")}, 0);
+  Run({"export", calibration, "--to=px4", "-o", folder_.Path("unit.params")}, 0);
+  Run({"import", folder_.Path("unit.params"), "--from=px4", "-o", folder_.Path("carried.yaml")}, 0);
+  Run({"report", calibration, "-o", folder_.Path("again.html")}, 0);
+  Run({"simulate",
+       configs_ + "scenarios/at-rest.yaml",
+       "--set=first_rest_s=120",
+       "-o",
+       folder_.Path("rest")},
+      0);
+  Run({"allan", folder_.Path("rest/recording.yaml")}, 0);
+  Run({"plan", configs_ + "plans/joint-12.yaml", "--set=plan.poses=9"}, 0);
+  Run({"init", log_}, 0);
+  Run({"check", configs_ + "experiments/joint.yaml"}, 0);
+  Run({"version"}, 0);
+  Run({"help", "calibrate"}, 0);
+}
+
+TEST_F(JsonOutput, OfAGateSaysTheSameAsItsExitCode) {
+  const std::string calibration = Calibrated();
+  const std::string other = folder_.Write("other.csv", LogText({.rests = 16, .seed = 5}));
+  const std::string second = folder_.Path("second");
+  ASSERT_EQ(RunTruetriad({"calibrate", other, "-o", second}).exit_code, 0);
+  TriadModel<double> bent = LoggedAccelerometer();
+  bent.bias.x() += 0.2;
+  const std::string far = folder_.Path("far");
+  const std::string bent_log =
+      folder_.Write("bent.csv", LogText({.rests = 16, .accelerometer = bent, .seed = 7}));
+  ASSERT_EQ(RunTruetriad({"calibrate", bent_log, "-o", far}).exit_code, 0);
+  Run({"compare", calibration, second + "/calibration.yaml", "--fail-on=differ"}, 0);
+  EXPECT_EQ(Run({"compare", calibration, far + "/calibration.yaml", "--fail-on=differ"},
+                4)["result"]["agreement"],
+            "differ");
+  EXPECT_EQ(RunTruetriad({"compare", calibration, far + "/calibration.yaml"}).exit_code, 0);
+  Run({"evaluate", calibration, other, "--fail-on=worse"}, 0);
+  EXPECT_EQ(
+      Run({"evaluate", far + "/calibration.yaml", log_, "--fail-on=worse"}, 4)["result"]["verdict"],
+      "worse");
+  Run({"compare", calibration, calibration, "--fail-on=worse"}, 1);
+}
+
+}  // namespace
+}  // namespace truetriad
