@@ -422,10 +422,9 @@ Status StateMotionVerdict(const PoseSet& poses,
     if (!graph.layout.Has(triad)) continue;
     sigma_raw[triad] = (run->noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
   }
-  AddFaultsOfRecording(poses, sigma_raw, graph, information.covariance(), &left_out);
-  if (graph.layout.Has(Triad::kGyroscope)) {
-    AddTurnScatter(chain.TurnMisses(graph.shared), graph, information.covariance(), &left_out);
-  }
+  std::vector<TurnMiss> misses;
+  if (graph.layout.Has(Triad::kGyroscope)) misses = chain.TurnMisses(graph.shared);
+  AddFaultsOfRecording(poses, sigma_raw, misses, false, graph, information.covariance(), &left_out);
   quality.left_out_tests = left_out.tests;
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph);
   PresentedSolution solution =

@@ -18,20 +18,25 @@ constexpr double kBelievedCorrelation = 4.0;
 // At most this share of the nodes is searched for correlation.
 constexpr double kLongestLagShare = 0.05;
 
+// Of the density that differences of readings show: rounding is part of those, and is none of what
+// adds up.
+constexpr double kSeenShare = 0.5;
+
 // Of the signal, where the residuals show none.
 constexpr double kLeastNoise = 1e-9;
 
-// White noise of one reading from second differences, which smooth motion hardly enters; robust.
-Eigen::Vector3d SecondDifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
+// White noise of one reading from fourth differences, which smooth motion hardly enters; robust.
+Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   Eigen::Vector3d sigma = Eigen::Vector3d::Zero();
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     std::vector<double> differences;
-    for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
-      differences.push_back(readings[i - 1][axis] - 2.0 * readings[i][axis] +
-                            readings[i + 1][axis]);
+    for (std::size_t i = 2; i + 2 < readings.size(); ++i) {
+      differences.push_back(readings[i - 2][axis] + readings[i + 2][axis] -
+                            4.0 * (readings[i - 1][axis] + readings[i + 1][axis]) +
+                            6.0 * readings[i][axis]);
     }
-    // Of white noise they have 1 + 4 + 1 times its variance.
-    sigma[axis] = MadSigma(std::move(differences)) / std::sqrt(6.0);
+    // Of white noise they have 1 + 16 + 36 + 16 + 1 times its variance.
+    sigma[axis] = MadSigma(std::move(differences)) / std::sqrt(70.0);
   }
   return sigma;
 }
@@ -107,12 +112,16 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       state.stated.density[triad] = sensor.allan->white_density_raw.cwiseAbs2();
     } else {
       state.source[triad] = NoiseSource::kResidual;
-      const Eigen::Vector3d sigma = SecondDifferenceSigma(poses.tracks[triad].reading_raw);
+      const Eigen::Vector3d sigma = DifferenceSigma(poses.tracks[triad].reading_raw);
       state.noise.density[triad] = spacing_s * sigma.cwiseAbs2();
       // Readings without noise still need weights.
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
-      state.stated.density[triad] = spacing_s * (kLeastNoise * strength * gain).cwiseAbs2();
+      // Nor can a turn be better known than its readings' own noise allows, however well one chain
+      // of attitudes goes with it: variances of several sensors that share one chain run to nothing
+      // else now and then.
+      state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
+                                        .cwiseMax(kSeenShare * state.noise.density[triad]);
     }
     if (sensor.excess == ExcessNoise::kGiven) {
       state.stated.density[triad] +=

@@ -170,6 +170,12 @@ std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
       finer[k] = finer[k] * IntegrateRotation(track.Between(coarse[c - 1], fine[k]),
                                               gyroscope,
                                               RateSampling::kInstantaneous);
+    } else if (k == 0) {
+      // A clock that was corrected meanwhile may tie readings before those of the coarse chain.
+      finer[k] = attitudes.front() * IntegrateRotation(track.Between(fine[k], coarse.front()),
+                                                       gyroscope,
+                                                       RateSampling::kInstantaneous)
+                                         .inverse();
     } else {
       finer[k] = finer[k - 1] * IntegrateRotation(track.Between(fine[k - 1], fine[k]),
                                                   gyroscope,

@@ -117,6 +117,15 @@ CalibrateOptions WithEverything(const CalibrateOptions& stated,
   return options;
 }
 
+// Rows of a unit that is turned about, which never rest. From one to the next it turns by so little
+// that the noise of both would pass for a trace of the one before.
+bool AreRows(const PoseSet& poses) {
+  return poses.has_time &&
+         std::all_of(poses.poses.begin(), poses.poses.end(), [](const StaticPose& pose) {
+           return pose.duration_s() <= 0.0;
+         });
+}
+
 std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayout& has) {
   std::vector<Candidate> candidates;
   const auto add = [&](Triad triad, LeftOutKind kind, AxisTerm term, int at, int size) {
@@ -407,6 +416,7 @@ void AddSettling(const PoseSet& poses,
                  const NoiseState& noise,
                  LeftOutTerms* terms) {
   if (noise.unknown || system.rank() < system.size() || system.size() == 0) return;
+  if (AreRows(poses)) return;
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad)) continue;
     const auto settling =

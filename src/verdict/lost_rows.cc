@@ -76,10 +76,15 @@ void LostRowCounter::AddStep(std::int64_t row, double beyond, double noise) {
 }
 
 double LostRowCounter::Share() const {
-  return told_.size() < kFewestSteps ? 0.0 : std::max(RandomShare(), PeriodicShare());
+  const ShareOfRows random = AtRandom();
+  const double sure = 0.5 * std::erfc(kSureSigmas / std::numbers::sqrt2);
+  return told_.size() < kFewestSteps
+             ? 0.0
+             : std::max(random.chance < sure ? random.share : 0.0, PeriodicShare());
 }
 
-double LostRowCounter::RandomShare() const {
+ShareOfRows LostRowCounter::AtRandom() const {
+  if (told_.size() < kFewestSteps) return {};
   // Sums of weights, of weight times k^3, and of the squares of both.
   double weights = 0.0, cubes = 0.0, weight_squares = 0.0, cross = 0.0, cube_squares = 0.0;
   for (const Told& step : told_) {
@@ -95,8 +100,8 @@ double LostRowCounter::RandomShare() const {
   const double mean = cubes / weights;
   const double variance =
       (cube_squares - 2.0 * mean * cross + mean * mean * weight_squares) / (weights * weights);
-  if (mean < kSureSigmas * std::sqrt(variance)) return 0.0;
-  return std::min(mean, 0.5);
+  if (!(mean > 0.0)) return {};
+  return {std::min(mean, 0.5), 0.5 * std::erfc(mean / std::sqrt(2.0 * variance))};
 }
 
 double LostRowCounter::PeriodicShare() const {

@@ -11,6 +11,11 @@
 
 namespace truetriad {
 
+struct ShareOfRows {
+  double share = 0.0;   // of all rows that there were, those that are lost
+  double chance = 1.0;  // in how many runs without any so much shows
+};
+
 // Rows that were lost from a log whose times were made regular afterwards. From one row to the next
 // the field v in the body turns by what the gyroscope reads, v' = v x w dt; where a row is missing
 // it turns by twice that. With k what it turns by beyond what it does in the steps beside it, as a
@@ -33,6 +38,8 @@ class LostRowCounter {
 
   // Of all rows that there were, those that are lost; 0 where chance may make so many.
   double Share() const;
+  // Of rows lost at random, whether chance may make so many or not.
+  ShareOfRows AtRandom() const;
 
  private:
   struct Step {
@@ -41,7 +48,6 @@ class LostRowCounter {
     bool is_told = false;
   };
   void AddStep(std::int64_t row, double beyond, double noise);
-  double RandomShare() const;
   double PeriodicShare() const;
 
   TriadModel<double> gyroscope_, vector_;

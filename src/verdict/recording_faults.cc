@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "data/pose_statistics.h"
@@ -14,6 +15,12 @@
 namespace truetriad {
 namespace {
 
+// Chance makes steps and turns together show so much: a tenth of kLeftOutLevel, a hand's
+// accelerations being no white noise to the steps.
+constexpr double kTogetherLevel = 1e-5;
+// Where turns scatter by much more than their noise something is wrong with them; this is the most
+// frequent reason.
+constexpr double kScatteringLevel = 0.01;
 // Of a parameter, less than which rounding is not worth a word.
 constexpr double kRoundingSigmas = 0.5;
 
@@ -38,12 +45,12 @@ void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowC
   }
 }
 
-// Rows that were lost, as one vector sensor shows it.
-double ShareOfLostRows(const PoseSet& poses,
-                       const PoseGraph& graph,
-                       const Eigen::Vector3d& sigma_raw,
-                       Triad vector) {
-  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector)) return 0.0;
+// What one vector sensor shows of lost rows.
+std::optional<LostRowCounter> LostRows(const PoseSet& poses,
+                                       const PoseGraph& graph,
+                                       const Eigen::Vector3d& sigma_raw,
+                                       Triad vector) {
+  if (!graph.layout.Has(Triad::kGyroscope) || !graph.layout.Has(vector)) return std::nullopt;
   const TriadModel<double> model{graph.sensitivity(vector), graph.bias(vector)};
   const double field = WorldVector(vector, graph.reference()).norm();
   const double sigma = (model.Correction() * sigma_raw).norm() / std::sqrt(3.0) / field;
@@ -57,7 +64,7 @@ double ShareOfLostRows(const PoseSet& poses,
   const ReadingTrack& rates = poses.tracks[Triad::kGyroscope];
   const ReadingTrack& fields = poses.tracks[vector];
   AddTogether(rates, fields, &counter);
-  return counter.Share();
+  return counter;
 }
 
 // Adds a term by which the shared entries from `at` on are off by `shift`.
@@ -111,10 +118,45 @@ void AddCommonGain(LeftOutKind kind,
            terms);
 }
 
+// Rows are lost where steps from one row to the next show it, or turns do, which then miss more
+// along their axes than across; or both together, each less than by itself (R. A. Fisher).
+void AddLostRows(const PoseSet& poses,
+                 const PerTriad<Eigen::Vector3d>& sigma_raw,
+                 const std::vector<TurnMiss>& misses,
+                 bool turns_scatter,
+                 const PoseGraph& graph,
+                 const Eigen::MatrixXd& covariance,
+                 LeftOutTerms* terms) {
+  double sure_share = 0.0;
+  ShareOfRows steps;
+  double looked = 0.0;
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    const std::optional<LostRowCounter> counter = LostRows(poses, graph, sigma_raw[triad], triad);
+    if (!counter) continue;
+    looked += 1.0;
+    sure_share = std::max(sure_share, counter->Share());
+    const ShareOfRows random = counter->AtRandom();
+    if (random.chance < steps.chance) steps = random;
+  }
+  AddCommonGain(LeftOutKind::kLostRows, sure_share, graph, covariance, terms);
+  const ShareOfRows turns = ShareOfTurnScatter(misses);
+  if (turns.chance < kLeftOutLevel) {
+    AddCommonGain(LeftOutKind::kTurnScatter, turns.share, graph, covariance, terms);
+  } else if (sure_share == 0.0) {
+    const double product = std::min(1.0, looked * steps.chance) * turns.chance;
+    const double together = product * (1.0 - std::log(product));
+    if (product > 0.0 && together > (turns_scatter ? kScatteringLevel : kTogetherLevel)) return;
+    AddCommonGain(
+        LeftOutKind::kLostRows, std::max(steps.share, turns.share), graph, covariance, terms);
+  }
+}
+
 }  // namespace
 
 void AddFaultsOfRecording(const PoseSet& poses,
                           const PerTriad<Eigen::Vector3d>& sigma_raw,
+                          const std::vector<TurnMiss>& misses,
+                          bool turns_scatter,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms) {
@@ -128,17 +170,7 @@ void AddFaultsOfRecording(const PoseSet& poses,
              terms);
   }
   AddRounding(poses, graph, covariance, terms);
-  const double share = std::max(
-      ShareOfLostRows(poses, graph, sigma_raw[Triad::kAccelerometer], Triad::kAccelerometer),
-      ShareOfLostRows(poses, graph, sigma_raw[Triad::kMagnetometer], Triad::kMagnetometer));
-  AddCommonGain(LeftOutKind::kLostRows, share, graph, covariance, terms);
-}
-
-void AddTurnScatter(const std::vector<TurnMiss>& misses,
-                    const PoseGraph& graph,
-                    const Eigen::MatrixXd& covariance,
-                    LeftOutTerms* terms) {
-  AddCommonGain(LeftOutKind::kTurnScatter, ShareOfTurnScatter(misses), graph, covariance, terms);
+  AddLostRows(poses, sigma_raw, misses, turns_scatter, graph, covariance, terms);
 }
 
 }  // namespace truetriad

@@ -11,7 +11,6 @@
 #include "math/dense/eigenvalues.h"
 #include "math/distributions.h"
 #include "truetriad/math/rotation.h"
-#include "verdict/left_out_terms.h"
 
 namespace truetriad {
 namespace {
@@ -52,7 +51,7 @@ std::vector<TurnMiss> TurnMissesOf(const PoseGraph& graph, const ReducedSystem& 
   return misses;
 }
 
-double ShareOfTurnScatter(const std::vector<TurnMiss>& misses) {
+ShareOfRows ShareOfTurnScatter(const std::vector<TurnMiss>& misses) {
   struct Along {
     double projected2, told, steps;
   };
@@ -75,15 +74,15 @@ double ShareOfTurnScatter(const std::vector<TurnMiss>& misses) {
     }
   }
   const auto count = static_cast<double>(turns.size());
-  if (count < kFewestTurns || across_count < kFewestTurns || !(across > 0.0)) return 0.0;
+  if (count < kFewestTurns || across_count < kFewestTurns || !(across > 0.0)) return {};
   const double scatter = across / across_count;
-  if (1.0 - FisherCdf(along / count / scatter, count, across_count) > kLeftOutLevel) return 0.0;
   double beyond = 0.0, expected = 0.0;
   for (const Along& turn : turns) {
     beyond += turn.projected2 - scatter * turn.told;
     expected += turn.told * turn.told * turn.steps;
   }
-  return std::clamp(beyond / expected, 0.0, 0.5);
+  return {std::clamp(beyond / expected, 0.0, 0.5),
+          1.0 - FisherCdf(along / count / scatter, count, across_count)};
 }
 
 }  // namespace truetriad

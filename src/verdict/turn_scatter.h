@@ -8,6 +8,7 @@
 #include "model/gyro_increment.h"
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
+#include "verdict/lost_rows.h"
 
 namespace truetriad {
 
@@ -30,7 +31,7 @@ std::vector<TurnMiss> TurnMissesOf(const PoseGraph& graph, const ReducedSystem& 
 //   p = sum [(e^T P r)^2 - s (e^T P e)] / sum (e^T P e)^2 sum_i (w_i dt)^2
 //
 // e the axis, P the projector of the turn's rows, s the scatter across. Of rows that are lost the
-// mean turn is short by the same share. Zero where chance makes as much.
-double ShareOfTurnScatter(const std::vector<TurnMiss>& misses);
+// mean turn is short by the same share.
+ShareOfRows ShareOfTurnScatter(const std::vector<TurnMiss>& misses);
 
 }  // namespace truetriad

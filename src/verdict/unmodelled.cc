@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verdict/unmodelled.h"
 
+#include <utility>
+#include <vector>
+
 #include "data/clock_lags.h"
+#include "math/distributions.h"
 #include "verdict/checks/clock_offsets.h"
 #include "verdict/recording_faults.h"
 
@@ -24,6 +28,18 @@ std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
     lags.push_back({triad, *poses.clock_lag_s[triad], kClockLagSigmaS});
   }
   return lags;
+}
+
+// By this many times the noise of their readings.
+constexpr double kMuchScatter = 5.0;
+
+bool TurnsScatter(const PoseGraph& graph, const NoiseState& noise) {
+  const double excess = noise.excess[NoiseComponent::kTurn];
+  std::vector<double> own;
+  for (const IncrementEdge& edge : graph.increments) {
+    own.push_back(edge.variance.trace() / 3.0 - excess);
+  }
+  return !own.empty() && excess > kMuchScatter * kMuchScatter * Median(std::move(own));
 }
 
 }  // namespace
@@ -50,9 +66,14 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
   for (const StreamSummary& stream : poses.streams) {
     sigma_raw[stream.triad] = stream.noise_sigma_raw;
   }
-  AddFaultsOfRecording(poses, sigma_raw, graph, system.covariance(), &found.left_out);
+  AddFaultsOfRecording(poses,
+                       sigma_raw,
+                       TurnMissesOf(graph, system),
+                       TurnsScatter(graph, noise),
+                       graph,
+                       system.covariance(),
+                       &found.left_out);
   AddSettling(poses, graph, system, noise, &found.left_out);
-  AddTurnScatter(TurnMissesOf(graph, system), graph, system.covariance(), &found.left_out);
   found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   found.clocks = FindClockOffsets(poses, graph);
   found.by_clocks = EffectsOf(found.clocks, graph, system);
