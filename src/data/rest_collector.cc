@@ -137,11 +137,9 @@ Status RestCollector::Finish(PoseSet* set) {
   }
   if (RemoveMovingReadings(moments, set)) FillCovariances(moments, resolution_raw, set);
   TRUETRIAD_RETURN_IF_ERROR(rates_.Finish(resolution_raw, &moments, set));
-  if (records_moves_) {
-    set->moves = moves_.Moves(*set);
-    BreakMovesAtJoints(set);
-    TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection_, moves_, set));
-  }
+  if (records_moves_) set->moves = moves_.Moves(*set);
+  BreakMovesAtJoints(set);
+  if (records_moves_) TRUETRIAD_RETURN_IF_ERROR(FinishTurns(selection_, moves_, set));
   SetStaticShare(set);
   AddFaultsOfMoves(set);
   return {};

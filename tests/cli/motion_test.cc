@@ -2,6 +2,9 @@
 //
 // A unit that is tumbled by hand, as a user would calibrate it: simulate, calibrate, compare.
 
+#include <sstream>
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -49,6 +52,27 @@ TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
                                          "--a=" + folder_.Path("tumble/truth.yaml"),
                                          "--b=" + folder_.Path("found/calibration.yaml")});
   EXPECT_THAT(compare.out, StartsWith("AGREE"));
+}
+
+// What cannot be used at the start is cut off, and clocks that are corrected then move readings
+// over that edge.
+TEST_F(TumbledByHand, MayBeginWithAStuckGyroscope) {
+  for (const int stuck : {10, 30, 60}) {
+    std::istringstream lines(TemporaryFolder::Read(folder_.Path("tumble/gyroscope.csv")));
+    std::string text, line, held;
+    for (int row = 0; std::getline(lines, line);) {
+      if (line.find_first_of("0123456789") == 0 && row++ < stuck) {
+        const std::size_t comma = line.find(',');
+        if (held.empty()) held = line.substr(comma);
+        line = line.substr(0, comma) + held;
+      }
+      text += line + '\n';
+    }
+    folder_.Write("tumble/gyroscope.csv", text);
+    const Finished run =
+        Calibrate("tumble/recording.yaml", "sensors.magnetometer.time_offset_s=-0.1");
+    EXPECT_EQ(run.exit_code, 0) << stuck << run.err;
+  }
 }
 
 TEST_F(TumbledByHand, NeedsAGyroscopeAndTimes) {

@@ -12,6 +12,7 @@
 
 #include "cli/command_line_run.h"
 #include "support/finding_matchers.h"
+#include "support/log_writer.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -97,6 +98,18 @@ TEST_F(StampedByAHost, IsTakenAsStampedIfToldTo) {
   EXPECT_THAT(found.findings, Contains(HasCode(FindingCode::kUnevenTimes)));
   EXPECT_THAT(found.findings, Not(Contains(HasCode(FindingCode::kEvenTimes))));
   EXPECT_THAT(found.config_yaml, HasSubstr("time: as_stamped"));
+}
+
+// Without a gyroscope no turn is broken by it, and yet it may be another unit from there on.
+TEST(TimeStamps, ThatBeginAnewSayWhereALogWasPutTogether) {
+  const TemporaryFolder folder;
+  const std::string first = LogText({.rests = 12, .magnetometer = false});
+  const std::string second = LogText({.rests = 12, .magnetometer = false, .seed = 2});
+  const std::string log = folder.Write("log.csv", first + second.substr(second.find("\n0") + 1));
+  const Finished inspect = RunTruetriad({"inspect", log});
+  EXPECT_THAT(inspect.out, HasSubstr("pieces of recordings are joined at"));
+  const Finished calibrate = RunTruetriad({"calibrate", log});
+  EXPECT_THAT(calibrate.out, HasSubstr("[warning, joined-recording]"));
 }
 
 }  // namespace
