@@ -3,11 +3,17 @@
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
+#include <set>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace truetriad {
@@ -15,13 +21,62 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kTemporary = ".tmp-";
+
 /// A name beside `path` that no other writer uses.
 std::string TemporaryName(const std::string& path) {
   static std::atomic<int> count = 0;
-  return path + ".tmp-" + std::to_string(getpid()) + "-" + std::to_string(count++);
+  return path + std::string(kTemporary) + std::to_string(getpid()) + "-" + std::to_string(count++);
 }
 
 int LastFailure() { return errno != 0 ? errno : EIO; }
+
+/// A file system that cannot do it (EINVAL, ENOTSUP) has nothing to lose by it.
+bool IsOnDisk(int descriptor) {
+  return fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP;
+}
+
+/// The name of a file is on the disk when its folder is.
+bool IsFolderOnDisk(const std::string& path) {
+  const fs::path parent = fs::path(path).parent_path();
+  const int folder =
+      open(parent.empty() ? "." : parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return false;
+  const bool is_on_disk = IsOnDisk(folder);
+  close(folder);
+  return is_on_disk;
+}
+
+/// The writer whose number a temporary name holds, kTemporary and what follows it, was killed.
+bool IsOfDeadWriter(std::string_view name) {
+  const std::size_t at = name.rfind(kTemporary);
+  if (at == std::string_view::npos) return false;
+  const std::string_view number = name.substr(at + kTemporary.size());
+  pid_t writer = 0;
+  const auto read = std::from_chars(number.data(), number.data() + number.size(), writer);
+  return read.ec == std::errc() && read.ptr != number.data() + number.size() && *read.ptr == '-' &&
+         writer > 0 && kill(writer, 0) != 0 && errno == ESRCH;
+}
+
+/// Removes what killed writers left in a folder; once for each that this process writes to.
+void SweepFolderOf(const std::string& path) {
+  static std::mutex mutex;
+  static auto& swept = *new std::set<fs::path>;
+  fs::path folder = fs::path(path).parent_path();
+  if (folder.empty()) folder = ".";
+  {
+    const std::scoped_lock lock(mutex);
+    if (!swept.insert(folder).second) return;
+  }
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
+       entry.increment(ignored)) {
+    std::error_code failure;
+    if (IsOfDeadWriter(entry->path().filename().string()) && entry->is_regular_file(failure)) {
+      fs::remove(entry->path(), failure);
+    }
+  }
+}
 
 }  // namespace
 
@@ -33,6 +88,7 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
     return;
   }
   const bool is_replaced = !fs::exists(target) || fs::is_regular_file(target);
+  if (is_replaced) SweepFolderOf(path_);
   const std::string written = is_replaced ? TemporaryName(path_) : path_;
   file_.reset(std::fopen(written.c_str(), "wbe"));
   if (!file_) {
@@ -67,10 +123,16 @@ Status WholeFile::status() const {
 }
 
 Status WholeFile::Commit() {
+  const bool is_replaced = !temporary_path_.empty();
+  if (failure_ == 0 && is_replaced &&
+      (std::fflush(file_.get()) != 0 || !IsOnDisk(fileno(file_.get())))) {
+    failure_ = LastFailure();
+  }
   if (failure_ == 0 && std::fclose(file_.release()) != 0) failure_ = LastFailure();
-  if (failure_ == 0 && !temporary_path_.empty()) {
+  if (failure_ == 0 && is_replaced) {
     if (std::rename(temporary_path_.c_str(), path_.c_str()) == 0) {
       temporary_path_.clear();
+      if (!IsFolderOnDisk(path_)) failure_ = LastFailure();
     } else {
       failure_ = LastFailure();
     }

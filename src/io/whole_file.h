@@ -10,7 +10,9 @@
 
 namespace truetriad {
 
-/// A file that appears under its name only when it is whole: written beside it and renamed. A
+/// A file that appears under its name only when it is whole, and is then on the disk: written
+/// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that
+/// was there before, or the new one; what a killed writer left beside it the next one removes. A
 /// device or pipe (/dev/stdout) is written to directly: replacing it by a file is not what anybody
 /// means.
 class WholeFile {

@@ -85,16 +85,19 @@ Result<std::string> WriteResult(const Task& task,
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, task.initial_yaml));
     written = "Experiment:  " + path + '\n';
   }
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
-  const std::string json_file = (directory / "calibration.json").string();
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, json.dump(1) + '\n'));
-  written = "\n" + written + "Calibration: " + file + '\n';
-  if (!FLAGS_report) TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
+  // The result comes last: where it is, what it goes with is there, too.
+  std::string report;
   if (FLAGS_report) {
     const std::string page = (directory / "report.html").string();
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
-    written += "Report:      " + page + '\n';
+    report = "Report:      " + page + '\n';
+  } else {
+    TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
   }
+  const std::string json_file = (directory / "calibration.json").string();
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, json.dump(1) + '\n'));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
+  written = "\n" + written + "Calibration: " + file + '\n' + report;
   return written;
 }
 
