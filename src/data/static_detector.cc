@@ -34,6 +34,8 @@ constexpr double kSameAttitudeShare = 0.003;
 constexpr double kHandledShare = 0.05;
 // A gyroscope whose mean is further than this share of its range from the other rests turns.
 constexpr double kTurningShare = 0.005;
+// What a turn does to the leading triad is seen from so many σ of two means on.
+constexpr double kSeenTurnSigmas = 10.0;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
                        std::size_t begin,
@@ -319,8 +321,8 @@ bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
   const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(before);
   const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
                                  static_cast<double>(third * windows[run.first].count));
-  // Seen at ten times the noise, and nearer to no change than to the expected one.
-  return expected.norm() > 10.0 * sigma &&
+  // Nearer to no change than to the expected one.
+  return expected.norm() > kSeenTurnSigmas * sigma &&
          (after - before).dot(expected) < 0.5 * expected.squaredNorm();
 }
 

@@ -8,7 +8,6 @@
 #include "io/pose_program_file.h"
 #include "json/plain_yaml.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
 namespace {
@@ -117,10 +116,6 @@ Json ToJson(const Error& error) {
   Json json = {{"code", ErrorCodeName(error)}, {"message", error.message}};
   if (error.finding != nullptr) json["finding"] = ToJson(*error.finding);
   return json;
-}
-
-Json ToJson(const Calibration& calibration) {
-  return JsonOfPlainYaml(CalibrationToYaml(calibration));
 }
 
 Json ToJson(const PoseSet& poses) {

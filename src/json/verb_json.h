@@ -7,7 +7,6 @@
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
-#include "truetriad/model/calibration.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/planning/plan.h"
 
@@ -19,8 +18,6 @@ Json ToJson(const Finding& finding);
 Json ToJson(const Findings& findings);
 /// Code, message, and where it is in which file, where that is known.
 Json ToJson(const Error& error);
-/// All fields of calibration.yaml under the same names, in its order.
-Json ToJson(const Calibration& calibration);
 Json ToJson(const PoseSet& poses);
 Json ToJson(const Comparison& comparison);
 Json ToJson(const EvaluationSummary& evaluation);

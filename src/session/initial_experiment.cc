@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -24,10 +22,11 @@ bool IsSeen(const PoseSet& poses, Triad triad) {
   return stream != nullptr && stream->samples > 0;
 }
 
-InitialPoses PosesFor(const PoseSet& poses) {
+InitialPoses PosesFor(const LoadedPoses& loaded) {
+  const PoseSet& poses = loaded.poses;
   const std::string seen = std::to_string(poses.poses.size()) + " poses by " + poses.how;
   // Where the recording says itself where its poses are, or has no times, there is no choice.
-  if (poses.how != "static detection" || poses.poses.size() >= kFewestRests || !poses.has_time) {
+  if (!loaded.are_detected || poses.poses.size() >= kFewestRests || !poses.has_time) {
     return {"", seen};
   }
   const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
@@ -68,7 +67,7 @@ Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
                           ": has a gyroscope alone, which is calibrated from turns or rates that "
                           "are known; state them in an experiment (`turns:` or `rates:`)");
   }
-  const InitialPoses initial = PosesFor(poses);
+  const InitialPoses initial = PosesFor(loaded);
   std::string text =
       "# All keys, and what they are when they are not stated: docs/experiments.md\n"
       "experiment: 1\n" +

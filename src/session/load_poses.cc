@@ -151,6 +151,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
       SelectExcluded(input, options, config, source->info().has_time, &selection));
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   LoadedPoses loaded;
+  loaded.are_detected = selection.kind == PoseSelectionKind::kDetect;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
   if (!poses && poses.error().code == ErrorCode::kNotEnough) {
     loaded.not_enough = poses.error();

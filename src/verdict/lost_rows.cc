@@ -76,11 +76,10 @@ void LostRowCounter::AddStep(std::int64_t row, double beyond, double noise) {
 }
 
 double LostRowCounter::Share() const {
+  if (told_.size() < kFewestSteps) return 0.0;
   const ShareOfRows random = AtRandom();
   const double sure = 0.5 * std::erfc(kSureSigmas / std::numbers::sqrt2);
-  return told_.size() < kFewestSteps
-             ? 0.0
-             : std::max(random.chance < sure ? random.share : 0.0, PeriodicShare());
+  return std::max(random.chance < sure ? random.share : 0.0, PeriodicShare());
 }
 
 ShareOfRows LostRowCounter::AtRandom() const {

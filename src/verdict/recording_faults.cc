@@ -143,7 +143,7 @@ void AddLostRows(const PoseSet& poses,
   if (turns.chance < kLeftOutLevel) {
     AddCommonGain(LeftOutKind::kTurnScatter, turns.share, graph, covariance, terms);
   } else if (sure_share == 0.0) {
-    const double product = std::min(1.0, looked * steps.chance) * turns.chance;
+    const double product = std::min(1.0, std::max(1.0, looked) * steps.chance) * turns.chance;
     const double together = product * (1.0 - std::log(product));
     if (product > 0.0 && together > (turns_scatter ? kScatteringLevel : kTogetherLevel)) return;
     AddCommonGain(

@@ -102,6 +102,16 @@ TEST_F(JsonOutput, OfErrorsIsAnObjectAndNothingElse) {
   EXPECT_FALSE(json::parse(odd.out, nullptr, false).is_discarded());
 }
 
+TEST_F(JsonOutput, OfALogWhoseNameIsNoUtf8IsWritten) {
+  const Finished run = RunShell("cp log.csv \"$(printf 'a\377.csv')\" && '" TRUETRIAD_BINARY
+                                "' calibrate \"$(printf 'a\377.csv')\" -o odd",
+                                folder_.Path("."));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(
+      json::parse(TemporaryFolder::Read(folder_.Path("odd/calibration.json")), nullptr, false)
+          .is_discarded());
+}
+
 TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   const std::string calibration = Calibrated();
   EXPECT_EQ(Run({"inspect", log_}, 0)["result"]["poses"].size(), 16u);

@@ -44,6 +44,7 @@ struct Statistics {
   std::vector<std::string> names;
   Eigen::VectorXd squares;  // of each parameter's error over its bound, mean over the runs
   double nees_per_dimension = 0.0;
+  double nees_of_all = 0.0;  // those that are widened, too
   double expected_nees = 0.0;
   double nees_sigma = 0.0;       // of the mean, by theory
   std::vector<double> p_values;  // of NEES under χ² or F
@@ -95,6 +96,10 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
     const double variance = bound.covariance.matrix(i, i);
     if (variance > 0.0) statistics->squares[i] += error[i] * error[i] / variance;
   }
+  int dimension = 0;
+  const double nees = trials::Nees(error, calibration.covariance.matrix, &dimension);
+  const double d = dimension;
+  statistics->nees_of_all += nees / d;
   // What the residuals show of such a term is independent of the estimate's error, so that the
   // other runs are as they would be without those.
   if (Find(calibration.findings, FindingCode::kTermInDoubt) != nullptr ||
@@ -102,9 +107,6 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
     ++statistics->widened;
     return;
   }
-  int dimension = 0;
-  const double nees = trials::Nees(error, calibration.covariance.matrix, &dimension);
-  const double d = dimension;
   const double nu = calibration.quality.effective_dof;
   statistics->nees_per_dimension += nees / d;
   statistics->p_values.push_back(FisherCdf(nees / d, d, nu));
@@ -131,6 +133,7 @@ Statistics RunTrials(const Regime& regime, int runs, std::uint64_t seed) {
   const double good = runs - statistics.failures;
   const double as_stated = good - statistics.widened;
   statistics.squares /= good;
+  statistics.nees_of_all /= good;
   statistics.nees_per_dimension /= as_stated;
   statistics.expected_nees /= as_stated;
   statistics.nees_sigma = std::sqrt(statistics.nees_sigma) / as_stated;
@@ -158,6 +161,8 @@ bool IsPlausible(const Regime& regime, const Statistics& statistics) {
   const double worst = statistics.squares[statistics.Worst()];
   if (worst < statistics.LowSquare() || worst > statistics.HighSquare()) return false;
   if (!regime.linear) return true;
+  // Wider than need be where a term is in doubt, never narrower.
+  if (statistics.nees_of_all > statistics.expected_nees + statistics.NeesMargin()) return false;
   return std::abs(statistics.nees_per_dimension - statistics.expected_nees) <=
              statistics.NeesMargin() &&
          statistics.KolmogorovSmirnovP() >= 1e-3;

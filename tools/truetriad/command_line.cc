@@ -185,7 +185,7 @@ int Fail(std::string_view verb, const Error& error) {
   if (FLAGS_json) {
     Json json = Envelope(verb, exit_code);
     json["error"] = ToJson(error);
-    std::fputs((json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n').c_str(), stdout);
+    std::fputs(TextOf(json).c_str(), stdout);
   } else {
     Say(verb, error.message);
   }
@@ -202,7 +202,7 @@ int Show(std::string_view verb, const VerbResult& result) {
   if (result.outcome) json["outcome"] = OutcomeName(*result.outcome);
   json["findings"] = ToJson(result.findings);
   json["result"] = result.result;
-  std::fputs((json.dump(1, ' ', false, Json::error_handler_t::replace) + '\n').c_str(), stdout);
+  std::fputs(TextOf(json).c_str(), stdout);
   return result.exit_code;
 }
 

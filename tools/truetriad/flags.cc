@@ -2,6 +2,9 @@
 #include "tools/truetriad/flags.h"
 
 #include <cstdio>
+#include <filesystem>
+#include <sstream>
+#include <system_error>
 #include <utility>
 
 DEFINE_string(input,
@@ -27,6 +30,22 @@ DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 
 namespace truetriad {
+
+std::vector<std::string> CommaSeparated(const std::string& values) {
+  std::vector<std::string> items;
+  std::istringstream list(values);
+  for (std::string item; std::getline(list, item, ',');) items.push_back(item);
+  return items;
+}
+
+std::vector<std::string> StatedInputs(const std::vector<std::string>& words) {
+  std::error_code failure;
+  std::vector<std::string> inputs = std::filesystem::exists(FLAGS_input, failure)
+                                        ? std::vector<std::string>{FLAGS_input}
+                                        : CommaSeparated(FLAGS_input);
+  inputs.insert(inputs.end(), words.begin(), words.end());
+  return inputs;
+}
 
 Status CheckFailOn(const std::string& word) {
   if (FLAGS_fail_on.empty() || FLAGS_fail_on == word) return {};

@@ -25,6 +25,12 @@ namespace truetriad {
 /// report.
 std::vector<std::string> Overrides();
 
+/// The values of a flag that takes several with commas between them.
+std::vector<std::string> CommaSeparated(const std::string& values);
+
+/// The logs of --input (a file whose name has a comma is one) and of `words`.
+std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
+
 /// Error (usage): --fail-on is neither empty nor `word`.
 Status CheckFailOn(const std::string& word);
 

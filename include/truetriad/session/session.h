@@ -21,6 +21,8 @@ struct LoadedPoses {
   PoseSet poses;
   std::vector<InputFile> inputs;
   PerTriad<std::optional<double>> si_per_count;
+  /// Static detection looked for them: neither the recording nor the caller says where they are.
+  bool are_detected = false;
   /// Why there is no pose in a recording that could be read. `poses` then describes its streams.
   std::optional<Error> not_enough;
 };

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
-#include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "json/verb_json.h"
+#include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/output_folder.h"
@@ -36,21 +34,6 @@ std::string ShortPath(const std::string& path) {
   return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
 }
 
-/// Those of --input, one log or several with commas between them (a file whose name has a comma is
-/// one), and the words.
-std::vector<std::string> StatedInputs(const std::vector<std::string>& words) {
-  std::vector<std::string> inputs;
-  std::error_code failure;
-  if (std::filesystem::exists(FLAGS_input, failure)) {
-    inputs.push_back(FLAGS_input);
-  } else {
-    std::istringstream list(FLAGS_input);
-    for (std::string input; std::getline(list, input, ',');) inputs.push_back(input);
-  }
-  inputs.insert(inputs.end(), words.begin(), words.end());
-  return inputs;
-}
-
 /// What is to be done.
 struct Task {
   Experiment experiment;
@@ -68,6 +51,7 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
 /// Which files they are, for people.
 Result<std::string> WriteResult(const Task& task,
                                 const Calibration& calibration,
+                                const std::string& yaml,
                                 const Json& json) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(task.folder));
   const std::filesystem::path directory = task.folder;
@@ -95,16 +79,19 @@ Result<std::string> WriteResult(const Task& task,
     TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"report.html"}));
   }
   const std::string json_file = (directory / "calibration.json").string();
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, json.dump(1) + '\n'));
-  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, CalibrationToYaml(calibration)));
-  written = "\n" + written + "Calibration: " + file + '\n' + report;
-  return written;
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(json_file, TextOf(json)));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, yaml));
+  return "\n" + written + "Calibration: " + file + '\n' + report;
 }
 
 Result<Solver> StatedSolver() {
   if (FLAGS_solver == "eliminated") return Solver::kEliminated;
   if (FLAGS_solver == "ceres") return Solver::kCeres;
   return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
+}
+
+std::string FolderFor(const std::vector<std::string>& inputs) {
+  return FLAGS_output.empty() ? inputs.front() + ".truetriad" : FLAGS_output;
 }
 
 /// Without an experiment: one for what is in the logs.
@@ -114,7 +101,7 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
         "no log; name one (`truetriad calibrate LOG.csv`), or an experiment (--config=…)");
   }
   Task task;
-  task.folder = FLAGS_output.empty() ? inputs.front() + ".truetriad" : FLAGS_output;
+  task.folder = FolderFor(inputs);
   ProgressLine progress("looking at " + inputs.front());
   TRUETRIAD_ASSIGN_OR_RETURN(task.initial_yaml,
                              InitialExperiment(inputs, task.folder, progress.callback()));
@@ -139,7 +126,7 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs) {
     return UsageError("no recording: " + FLAGS_config +
                       " has no `input:`; add it or give --input=LOG");
   }
-  task.folder = FLAGS_output.empty() ? task.experiment.inputs.front() + ".truetriad" : FLAGS_output;
+  task.folder = FolderFor(task.experiment.inputs);
   return task;
 }
 
@@ -158,8 +145,10 @@ Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
-  Json json = ToJson(*calibration);
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::string written, WriteResult(task, *calibration, json));
+  const std::string yaml = CalibrationToYaml(*calibration);
+  Json json = JsonOfPlainYaml(yaml);
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string written,
+                             WriteResult(task, *calibration, yaml, json));
   VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
   result.findings = calibration->findings;
   result.outcome = calibration->outcome;

@@ -158,9 +158,7 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
         "--from=" + name +
         " has fixed columns: --list, --topic, --instance, --columns and --units do not apply");
   }
-  std::vector<std::string> inputs;
-  std::istringstream list(FLAGS_input);
-  for (std::string path; std::getline(list, path, ',');) inputs.push_back(path);
+  const std::vector<std::string> inputs = CommaSeparated(FLAGS_input);
   const bool is_new = !fs::exists(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   const std::string draft = (fs::path(FLAGS_output) / ".recording.tmp.yaml").string();

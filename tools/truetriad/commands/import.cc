@@ -3,7 +3,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,9 +28,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   options.units = units;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<int> instance, ParseInstance());
   options.instance = instance;
-  std::vector<std::string> paths;
-  std::istringstream list(FLAGS_input);
-  for (std::string path; std::getline(list, path, ',');) paths.push_back(path);
+  const std::vector<std::string> paths = CommaSeparated(FLAGS_input);
   TRUETRIAD_ASSIGN_OR_RETURN(const Import result, ImportCalibration(FLAGS_from, paths, options));
 
   std::filesystem::path file = FLAGS_output;

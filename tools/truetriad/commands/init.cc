@@ -12,8 +12,7 @@ namespace truetriad {
 namespace {
 
 Result<VerbResult> RunInit(const std::vector<std::string>& words) {
-  std::vector<std::string> inputs = words;
-  if (!FLAGS_input.empty()) inputs.insert(inputs.begin(), FLAGS_input);
+  const std::vector<std::string> inputs = StatedInputs(words);
   const Result<std::string> experiment = [&] {
     ProgressLine progress("looking at " + inputs.front());
     return InitialExperiment(inputs, "", progress.callback());
@@ -33,7 +32,7 @@ Command InitCommand() {
           .details =
               "Prints the experiment that `calibrate LOG` makes for itself, with comments on what "
               "to state.\nPaths in it are as seen from the current folder: keep it there.\n",
-          .flags = {{"input", "LOG", true}},
+          .flags = {{"input", "LOG,...", true}},
           .more_words = "input",
           .run = RunInit};
 }

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -17,9 +16,7 @@ namespace {
 
 /// The calibrations of --calibration and of the words after the flags.
 std::vector<std::string> InputFiles(const std::vector<std::string>& words) {
-  std::vector<std::string> files;
-  std::istringstream list(FLAGS_calibration);
-  for (std::string file; std::getline(list, file, ',');) files.push_back(file);
+  std::vector<std::string> files = CommaSeparated(FLAGS_calibration);
   files.insert(files.end(), words.begin(), words.end());
   return files;
 }
