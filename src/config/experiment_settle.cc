@@ -24,6 +24,9 @@ Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   return {*stated.value * unit, stated.sigma.value_or(0.0) * unit};
 }
 
+// From 9.78 at the equator to 9.83 at the poles, less up high.
+constexpr double kAnywhereGravitySigmaMps2 = 0.02;
+
 void SettleGravity(Draft* draft) {
   Stated& gravity = draft->gravity_mps2;
   if (!gravity.value && draft->experiment.position) {
@@ -32,7 +35,9 @@ void SettleGravity(Draft* draft) {
     gravity = {NormalGravityMps2(position.latitude_deg, position.height_m),
                gravity.sigma.value_or(kNormalGravitySigmaMps2)};
   }
-  if (!gravity.value) gravity.value = kStandardGravityMps2;
+  if (!gravity.value) {
+    gravity = {kStandardGravityMps2, gravity.sigma.value_or(kAnywhereGravitySigmaMps2)};
+  }
   draft->experiment.options.reference.gravity_mps2 = KnowledgeOf(gravity);
 }
 

@@ -403,7 +403,9 @@ Status StateMotionVerdict(const PoseSet& poses,
   Observability observability = AnalyseObservability(
       graph, information, options.observable_sigma, "keep it in motion longer");
   quality.weak_directions = std::move(observability.weak_directions);
-  PoseGraph larger = WithTermsOf(WithLeftOutBends(options, graph.layout), graph);
+  const CalibrateOptions bends = WithLeftOutBends(options, graph.layout);
+  PoseGraph larger = WithTermsOf(bends, graph);
+  FreeWholeMatrices(bends, &larger);
   const std::vector<ProbedTerm> probes = AppendProbes(&larger.layout);
   larger.shared.conservativeResizeLike(Eigen::VectorXd::Zero(larger.layout.size));
   MotionChain bent(larger.layout, larger.priors, track, run->nodes, run->attitudes);
@@ -427,8 +429,9 @@ Status StateMotionVerdict(const PoseSet& poses,
   AddFaultsOfRecording(poses, sigma_raw, misses, false, graph, information.covariance(), &left_out);
   quality.left_out_tests = left_out.tests;
   const BlockScatter blocks = ScatterOf(TimeBlocksOf(track, *run), information.matrix(), graph);
-  PresentedSolution solution =
-      SolvedFrame(graph, information.covariance() + left_out.covariance + blocks.covariance);
+  const Eigen::MatrixXd covariance =
+      information.covariance() + left_out.covariance + blocks.covariance;
+  PresentedSolution solution = SolvedFrame(graph, covariance);
   StateInGauge(options, &solution);
 
   const bool determined = observability.determined && information.rank() >= information.size();
@@ -442,7 +445,10 @@ Status StateMotionVerdict(const PoseSet& poses,
     }
     StateSolution(options, poses, solution, noise, calibration);
     SayRemarks(options, track, *run, &calibration->findings);
-    for (const Findings& found : {FindingsOf(left_out), FindingsOf(blocks)}) {
+    for (const Findings& found :
+         {FindingsOf(left_out),
+          FindingsOf(blocks),
+          CheckStillDetermined(graph, covariance, options.observable_sigma)}) {
       calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
     }
   }

@@ -84,16 +84,7 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
     move.after = direction_at(nodes[begin + nodes_a_turn]);
     moves.push_back(std::move(move));
   }
-  auto model = FindGyroModel(moves, sensor.fixed_sensitivity, sensor.fixed_bias);
-  if (!model) return model;
-  const bool no_rotation =
-      sensor.model == MatrixModel::kDiagonal || sensor.model == MatrixModel::kSymmetric;
-  if (!sensor.fixed_sensitivity && no_rotation) {
-    // What noise made of a rotation here would stay for ever.
-    model->sensitivity =
-        model->sensitivity.rowwise().norm().asDiagonal() * NearestAxisMap(model->sensitivity);
-  }
-  return model;
+  return FindGyroModel(moves, sensor.fixed_sensitivity, sensor.fixed_bias);
 }
 
 }  // namespace

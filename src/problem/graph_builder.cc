@@ -262,37 +262,4 @@ PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) 
   return graph;
 }
 
-void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {
-  graph->priors.clear();
-  const SharedLayout& layout = graph->layout;
-  const auto add = [graph, &layout](int index, double mean, double sigma) {
-    if (!std::isfinite(sigma) || sigma <= 0.0 || !layout.IsFree(index)) return;
-    graph->priors.push_back({index, mean, sigma});
-  };
-  for (const Triad triad : kTriads) {
-    if (!options.triads[triad].enabled || !options.triads[triad].prior) continue;
-    const TriadPrior& prior = *options.triads[triad].prior;
-    for (int i = 0; i < 3; ++i) {
-      add(layout.bias[triad] + i, prior.bias[i], prior.bias_sigma[i]);
-    }
-    for (int i = 0; i < 9; ++i) {
-      add(layout.sensitivity[triad] + i,
-          prior.sensitivity.reshaped()[i],
-          prior.sensitivity_sigma.reshaped()[i]);
-    }
-  }
-  const ReferenceOptions& reference = options.reference;
-  const auto add_reference = [&](int at, const Knowledge& knowledge) {
-    if (knowledge.known()) add(layout.reference + at, *knowledge.value, knowledge.sigma);
-  };
-  add_reference(kGravity, reference.gravity_mps2);
-  add_reference(kField, reference.field_ut);
-  add_reference(kDip, reference.dip_rad);
-  for (const int tilt : layout.face_tilt) {
-    if (tilt < 0) continue;
-    add(tilt, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
-    add(tilt + 1, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
-  }
-}
-
 }  // namespace truetriad

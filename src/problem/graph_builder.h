@@ -34,7 +34,4 @@ PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved);
 // Where each free entry of `part` stands in `whole`, by name; -1 where there is none.
 std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part);
 
-// What is known beforehand of the free entries.
-void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
-
 }  // namespace truetriad

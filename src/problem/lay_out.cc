@@ -14,16 +14,25 @@
 namespace truetriad {
 namespace {
 
-// Which entries of the sensitivity's temperature terms are free, as basis matrices.
-std::vector<Eigen::Matrix3d> ThermalMatrixBasis(ThermalMatrix shape,
-                                                bool triangular,
-                                                const Eigen::Matrix3d& axis_map,
-                                                const Eigen::Matrix3d& start) {
-  switch (shape) {
+// Which entries of a triad's sensitivity are free, as basis matrices.
+std::vector<Eigen::Matrix3d> FreeMatrices(const CalibrateOptions& options,
+                                          Triad triad,
+                                          MatrixModel model,
+                                          const Eigen::Matrix3d& start) {
+  const bool is_triangular = triad == LeadingTriad(options) && !options.IsBodyKnown();
+  return SensitivityBasis(
+      model, is_triangular, is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start));
+}
+
+// And of its temperature terms.
+std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options,
+                                                 Triad triad,
+                                                 const Eigen::Matrix3d& start) {
+  switch (options.triads[triad].thermal.matrix) {
     case ThermalMatrix::kFull:
-      return SensitivityBasis(MatrixModel::kFull, triangular, axis_map);
+      return FreeMatrices(options, triad, MatrixModel::kFull, start);
     case ThermalMatrix::kDiagonal:
-      return SensitivityBasis(MatrixModel::kDiagonal, triangular, axis_map);
+      return FreeMatrices(options, triad, MatrixModel::kDiagonal, start);
     case ThermalMatrix::kScale:
       break;
   }
@@ -147,29 +156,41 @@ class FreeColumns {
   std::vector<Eigen::VectorXd> columns_;
 };
 
+// The part of `matrix` that orthonormal `basis` spans.
+Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::Matrix3d& matrix) {
+  Eigen::Matrix3d part = Eigen::Matrix3d::Zero();
+  for (const Eigen::Matrix3d& direction : basis) {
+    part += direction.cwiseProduct(matrix).sum() * direction;
+  }
+  return part;
+}
+
+// Also puts the sensitivity at the start among `shared`: what the model has no parameter for would
+// stay there for ever.
 void FreeTriad(const CalibrateOptions& options,
                const SharedLayout& layout,
                Triad triad,
                const Eigen::Matrix3d& start,
+               Eigen::VectorXd* shared,
                FreeColumns* free) {
   const TriadOptions& sensor = options.triads[triad];
-  const bool is_triangular = triad == LeadingTriad(options) && !options.IsBodyKnown();
-  const Eigen::Matrix3d axis_map = is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start);
   if (!sensor.fixed_bias) free->Entries(layout.bias[triad], 3);
   free->Entries(layout.sessions[triad].at, layout.sessions[triad].size());
   const ThermalBlock& thermal = layout.thermal[triad];
   free->Entries(thermal.at, 3 * thermal.vector_count());
   for (int i = 0; i < thermal.terms.matrix_order; ++i) {
-    free->Matrices(thermal.matrix_at(i),
-                   ThermalMatrixBasis(thermal.terms.matrix, is_triangular, axis_map, start));
+    free->Matrices(thermal.matrix_at(i), FreeThermalMatrices(options, triad, start));
   }
   for (const auto& [term, at] : layout.axis_terms[triad]) free->Entries(at, 3);
   if (triad == Triad::kGyroscope && layout.g_sensitivity >= 0) {
     free->Entries(layout.g_sensitivity, 9);
   }
-  if (sensor.fixed_sensitivity) return;
-  free->Matrices(layout.sensitivity[triad],
-                 SensitivityBasis(sensor.model, is_triangular, axis_map));
+  Eigen::Map<Eigen::Matrix3d> sensitivity(&(*shared)[layout.sensitivity[triad]]);
+  sensitivity = start;
+  if (sensor.fixed_sensitivity || sensor.model == MatrixModel::kBias) return;
+  const auto basis = FreeMatrices(options, triad, sensor.model, start);
+  sensitivity = PartIn(basis, start);
+  free->Matrices(layout.sensitivity[triad], basis);
 }
 
 void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, FreeColumns* free) {
@@ -275,8 +296,7 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
     const TriadModel<double>& model = *start.models[triad];
     graph->shared.segment<3>(layout.bias[triad]) =
         options.triads[triad].fixed_bias.value_or(model.bias);
-    Eigen::Map<Eigen::Matrix3d>(&graph->shared[layout.sensitivity[triad]]) = model.sensitivity;
-    FreeTriad(options, layout, triad, model.sensitivity, &free);
+    FreeTriad(options, layout, triad, model.sensitivity, &graph->shared, &free);
   }
   StartGyroscopeSessions(graph);
   FreeReference(options, layout, &free);
@@ -289,6 +309,58 @@ void LayOutParameters(const CalibrateOptions& options, const StartValues& start,
   }
   layout.basis = free.Basis();
   SetStartAttitudes(start, graph);
+}
+
+void AddPriors(const CalibrateOptions& options, PoseGraph* graph) {
+  graph->priors.clear();
+  const SharedLayout& layout = graph->layout;
+  const auto add = [graph, &layout](int index, double mean, double sigma) {
+    if (!std::isfinite(sigma) || sigma <= 0.0 || !layout.IsFree(index)) return;
+    graph->priors.push_back({index, mean, sigma});
+  };
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || !options.triads[triad].prior) continue;
+    const TriadPrior& prior = *options.triads[triad].prior;
+    for (int i = 0; i < 3; ++i) {
+      add(layout.bias[triad] + i, prior.bias[i], prior.bias_sigma[i]);
+    }
+    for (int i = 0; i < 9; ++i) {
+      add(layout.sensitivity[triad] + i,
+          prior.sensitivity.reshaped()[i],
+          prior.sensitivity_sigma.reshaped()[i]);
+    }
+  }
+  const ReferenceOptions& reference = options.reference;
+  const auto add_reference = [&](int at, const Knowledge& knowledge) {
+    if (knowledge.known()) add(layout.reference + at, *knowledge.value, knowledge.sigma);
+  };
+  add_reference(kGravity, reference.gravity_mps2);
+  add_reference(kField, reference.field_ut);
+  add_reference(kDip, reference.dip_rad);
+  for (const int tilt : layout.face_tilt) {
+    if (tilt < 0) continue;
+    add(tilt, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+    add(tilt + 1, 0.0, options.attitudes.tilt_sigma_deg * kRadPerDeg);
+  }
+}
+
+void FreeWholeMatrices(const CalibrateOptions& options, PoseGraph* graph) {
+  constexpr double kNew = 1e-6;  // of a direction of length 1
+  SharedLayout& layout = graph->layout;
+  for (const Triad triad : kTriads) {
+    if (!layout.Has(triad)) continue;
+    const int at = layout.sensitivity[triad];
+    const Eigen::Matrix3d held = graph->sensitivity(triad);
+    for (const Eigen::Matrix3d& whole : FreeMatrices(options, triad, MatrixModel::kFull, held)) {
+      Eigen::VectorXd column = Eigen::VectorXd::Zero(layout.size);
+      column.segment<9>(at) = whole.reshaped();
+      column -= layout.basis * (layout.basis.transpose() * column);
+      if (column.norm() < kNew) continue;
+      layout.basis.conservativeResize(Eigen::NoChange, layout.basis.cols() + 1);
+      layout.basis.rightCols<1>() = column.normalized();
+    }
+  }
+  AddPriors(options, graph);
 }
 
 }  // namespace truetriad

@@ -27,4 +27,11 @@ Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
 // free, their start values, and the attitudes that nobody gave.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
+// What is known beforehand of the free entries.
+void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
+
+// Frees what the sensors' `model:` holds of their matrices: columns of the basis beside those that
+// are there.
+void FreeWholeMatrices(const CalibrateOptions& options, PoseGraph* graph);
+
 }  // namespace truetriad

@@ -75,9 +75,9 @@ Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"
-      "  # Yours may be 0.3 % off this, and all gains with it: state it, or\n"
+      "  # Anywhere on the Earth; known better, all gains are: state yours with no sigma, or\n"
       "  # `position: { latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-31 }`\n"
-      "  gravity_mps2: 9.80665\n";
+      "  gravity_mps2: { value: 9.80665, sigma: 0.02 }\n";
   if (has_magnetometer) {
     text +=
         "  # Without a strength the magnetometer's gains have no common scale.\n"

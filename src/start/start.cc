@@ -278,7 +278,6 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<FrameAlignment> alignments,
                              RivalAlignments(ups, fields, options));
-  const bool held = options.triads[Triad::kMagnetometer].fixed_sensitivity.has_value();
   const Knowledge& dip = options.reference.dip_rad;
 
   std::vector<StartValues> starts;
@@ -290,11 +289,6 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     TriadModel<double> model = own;
     // own frame vector = R^T body vector.
     model.sensitivity = own.sensitivity * alignment.rotation.transpose();
-    const MatrixModel shape = options.triads[Triad::kMagnetometer].model;
-    if (!held && (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric)) {
-      // These models have no rotation, and what noise made of one here would stay for ever.
-      model.sensitivity = own.sensitivity * NearestAxisMap(alignment.rotation.transpose());
-    }
     start.models[Triad::kMagnetometer] = model;
     start.reference[kDip] =
         dip.known() ? *dip.value : -std::asin(std::clamp(alignment.cosine, -1.0, 1.0));
@@ -353,15 +347,6 @@ bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
   if (unit.is_counts) return true;
   const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
   return (gains < kLargestSiGain).all() && (gains > 1.0 / kLargestSiGain).all();
-}
-
-// Diagonal and symmetric models have no rotation, and what noise made of one would stay for ever.
-TriadModel<double> InShape(MatrixModel shape, TriadModel<double> model) {
-  if (shape == MatrixModel::kDiagonal || shape == MatrixModel::kSymmetric) {
-    model.sensitivity = Eigen::Matrix3d(model.sensitivity.rowwise().norm().asDiagonal()) *
-                        NearestAxisMap(model.sensitivity);
-  }
-  return model;
 }
 
 // Turns with the direction of gravity or the field as the vector sensor shows it.
@@ -435,7 +420,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   auto known = GyroscopeFromKnownMotions(poses);
   if (known && use_rates) {
     known->bias = sensor.fixed_bias.value_or(known->bias);
-    return InShape(sensor.model, *std::move(known));
+    return known;
   }
   if (vector_model == nullptr && !options.has_stated_axes) {
     return GyroscopeFromSpeeds(poses, options);
@@ -453,7 +438,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   } else {
     model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
   }
-  return InShape(sensor.model, model);
+  return model;
 }
 
 // After the vector sensor that its turns are measured against; a gyroscope alone after none.

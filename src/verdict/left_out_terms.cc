@@ -126,12 +126,23 @@ bool AreRows(const PoseSet& poses) {
          });
 }
 
-std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayout& has) {
+// `base`: where the columns of `has` stand among those of `whole`.
+std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
+                                    const SharedLayout& has,
+                                    const std::vector<Eigen::Index>& base) {
   std::vector<Candidate> candidates;
   const auto add = [&](Triad triad, LeftOutKind kind, AxisTerm term, int at, int size) {
     candidates.push_back({{triad, kind, term}, whole.ColumnsOf(at, size)});
   };
   for (const Triad triad : kTriads) {
+    if (!whole.Has(triad)) continue;
+    Candidate matrix{{triad, LeftOutKind::kMatrix}, {}};
+    for (const Eigen::Index column : whole.ColumnsOf(whole.sensitivity[triad], 9)) {
+      if (std::find(base.begin(), base.end(), column) == base.end()) {
+        matrix.columns.push_back(column);
+      }
+    }
+    if (!matrix.columns.empty()) candidates.push_back(std::move(matrix));
     for (const auto& [term, at] : whole.axis_terms[triad]) {
       const auto& known = has.axis_terms[triad];
       const bool is_known = std::any_of(
@@ -139,7 +150,7 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole, const SharedLayou
       if (!is_known) add(triad, LeftOutKind::kAxisTerm, term, at, 3);
     }
     const ThermalBlock& thermal = whole.thermal[triad];
-    if (!whole.Has(triad) || thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
+    if (thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
     if (thermal.vector_count() > 0) add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
     add(triad, LeftOutKind::kGainDrift, {}, thermal.matrix_at(0), 9);
   }
@@ -240,7 +251,7 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   result.covariance = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
   const auto base = CommonColumns(larger, graph.layout);
   if (!base) return result;
-  std::vector<Candidate> candidates = CandidatesOf(larger, graph.layout);
+  std::vector<Candidate> candidates = CandidatesOf(larger, graph.layout, *base);
   for (const ProbedTerm& probe : probed) {
     candidates.push_back({probe.term, larger.ColumnsOf(probe.block.offset, probe.block.size)});
   }
@@ -271,8 +282,14 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
       candidate.term.p_value = own[candidate.term.triad].ChanceOf(test.chi2, test.rank);
       result.tests[candidate.number].p_value = candidate.term.p_value;
     }
-    // The most of χ² a degree of freedom where chances are too small for a double.
+    // A matrix that was cut short by its `model:` explains before anything else; the most of χ² a
+    // degree of freedom where chances are too small for a double.
+    const auto is_held = [&](std::size_t i) {
+      return candidates[i].term.kind == LeftOutKind::kMatrix &&
+             candidates[i].term.p_value < candidates[i].level;
+    };
     const auto is_less_clear = [&](std::size_t a, std::size_t b) {
+      if (is_held(a) != is_held(b)) return is_held(b);
       const double pa = candidates[a].term.p_value / candidates[a].level;
       const double pb = candidates[b].term.p_value / candidates[b].level;
       return pa != pb ? pa > pb : tests[a].chi2 < tests[b].chi2;
@@ -298,6 +315,12 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   if (!search.is_empty()) result.covariance = search.Covariance();
   AddDoubtful(graph, covariance, search, candidates, own, &result);
   return result;
+}
+
+bool HasMatrixOf(Triad triad, const LeftOutTerms& terms) {
+  return std::any_of(terms.found.begin(), terms.found.end(), [&](const LeftOutTerm& term) {
+    return term.kind == LeftOutKind::kMatrix && term.triad == triad;
+  });
 }
 
 void AddLowPass(const PoseGraph& graph,
@@ -335,6 +358,8 @@ std::string_view NameOf(const LeftOutTerm& term) {
   switch (term.kind) {
     case LeftOutKind::kAxisTerm:
       return InfoOf(term.axis_term).name;
+    case LeftOutKind::kMatrix:
+      return "matrix";
     case LeftOutKind::kGSensitivity:
       return "g_sensitivity";
     case LeftOutKind::kDrift:
@@ -384,8 +409,9 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   result.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   if (noise.unknown || system.rank() < system.size() || system.size() == 0) return result;
   const auto times = options.HasThermal() ? std::nullopt : TimesOf(graph);
-  const PoseGraph larger = WithTermsOf(WithEverything(options, graph.layout, times.has_value()),
-                                       times ? WithForTemperature(*times, graph) : graph);
+  const CalibrateOptions everything = WithEverything(options, graph.layout, times.has_value());
+  PoseGraph larger = WithTermsOf(everything, times ? WithForTemperature(*times, graph) : graph);
+  FreeWholeMatrices(everything, &larger);
   LinearisedGraph whole(larger);
   whole.Eliminate(larger);
   PerTriad<OwnResiduals> own;
@@ -398,6 +424,8 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
   AddLowPass(graph, system, options, own, &result);
   for (const Triad triad : kTriads) {
     if (!graph.layout.Has(triad) || (triad == Triad::kMagnetometer && is_change_known)) continue;
+    // What its matrix lacks would pass for a step.
+    if (HasMatrixOf(triad, result)) continue;
     const auto step = FindBiasStep(graph, system, noise, triad);
     if (!step || step->p_value > kLeftOutLevel) continue;
     result.covariance += step->moved * step->moved.transpose();

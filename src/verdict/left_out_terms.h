@@ -20,6 +20,7 @@ namespace truetriad {
 // What a sensor does beyond the model that was asked for.
 enum class LeftOutKind {
   kAxisTerm,      // bends, or gains for both directions
+  kMatrix,        // has a matrix of another shape than its `model:`
   kGSensitivity,  // of the gyroscope
   kDrift,         // the bias goes on with time
   kGainDrift,     // each gain does

@@ -27,8 +27,9 @@ constexpr std::size_t kFewestSteps = 50;
 constexpr std::size_t kLongestPeriod = 24;
 // σ that no phase of no period has by chance in 10^6 runs, 300 being looked at.
 constexpr double kSurePhaseSigmas = 6.5;
-// Of a step that it stands out by: a whole one, less what the gain took over of it.
-constexpr double kLeastContrast = 0.3;
+// Of a step that those of a period stand out by: a whole one, at most less what the gain took over
+// of it. Moves that begin at even times, and hum, have others.
+constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
 
 }  // namespace
 
@@ -118,6 +119,8 @@ double LostRowCounter::PeriodicShare() const {
   std::size_t period = 0;
   std::array<double, kLongestPeriod> weights, sums;
   for (std::size_t every = 2; every <= kLongestPeriod; ++every) {
+    const auto count = static_cast<double>(every);
+    const double least = kLeastContrast * count / (count + 1.0);
     weights.fill(0.0);
     sums.fill(0.0);
     for (const Told& step : told_) {
@@ -130,7 +133,7 @@ double LostRowCounter::PeriodicShare() const {
       if (!(weights[phase] > 0.0) || !(rest > 0.0)) continue;
       const double contrast = sums[phase] / weights[phase] - (sum - sums[phase]) / rest;
       const double sigma = std::sqrt(variance * (1.0 / weights[phase] + 1.0 / rest));
-      if (contrast < kLeastContrast || contrast < best * sigma) continue;
+      if (contrast < least || contrast > kMostContrast || contrast < best * sigma) continue;
       best = contrast / sigma;
       period = every;
     }

@@ -358,6 +358,19 @@ Observability AnalyseObservability(const PoseGraph& graph,
   return result;
 }
 
+LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covariance) {
+  const SharedLayout& layout = graph.layout;
+  Eigen::ArrayXd shares = VariancesOf(layout, covariance).max(0.0).sqrt() /
+                          TypicalSizes(layout, graph.shared).array().abs();
+  for (const int tilt : layout.face_tilt) {
+    if (tilt >= 0) shares.segment<2>(tilt).setZero();
+  }
+  if (shares.size() == 0) return {};
+  Eigen::Index most = 0;
+  const double share = shares.maxCoeff(&most);
+  return {SpokenName(ParameterNames(layout)[static_cast<std::size_t>(most)]), share};
+}
+
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
   return (layout.basis * covariance).cwiseProduct(layout.basis).rowwise().sum();
 }

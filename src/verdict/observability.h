@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +29,13 @@ Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
                                    double limit,
                                    const char* how_to_add = "add poses");
+
+// The parameter, but no tilt of a block, whose σ is the largest share of its typical size.
+struct LeastKnown {
+  std::string name;  // as people say it
+  double share = 0.0;
+};
+LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covariance);
 
 // Of all shared entries, by the covariance of the free coordinates.
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);

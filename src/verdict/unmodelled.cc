@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verdict/unmodelled.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,14 @@ bool IsDrift(const PoseGraph& graph,
              const DriftCovariance& drift) {
   return !change.last && drift.sigma_raw[Triad::kMagnetometer] > 0.0 &&
          IsBetweenSettings(graph, change.node);
+}
+
+// A matrix that its `model:` cut short looks like any change of what it reads.
+bool IsByMatrix(const MagnetometerChange& change, const LeftOutTerms& terms) {
+  return std::any_of(terms.found.begin(), terms.found.end(), [&](const LeftOutTerm& term) {
+    return term.kind == LeftOutKind::kMatrix && term.triad == Triad::kMagnetometer &&
+           term.p_value <= change.p_value;
+  });
 }
 
 // Clocks that are off by more than moves can tell.
@@ -62,6 +71,7 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
   found.change = FindMagnetometerChange(graph, system, noise);
   found.change_is_drift = found.change && IsDrift(graph, *found.change, found.drift);
   found.left_out = FindLeftOutTerms(graph, system, noise, options, found.change.has_value());
+  if (found.change && IsByMatrix(*found.change, found.left_out)) found.change.reset();
   PerTriad<Eigen::Vector3d> sigma_raw{};
   for (const StreamSummary& stream : poses.streams) {
     sigma_raw[stream.triad] = stream.noise_sigma_raw;

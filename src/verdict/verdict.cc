@@ -232,6 +232,8 @@ Status StateVerdict(const SettledRun& run, Calibration* calibration) {
     const Findings found = check(run, solved);
     calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());
   }
+  const Findings doubt = CheckStillDetermined(graph, covariance, options.observable_sigma);
+  calibration->findings.insert(calibration->findings.end(), doubt.begin(), doubt.end());
   return Conclude(options, run.poses, calibration);
 }
 

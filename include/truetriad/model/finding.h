@@ -124,6 +124,7 @@ enum class FindingCode : int {
   kLeftOutTerm,
   kTermInDoubt,
   kNonlinearityStated,
+  kPoorlyKnown,
   kStretchesDiffer,
   kSessions,
   kOneTemperature,

@@ -79,6 +79,11 @@ Findings CheckExplained(const Quality& quality,
                         const ReferenceVector& reference,
                         double most_share,
                         const char* why);
+// A solution that is known badly, or too badly to be used, once σ allow for all that was found:
+// some σ is more than `limit` of its parameter's typical size.
+Findings CheckStillDetermined(const PoseGraph& graph,
+                              const Eigen::MatrixXd& covariance,
+                              double limit);
 // What the model leaves out.
 Findings FindingsOf(const LeftOutTerms& terms);
 // Stretches of the recording that differ.

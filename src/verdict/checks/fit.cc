@@ -5,6 +5,7 @@
 #include "base/messages.h"
 #include "problem/start_values.h"
 #include "verdict/checks/check.h"
+#include "verdict/observability.h"
 
 namespace truetriad {
 namespace {
@@ -15,6 +16,9 @@ constexpr double kExplainedShare = 0.1;
 // data without noise have made σ next to nothing.
 constexpr double kShortChi2 = 0.01;
 constexpr double kShortShare = 1e-6;
+// Once σ allow for all that was found, the limit of what counts as determined is only warned of; a
+// parameter that is known so many times worse is of no use to anybody.
+constexpr double kWorthless = 10.0;
 
 // The parameters whose variance came out negative, the first few; empty when none did.
 std::string WithoutVariance(const NamedCovariance& covariance) {
@@ -138,6 +142,20 @@ Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved
 Findings CheckDetermined(const SettledRun&, const SolvedRun& solved) {
   if (IsDetermined(solved)) return {};
   return {NotDetermined()};
+}
+
+Findings CheckStillDetermined(const PoseGraph& graph,
+                              const Eigen::MatrixXd& covariance,
+                              double limit) {
+  const LeastKnown least = LeastKnownOf(graph, covariance);
+  if (!(least.share > limit)) return {};
+  Finding finding(FindingCode::kPoorlyKnown,
+                  "with all that the other findings name, " + least.name +
+                      Format(" is known to %.2g %% only", 100.0 * least.share),
+                  "mend what they name first");
+  finding.With("share", least.share);
+  if (least.share > kWorthless * limit) finding.As(Severity::kRefusal);
+  return {finding};
 }
 
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {

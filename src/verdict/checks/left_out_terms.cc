@@ -15,6 +15,8 @@ std::string WordsOf(const LeftOutTerm& term) {
     case LeftOutKind::kAxisTerm:
       return std::string("has ") + WithArticle(InfoOf(term.axis_term).words) +
              (term.is_beyond_stated ? " beyond its stated non-linearity" : "");
+    case LeftOutKind::kMatrix:
+      return "has a matrix that its `model:` does not allow";
     case LeftOutKind::kGSensitivity:
       return "follows the specific force (g-sensitivity)";
     case LeftOutKind::kDrift:
@@ -57,6 +59,8 @@ std::string RemedyOf(const LeftOutTerm& term) {
         return "state `" + std::string(InfoOf(term.axis_term).name) + ": true` for the " + sensor;
       }
       return "look whether the " + sensor + " is near the end of its range";
+    case LeftOutKind::kMatrix:
+      return "state `model: full` for the " + sensor;
     case LeftOutKind::kGSensitivity:
       return "state `g_sensitivity: true` for the gyroscope";
     case LeftOutKind::kDrift:
