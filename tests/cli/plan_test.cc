@@ -25,8 +25,9 @@ class PlanVerb : public ::testing::Test {
   // An accelerometer of known noise with this `plan:` block.
   std::string Experiment(const std::string& plan, const std::string& noise = "{ sigma: 0.003 }") {
     return folder_.Write("plan.yaml",
-                         "experiment: 1\nsensors: { accelerometer: { noise: " + noise +
-                             " } }\nplan: " + plan + "\n");
+                         "experiment: 1\nreference: { gravity_mps2: 9.80665 }\n"
+                         "sensors: { accelerometer: { noise: " +
+                             noise + " } }\nplan: " + plan + "\n");
   }
 
   TemporaryFolder folder_;
@@ -123,7 +124,7 @@ TEST_F(PlanVerb, RefusesWhatItCannotPlanFor) {
 
 // Planned with the noise that the simulator draws: means of 400 samples of 0.03 m/s^2 and 0.4 uT.
 constexpr char kLoopExperiment[] = R"(experiment: 1
-reference: { field: { strength_ut: 48, dip_deg: unknown } }
+reference: { gravity_mps2: 9.80665, field: { strength_ut: 48, dip_deg: unknown } }
 sensors:
   accelerometer: { noise: { sigma: 0.0015, excess: none } }
   magnetometer: { noise: { sigma: 0.02, excess: none } }

@@ -408,7 +408,8 @@ TEST_F(SimulateVerb, TruthOfASoakIsComparedInEveryTermOfItsCalibration) {
             0);
   const std::string experiment = folder_.Write(
       "soak.yaml",
-      "experiment: 1\nreference: { temperature_degc: 25 }\nposes: { file: soak/poses.yaml }\n"
+      "experiment: 1\nreference: { gravity_mps2: 9.80665, temperature_degc: 25 }\nposes: { file: "
+      "soak/poses.yaml }\n"
       "sensors: { accelerometer: { thermal: { bias_order: 2, matrix_order: 1 } } }\n");
   const Finished calibrated = RunTruetriad({"calibrate",
                                             "--config=" + experiment,

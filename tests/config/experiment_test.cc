@@ -116,7 +116,8 @@ TEST_F(ExperimentConfig, NeedsOnlyTheVersionAndTheSensors) {
   EXPECT_TRUE(experiment.options.triads[Triad::kAccelerometer].enabled);
   EXPECT_FALSE(experiment.options.triads[Triad::kMagnetometer].enabled);
   EXPECT_EQ(experiment.options.reference.gravity_mps2.value, kStandardGravityMps2);
-  EXPECT_EQ(experiment.options.reference.gravity_mps2.sigma, 0.0);
+  // Gravity that nobody stated is that of anywhere on the Earth.
+  EXPECT_EQ(experiment.options.reference.gravity_mps2.sigma, 0.02);
   EXPECT_FALSE(experiment.options.reference.field_ut.known());
   EXPECT_EQ(experiment.options.gauge, defaults.gauge);
   EXPECT_EQ(experiment.options.robust.scale, defaults.robust.scale);
