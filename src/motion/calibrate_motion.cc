@@ -419,6 +419,7 @@ Status StateMotionVerdict(const PoseSet& poses,
                                            probes,
                                            solved_bent.information(),
                                            solved_bent.gradient());
+  left_out.has_temperature = poses.temperature_range_degc.has_value();
   PerTriad<Eigen::Vector3d> sigma_raw{};
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     if (!graph.layout.Has(triad)) continue;

@@ -9,6 +9,7 @@
 
 #include <Eigen/LU>
 
+#include "base/messages.h"
 #include "init/ellipsoid_fit.h"
 #include "init/fixture_fit.h"
 #include "init/frame_alignment.h"
@@ -66,6 +67,53 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
                             .About(triad)
                             .With("poses", static_cast<double>(poses))
                             .With("needed", static_cast<double>(needed)));
+}
+
+// The refusal of a sensor that gave no start values, with what its readings show of why.
+Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error) {
+  if (!error.finding) return error;
+  const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
+  const std::string name(TriadName(triad));
+  const auto all = [&readings](auto holds) {
+    return std::all_of(readings.begin(), readings.end(), holds);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int next = (axis + 1) % 3;
+    if (all([&](const auto& reading) { return reading[axis] == readings.front()[axis]; })) {
+      return NotEnoughError(Finding(FindingCode::kConstantAxis,
+                                    name + ": its " + AxisLetter(axis) + " axis reads " +
+                                        Format("%.6g in every pose", readings.front()[axis]),
+                                    "check for a dead axis or a wrong column")
+                                .About(triad, axis));
+    }
+    if (all([&](const auto& reading) { return reading[axis] == reading[next]; })) {
+      return NotEnoughError(Finding(FindingCode::kRepeatedAxis,
+                                    name + ": its axes " + AxisLetter(axis) + " and " +
+                                        AxisLetter(next) + " read the same in every pose",
+                                    "give each axis its own column")
+                                .About(triad, axis));
+    }
+  }
+  Finding why = *error.finding;
+  if (!why.sensor) {
+    why.About(triad);
+    why.text = name + ": " + why.text;
+  }
+  return NotEnoughError(std::move(why));
+}
+
+// Turns of which most were left out show no axis for that reason.
+Error WhyNoGyroscope(const PoseSet& poses, const Error& error) {
+  std::vector<const Finding*> faults;
+  for (const RecordedMove& move : poses.moves) {
+    if (move.fault) faults.push_back(&*move.fault);
+  }
+  if (!error.finding || 2 * faults.size() < poses.moves.size() || faults.empty()) return error;
+  Finding why = *error.finding;
+  why.text += ": " + std::to_string(faults.size()) + " of " + std::to_string(poses.moves.size()) +
+              " turns are skipped, as " + faults.front()->text;
+  why.remedy = FindingKindOf(faults.front()->code).remedy;
+  return NotEnoughError(std::move(why));
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
@@ -434,7 +482,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   } else if (known) {
     model.sensitivity = known->sensitivity;
   } else if (!sensitivity) {
-    return sensitivity.error();
+    return WhyNoGyroscope(poses, sensitivity.error());
   } else {
     model.sensitivity = Eigen::Matrix3d::Identity() / unit.truth_per_raw;
   }
@@ -537,7 +585,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     if (!options.attitudes.unknown_fixture_rotation || sensor.fixed_sensitivity) {
       model = MountedAccelerometerStart(poses, options);
     }
-    if (!model) return model.error();
+    if (!model) return WhyNoStart(poses, Triad::kAccelerometer, model.error());
     TRUETRIAD_RETURN_IF_ERROR(
         CheckAccelerometerUnit(poses, options, ReadingsOf(poses, Triad::kAccelerometer), *model));
     start.models[Triad::kAccelerometer] = *model;
@@ -548,7 +596,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
 
   start.reference[kField] = StartField(poses, options, &start.field_nominal);
   auto own = MagnetometerInOwnFrame(poses, options, start.reference[kField]);
-  if (!own) return own.error();
+  if (!own) return WhyNoStart(poses, Triad::kMagnetometer, own.error());
   if (has_accelerometer) return AlignMagnetometer(poses, options, start, *own);
   if (options.attitudes.kind == AttitudeKind::kGiven &&
       !options.triads[Triad::kMagnetometer].fixed_sensitivity) {

@@ -301,7 +301,12 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
     LeftOutTerm& term = candidates[clearest].term;
     term.is_beyond_stated = IsStated(candidates[clearest], options);
     if (term.p_value > candidates[clearest].level) break;
+    term.chi2 = tests[clearest].chi2;
     term.size = search.SizeOf(candidates[clearest].columns);
+    if (term.kind == LeftOutKind::kDrift) {
+      // From -1 to 1 over the run.
+      term.size *= 2.0 / std::cbrt(std::abs(graph.sensitivity(term.triad).determinant()));
+    }
     OwnResiduals& rest = own[term.triad];
     const double variance = rest.VarianceWithout(tests[clearest].chi2, tests[clearest].rank);
     rest.dof -= tests[clearest].rank;
@@ -315,6 +320,18 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   if (!search.is_empty()) result.covariance = search.Covariance();
   AddDoubtful(graph, covariance, search, candidates, own, &result);
   return result;
+}
+
+// One thing happened to a bias: a step is much like a drift, and the clearer of the two is named.
+void AddStep(const LeftOutTerm& step, std::vector<LeftOutTerm>* found) {
+  const auto drift = std::find_if(found->begin(), found->end(), [&](const LeftOutTerm& term) {
+    return term.kind == LeftOutKind::kDrift && term.triad == step.triad;
+  });
+  if (drift == found->end()) {
+    found->push_back(step);
+  } else if (drift->chi2 < step.chi2) {
+    *drift = step;
+  }
 }
 
 bool HasMatrixOf(Triad triad, const LeftOutTerms& terms) {
@@ -433,7 +450,9 @@ LeftOutTerms FindLeftOutTerms(const PoseGraph& graph,
     term.p_value = step->p_value;
     term.effect_sigmas = step->effect_sigmas;
     term.pose = graph.nodes[step->node].number;
-    result.found.push_back(term);
+    term.size = step->size;
+    term.chi2 = step->chi2;
+    AddStep(term, &result.found);
   }
   return result;
 }

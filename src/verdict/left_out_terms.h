@@ -40,11 +40,14 @@ struct LeftOutTerm {
   LeftOutKind kind = LeftOutKind::kAxisTerm;
   AxisTerm axis_term = AxisTerm::kQuadratic;
   double p_value = 1.0;
+  double chi2 = 0.0;  // of what it explains
   // By how many σ some parameter is off because the term is not there.
   double effect_sigmas = 0.0;
-  int pose = 0;                   // of a step: the first after it
-  double share = 0.0;             // of the rows, that are lost
-  double size = 0.0;              // of its unknowns; of a lever arm m, of a low-pass s^2
+  int pose = 0;        // of a step: the first after it
+  double share = 0.0;  // of the rows, that are lost
+  // Of its unknowns; of a lever arm m, of a low-pass s^2, of a step and of a drift over the run as
+  // much of the bias in true units.
+  double size = 0.0;
   bool is_beyond_stated = false;  // though a data sheet lets the sensor bend
 };
 
@@ -66,6 +69,7 @@ struct LeftOutTerms {
   std::vector<LeftOutTerm> doubtful;  // neither shown nor to be ruled out, and moving much
   std::vector<LeftOutTest> tests;     // of all that were looked for together
   std::vector<StatedBend> stated;
+  bool has_temperature = false;  // so that temperature terms may explain what drifts
   // What they make the free shared coordinates less certain by: those are where the model without
   // the terms has them, and as uncertain as that is from where the model with the terms would.
   Eigen::MatrixXd covariance;

@@ -160,8 +160,15 @@ void AddFaultsOfRecording(const PoseSet& poses,
                           const PoseGraph& graph,
                           const Eigen::MatrixXd& covariance,
                           LeftOutTerms* terms) {
+  AddRounding(poses, graph, covariance, terms);
+  const bool is_coarse =
+      std::any_of(terms->found.begin(), terms->found.end(), [](const LeftOutTerm& term) {
+        return term.kind == LeftOutKind::kRounding;
+      });
   for (const StreamSummary& stream : poses.streams) {
     if (!graph.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
+    // Between two steps readings lean to one side, which rounding has counted.
+    if (is_coarse && stream.triad == Triad::kGyroscope) continue;
     AddShift(graph,
              covariance,
              graph.layout.bias[stream.triad],
@@ -169,7 +176,6 @@ void AddFaultsOfRecording(const PoseSet& poses,
              {stream.triad, LeftOutKind::kOneSided},
              terms);
   }
-  AddRounding(poses, graph, covariance, terms);
   AddLostRows(poses, sigma_raw, misses, turns_scatter, graph, covariance, terms);
 }
 

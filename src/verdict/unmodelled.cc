@@ -83,6 +83,7 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
                        graph,
                        system.covariance(),
                        &found.left_out);
+  found.left_out.has_temperature = poses.temperature_range_degc.has_value();
   AddSettling(poses, graph, system, noise, &found.left_out);
   found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   found.clocks = FindClockOffsets(poses, graph);

@@ -43,6 +43,7 @@ enum class FindingCode : int {
   kTimeGaps,
   kEqualTimes,
   kConstantAxis,
+  kRepeatedAxis,
   kStuckReadings,
   kImpossibleRows,
   kClippedPoses,

@@ -273,6 +273,8 @@ BiasStep LikeliestBiasStep(const PoseGraph& graph,
   step.node = places[first].node;
   step.p_value = std::min(
       1.0, static_cast<double>(sides.size()) * count * own.ChanceOf(best->statistic, best->rank));
+  step.chi2 = best->statistic;
+  step.size = best->step.norm();
   // About the mean bias of all places; turns have no such step.
   const int at = graph.layout.bias[triad];
   const Eigen::VectorXd bias_step =

@@ -84,7 +84,9 @@ std::optional<MagnetometerChange> FindMagnetometerChange(const PoseGraph& settle
 struct BiasStep {
   std::size_t node = 0;  // the first pose after it
   double p_value = 1.0;  // of one as clear by chance, at the best of all places
+  double chi2 = 0.0;     // of what it explains
   double effect_sigmas = 0.0;
+  double size = 0.0;      // true unit
   Eigen::VectorXd moved;  // the free coordinates, by the step about the mean of both sides
 };
 

@@ -10,6 +10,10 @@
 namespace truetriad {
 namespace {
 
+std::string SizeOf(const LeftOutTerm& term) {
+  return Format("%.2g ", term.size) + std::string(TruthUnitName(term.triad));
+}
+
 std::string WordsOf(const LeftOutTerm& term) {
   switch (term.kind) {
     case LeftOutKind::kAxisTerm:
@@ -20,11 +24,13 @@ std::string WordsOf(const LeftOutTerm& term) {
     case LeftOutKind::kGSensitivity:
       return "follows the specific force (g-sensitivity)";
     case LeftOutKind::kDrift:
-      return "has a bias that drifts over the run";
+      return "has a bias that drifts, by " + SizeOf(term) +
+             " over the run; what is stated is its mean";
     case LeftOutKind::kGainDrift:
       return "has gains that drift over the run";
     case LeftOutKind::kStep:
-      return "has another bias from pose " + std::to_string(term.pose) + " on";
+      return "has another bias from pose " + std::to_string(term.pose) + " on, by " + SizeOf(term) +
+             "; what is stated is the mean over all poses";
     case LeftOutKind::kLeverArm:
       return Format("sits %.2g m from the point about which the unit is turned", term.size);
     case LeftOutKind::kLowPass:
@@ -51,7 +57,7 @@ std::string WordsOf(const LeftOutTerm& term) {
   return {};
 }
 
-std::string RemedyOf(const LeftOutTerm& term) {
+std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
   const std::string sensor(TriadName(term.triad));
   switch (term.kind) {
     case LeftOutKind::kAxisTerm:
@@ -65,7 +71,8 @@ std::string RemedyOf(const LeftOutTerm& term) {
       return "state `g_sensitivity: true` for the gyroscope";
     case LeftOutKind::kDrift:
     case LeftOutKind::kGainDrift:
-      return "let the unit warm up first, or state temperature terms";
+      return std::string("let the unit warm up first") +
+             (has_temperature ? ", or state temperature terms" : "");
     case LeftOutKind::kStep:
       return "look what happened to the unit then; take the run again, or the poses of one side";
     case LeftOutKind::kLeverArm:
@@ -95,12 +102,13 @@ Findings FindingsOf(const LeftOutTerms& terms) {
   Findings findings;
   for (const LeftOutTerm& term : terms.found) {
     findings.push_back(
-        Finding(FindingCode::kLeftOutTerm,
-                "the " + std::string(TriadName(term.triad)) + " " + WordsOf(term) +
-                    Format("; leaving that out shifts parameters by up to %.2g σ of what is stated "
-                           "without it; σ allow for it",
-                           term.effect_sigmas),
-                RemedyOf(term))
+        Finding(
+            FindingCode::kLeftOutTerm,
+            "the " + std::string(TriadName(term.triad)) + " " + WordsOf(term) +
+                Format("; it moves parameters by up to %.2g times the σ that noise alone gives, "
+                       "and σ are widened for it",
+                       term.effect_sigmas),
+            RemedyOf(term, terms.has_temperature))
             .About(term.triad)
             .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
@@ -114,7 +122,7 @@ Findings FindingsOf(const LeftOutTerms& terms) {
                     Format(" (p = %.2g), which would shift parameters", term.p_value) +
                     Format(" by up to %.2g σ; ", term.effect_sigmas) +
                     Format("σ are up to %.2g times as large for that", kMostByDoubt),
-                "take more poses, or " + RemedyOf(term))
+                "take more poses, or " + RemedyOf(term, terms.has_temperature))
             .About(term.triad)
             .With("p_value", term.p_value));
   }
