@@ -17,15 +17,25 @@ namespace {
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
 // Of the widest range of an axis: an extreme so near to where a move begins is no limit.
 constexpr double kAtRestShare = 0.25;
+// Steps of its resolution by which a reading beside a run at the limit shows that it was cut off.
+constexpr double kFarSteps = 1.5;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
-// The longest run of readings whose `axis` is at `limit`.
-int LongestRunAt(double limit, Eigen::Index axis, const std::vector<Eigen::Vector3d>& readings) {
+// The longest run of readings whose `axis` is cut off at `limit`: where steps are coarse, a rate
+// that is at its largest stays on one step as well, but comes to it and leaves it by one `step`.
+int LongestRunAt(double limit,
+                 double step,
+                 Eigen::Index axis,
+                 const std::vector<Eigen::Vector3d>& readings) {
+  const auto is_far = [&](std::size_t i) {
+    return i >= readings.size() || std::abs(readings[i][axis] - limit) > kFarSteps * step;
+  };
   int longest = 0, run = 0;
-  for (const Eigen::Vector3d& reading : readings) {
-    run = reading[axis] == limit ? run + 1 : 0;
-    longest = std::max(longest, run);
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    run = readings[i][axis] == limit ? run + 1 : 0;
+    const auto before = i - static_cast<std::size_t>(run);  // wraps round before the first
+    if (run > 0 && (is_far(i + 1) || is_far(before))) longest = std::max(longest, run);
   }
   return longest;
 }
@@ -67,7 +77,9 @@ std::optional<Finding> Fault(const RecordedMove& move, const StreamSummary& gyro
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
       // Of an axis that hardly turned, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
-      if (LongestRunAt(limit, axis, move.gyroscope_raw) < kSaturatedReadings) continue;
+      if (LongestRunAt(limit, gyroscope.resolution_raw[axis], axis, move.gyroscope_raw) <
+          kSaturatedReadings)
+        continue;
       std::ostringstream text;
       text << name << " is saturated: it reads its limit of " << limit << ' ' << gyroscope.unit.name
            << " several times in a row";

@@ -70,8 +70,7 @@ void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
 
 // Whether the residuals hold information on a component's excess.
 bool IsSeen(const NoiseState& noise, const PoseGraph& graph, NoiseComponent component) {
-  return noise.IsFromResiduals(component) ||
-         ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
+  return ExcessDegreesOfFreedom(noise.estimate, graph, component) >= kLeastExcessDof;
 }
 
 // The component that the residuals tell least about, of those about which they tell too little.
@@ -96,8 +95,13 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                              ReducedSystem* system,
                              Findings* findings) {
   while (const auto unseen = LeastSeen(*noise, *graph)) {
-    noise->excess[*unseen] = 0.0;
     std::erase(noise->estimated, *unseen);
+    if (noise->IsFromResiduals(*unseen)) {
+      noise->unknown = true;
+      noise->estimate = ExcessEstimate{};
+      continue;
+    }
+    noise->excess[*unseen] = 0.0;
     Finding& finding = findings->emplace_back(
         FindingCode::kExcessUnknown,
         NoiseComponentName(*unseen) +

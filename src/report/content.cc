@@ -52,7 +52,6 @@ std::string IntervalSentence(double dof) {
          " effective degrees of freedom).";
 }
 
-/// A caution where the σ themselves are hardly known, or empty.
 /// The most correlated pairs in words, or empty.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
   struct Pair {
@@ -60,9 +59,19 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
     std::string words;
   };
   std::vector<Pair> strong;
-  const Eigen::MatrixXd& matrix = covariance.matrix;
+  Eigen::MatrixXd matrix = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (matrix.rows() != size || matrix.cols() != size) return "";
+  // All gains go with gravity, which needs no saying: here as if it were known.
+  const auto gravity = std::find(
+      covariance.parameters.begin(), covariance.parameters.end(), "reference.gravity_mps2");
+  if (gravity != covariance.parameters.end()) {
+    const auto at = gravity - covariance.parameters.begin();
+    const Eigen::VectorXd with = covariance.matrix.col(at);
+    if (with[at] > 0.0) matrix -= with * with.transpose() / with[at];
+    matrix.row(at).setZero();
+    matrix.col(at).setZero();
+  }
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
       const double rho = matrix(i, j) / std::sqrt(matrix(i, i) * matrix(j, j));

@@ -313,20 +313,23 @@ Table ReferenceTable(const ReferenceValues& reference, const Propagation& propag
                        const std::string& parameter,
                        double factor,
                        const std::string& unit,
-                       const std::string& otherwise) {
+                       const std::string& otherwise,
+                       bool is_stated = false) {
     const double sigma = propagation.Sigma({{parameter, factor}}).value_or(0.0);
     table.rows.push_back({label,
                           WithSigma(value * factor, sigma),
                           unit,
-                          sigma > 0.0 ? "estimated with the parameters" : otherwise});
+                          sigma > 0.0 && !is_stated ? "estimated with the parameters" : otherwise});
   };
   add("gravity",
       reference.gravity_mps2,
       "reference.gravity_mps2",
       1.0,
       "m/s²",
-      reference.gravity_sigma_mps2 ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2)
-                                   : "assumed exact");
+      reference.gravity_sigma_mps2
+          ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2) + ", all gains with it"
+          : "assumed exact",
+      reference.gravity_sigma_mps2.has_value());
   const bool listed = propagation.Has("reference.field_ut") || propagation.Has("reference.dip_rad");
   const std::string given =
       reference.field_estimated && !listed ? "strength or dip estimated" : "given";

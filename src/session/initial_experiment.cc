@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -86,6 +87,15 @@ Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
   text += "sensors:\n";
   for (const Triad triad : kTriads) {
     if (IsSeen(poses, triad)) text += "  " + std::string(TriadName(triad)) + ": { model: full }\n";
+  }
+  const bool has_faces = std::all_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
+    return !pose.face_up.empty();
+  });
+  if (has_faces && has_accelerometer && !poses.poses.empty()) {
+    text +=
+        "# Each pose says which face is up; how far faces may be off level, and how well the unit\n"
+        "# sits on one: tilt_sigma_deg, seat_sigma_deg.\n"
+        "attitudes: { six_face: {} }\n";
   }
   if (!initial.line.empty()) text += initial.line + '\n';
   return text +

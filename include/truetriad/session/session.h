@@ -34,6 +34,10 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {});
 
+/// What of a recording cannot be as it is stated, before anything is fitted: its unit, its times, a
+/// temperature, turns that no unit makes, readings that are not raw.
+std::optional<Finding> WhyNotAsStated(const PoseSet& poses);
+
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 

@@ -11,11 +11,14 @@ namespace {
 
 Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const PosesConfig config, ParsePoses(FLAGS_poses));
-  const Result<LoadedPoses> loaded = [&] {
+  Result<LoadedPoses> loaded = [&] {
     ProgressLine progress("reading " + FLAGS_input);
     return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
+  if (auto odd = WhyNotAsStated(loaded->poses); odd && !loaded->not_enough) {
+    loaded->poses.findings.push_back(std::move(*odd).As(Severity::kWarning));
+  }
   VerbResult result{.text = InspectionText(loaded->poses), .result = ToJson(loaded->poses)};
   result.findings = loaded->poses.findings;
   if (loaded->not_enough) {
