@@ -69,6 +69,30 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
                             .With("needed", static_cast<double>(needed)));
 }
 
+// The axis along which readings hardly vary; unset where there is none.
+std::optional<int> ThinAxis(const std::vector<Eigen::Vector3d>& readings) {
+  if (readings.size() < 3) return std::nullopt;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) mean += reading;
+  mean /= static_cast<double>(readings.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& reading : readings) {
+    scatter += (reading - mean) * (reading - mean).transpose();
+  }
+  const SymmetricEigen3 solver = EigenOfSymmetric3(scatter);
+  const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
+  if (extent[0] > kThinShare * extent[2]) return std::nullopt;
+  int axis = 0;
+  solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
+  return axis;
+}
+
+// What shows an axis to a sensor.
+std::string PosesAlong(Triad triad, int axis) {
+  return std::string("add poses with body ") + AxisLetter(axis) +
+         (triad == Triad::kAccelerometer ? " up and down" : " along the field and against it");
+}
+
 // The refusal of a sensor that gave no start values, with what its readings show of why.
 Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error) {
   if (!error.finding) return error;
@@ -93,6 +117,14 @@ Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error) {
                                     "give each axis its own column")
                                 .About(triad, axis));
     }
+  }
+  if (const auto axis = ThinAxis(readings)) {
+    return NotEnoughError(
+        Finding(FindingCode::kTooFewDirections,
+                name + ": its readings lie near a plane, they vary too little along " +
+                    AxisLetter(*axis),
+                PosesAlong(triad, *axis))
+            .About(triad, *axis));
   }
   Finding why = *error.finding;
   if (!why.sensor) {
@@ -530,36 +562,17 @@ std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
   std::vector<WeakDirection> weak;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
-    if (!options.triads[triad].enabled || readings.size() < 3) continue;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& reading : readings) mean += reading;
-    mean /= static_cast<double>(readings.size());
-    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    for (const Eigen::Vector3d& reading : readings) {
-      scatter += (reading - mean) * (reading - mean).transpose();
-    }
-    const SymmetricEigen3 solver = EigenOfSymmetric3(scatter);
-    const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
-    if (extent[0] > kThinShare * extent[2]) continue;
-    Eigen::Index axis = 0;
-    solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
-    const std::string name(1, AxisLetter(axis));
-    const std::string sensor(TriadName(triad));
+    if (!options.triads[triad].enabled) continue;
+    const std::optional<int> thin = ThinAxis(readings);
+    if (!thin) continue;
+    const std::string name(1, AxisLetter(*thin)), sensor(TriadName(triad));
     WeakDirection direction;
-    direction.description.append(sensor)
-        .append(" bias ")
-        .append(name)
-        .append(" and scale ")
-        .append(name);
-    direction.description.append(" are indistinguishable: the readings vary too little along the ")
-        .append(name)
-        .append(" axis");
-    direction.advice.append("add poses with body ")
-        .append(name)
-        .append(triad == Triad::kAccelerometer ? " up and down"
-                                               : " along the field and against it");
+    direction.description = sensor + " bias " + name + " and scale " + name +
+                            " are indistinguishable: the readings vary too little along the " +
+                            name + " axis";
+    direction.advice = PosesAlong(triad, *thin);
     direction.sigma = std::numeric_limits<double>::infinity();
-    weak.push_back(direction);
+    weak.push_back(std::move(direction));
   }
   return weak;
 }

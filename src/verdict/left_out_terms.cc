@@ -26,6 +26,10 @@ constexpr std::size_t kFewestTurned = 100;
 // Poses in a row that tell of a drift.
 constexpr std::size_t kFewestInARow = 8;
 
+// A term that moves so many σ for each of its own is told from the model by next to nothing: what
+// linearisation leaves is as large.
+constexpr double kUnseenKappa = 20.0;
+
 double LevelOf(const std::optional<double>& kappa) {
   return kappa && *kappa > 1.0 ? kMovingLevel : kLeftOutLevel;
 }
@@ -270,11 +274,16 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   if (!search.is_empty()) covariance += search.Covariance();
   const Eigen::ArrayXd variances = VariancesOf(graph.layout, covariance);
   for (Candidate& candidate : candidates) {
-    const auto kappa = search.KappaOf(candidate.columns, graph.layout, variances);
+    auto kappa = search.KappaOf(candidate.columns, graph.layout, variances);
+    if (kappa && *kappa > kUnseenKappa) {
+      kappa.reset();
+      candidate.columns.clear();
+    }
     candidate.level = LevelOf(kappa);
     result.tests.push_back(
         {candidate.term.triad, std::string(NameOf(candidate.term)), 1.0, false, kappa});
   }
+  std::erase_if(candidates, [](const Candidate& candidate) { return candidate.columns.empty(); });
   while (!candidates.empty()) {
     std::vector<ScoreTest> tests;
     for (Candidate& candidate : candidates) {

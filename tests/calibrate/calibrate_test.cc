@@ -265,9 +265,11 @@ TEST(CalibrateAccel, KeepsTheSignOfAChipThatReportsGravity) {
 }
 
 TEST(CalibrateAccel, SaysWhichDirectionIsWeakWhenPosesAreCoplanar) {
+  Random random(15);
   std::vector<Eigen::Vector3d> readings;
   for (int k = 0; k < 16; ++k) {
-    readings.emplace_back(9.8 * std::cos(0.4 * k), 9.8 * std::sin(0.4 * k), 0.02);
+    readings.emplace_back(
+        9.8 * std::cos(0.4 * k), 9.8 * std::sin(0.4 * k), 0.02 + 1e-3 * random.Normal());
   }
   const auto summary = Calibrate(AccelerometerPoses(readings, 1e-3), AccelerometerOptions(9.8));
   ASSERT_TRUE(summary);
@@ -279,6 +281,97 @@ TEST(CalibrateAccel, SaysWhichDirectionIsWeakWhenPosesAreCoplanar) {
   EXPECT_THAT(calibration.quality.weak_directions[0].description,
               ::testing::HasSubstr("bias z and scale z"));
   EXPECT_EQ(calibration.quality.weak_directions[0].advice, "add poses with body z up and down");
+}
+
+TEST(CalibrateAccel, SaysWhichAxisIsDeadAndWhichTwoAreOne) {
+  Random random(16);
+  std::vector<Eigen::Vector3d> dead, twice;
+  for (int k = 0; k < 16; ++k) {
+    const Eigen::Vector3d reading = 9.8 * random.Normal3().normalized();
+    dead.emplace_back(reading.x(), 0.02, reading.z());
+    twice.emplace_back(reading.x(), reading.y(), reading.y());
+  }
+  const auto refusal_of = [](const std::vector<Eigen::Vector3d>& readings) {
+    const auto summary = Calibrate(AccelerometerPoses(readings, 1e-3), AccelerometerOptions(9.8));
+    return summary ? summary->calibration.findings.front() : Finding(FindingCode::kMessage, "");
+  };
+  const Finding of_dead = refusal_of(dead), of_twice = refusal_of(twice);
+  EXPECT_TRUE(of_dead.IsRefusal() && of_twice.IsRefusal());
+  EXPECT_EQ(of_dead.code, FindingCode::kConstantAxis);
+  EXPECT_THAT(of_dead.text, ::testing::HasSubstr("accelerometer: its y axis"));
+  EXPECT_EQ(of_twice.code, FindingCode::kRepeatedAxis);
+  EXPECT_THAT(of_twice.text, ::testing::HasSubstr("axes y and z"));
+}
+
+// What the start makes of misalignment has no place in a model without it, however attitudes are
+// known.
+TEST(CalibrateAccel, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
+  Random random(17);
+  SyntheticUnit unit;
+  unit.units[Triad::kAccelerometer] = {"m/s^2", 1.0, false};
+  TriadModel<double> truth;
+  truth.sensitivity = Eigen::Vector3d(1.01, 0.99, 1.02).asDiagonal();
+  truth.bias = {0.1, -0.2, 0.3};
+  unit.models[Triad::kAccelerometer] = truth;
+  std::vector<Eigen::Vector3d> readings;
+  for (int k = 0; k < 18; ++k) {
+    const Eigen::Vector3d up = (k % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(k / 2 % 3);
+    const Eigen::Vector3d tilt = 5e-3 * Eigen::Vector3d(std::sin(k % 6), std::cos(k % 6), 0.5);
+    readings.emplace_back(truth.RawFromTruth(9.8 * (up + tilt.cross(up)).normalized()) +
+                          1e-3 * random.Normal3());
+  }
+  CalibrateOptions options = AccelerometerOptions(9.8);
+  options.attitudes.kind = AttitudeKind::kSixFace;
+  options.triads[Triad::kAccelerometer].model = MatrixModel::kDiagonal;
+  const auto summary = Calibrate(AccelerometerPoses(readings, 1e-3), options);
+  ASSERT_TRUE(summary && summary->calibration.IsUsable());
+  const TriadCalibration& sensor = *summary->calibration.sensors[Triad::kAccelerometer];
+  EXPECT_TRUE(sensor.model.sensitivity.isDiagonal(0.0)) << sensor.model.sensitivity;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(sensor.model.sensitivity(i, i),
+                truth.sensitivity(i, i),
+                5.0 * sensor.sensitivity_sigma(i, i));
+  }
+}
+
+// A matrix that is not of the shape that was asked for is said, and nothing else is blamed for it.
+TEST(CalibrateAccel, WhatAModelHoldsIsLookedForFirst) {
+  Random random(18);
+  const SyntheticUnit unit = RandomUnit({}, &random);
+  const PoseSet poses =
+      SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
+  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+    CalibrateOptions options = JointOptions(unit);
+    options.triads[triad].model = MatrixModel::kDiagonal;
+    const auto summary = Calibrate(poses, options);
+    ASSERT_TRUE(summary);
+    const Findings& findings = summary->calibration.findings;
+    const Finding* said = Find(findings, FindingCode::kLeftOutTerm);
+    ASSERT_NE(said, nullptr) << TriadName(triad);
+    EXPECT_EQ(said->sensor, triad);
+    EXPECT_THAT(said->remedy, ::testing::HasSubstr("model: full"));
+    EXPECT_EQ(Find(findings, FindingCode::kMagnetometerChanged), nullptr);
+  }
+}
+
+// Readings that face tilts explain altogether tell no noise, whatever is known of gravity.
+TEST(CalibrateAccel, ATableOfSixRestsTellsNoNoise) {
+  std::vector<Eigen::Vector3d> readings;
+  for (int face = 0; face < 6; ++face) {
+    readings.emplace_back((face % 2 == 0 ? 9.8 : -9.8) * Eigen::Vector3d::Unit(face / 2) +
+                          Eigen::Vector3d(0.1 * std::sin(face), 0.2 * std::cos(2.0 * face), 0.3));
+  }
+  for (const double gravity_sigma : {0.0, 0.02}) {
+    for (const MatrixModel model : {MatrixModel::kFull, MatrixModel::kDiagonal}) {
+      CalibrateOptions options = AccelerometerOptions(9.8);
+      options.reference.gravity_mps2.sigma = gravity_sigma;
+      options.attitudes.kind = AttitudeKind::kSixFace;
+      options.triads[Triad::kAccelerometer].model = model;
+      const auto summary = Calibrate(AccelerometerPoses(readings, 0.0), options);
+      ASSERT_TRUE(summary);
+      EXPECT_EQ(summary->calibration.findings.front().code, FindingCode::kNoiseUnknown);
+    }
+  }
 }
 
 TEST(CalibrateAccel, InventsNothingFromFewerPosesThanParameters) {

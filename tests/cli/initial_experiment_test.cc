@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A log and nothing else.
+#include <array>
+#include <cmath>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -59,6 +62,28 @@ TEST_F(LogAlone, IsWhatInitWritesAnExperimentFor) {
   const Finished check = RunTruetriad({"check", experiment});
   EXPECT_EQ(check.out, experiment + ": valid; calibrates accelerometer, magnetometer\n");
   EXPECT_EQ(RunTruetriad({"calibrate", "-c", experiment, "-o", folder_.Path("o")}).exit_code, 0);
+}
+
+TEST_F(LogAlone, OfFacesThatATableNamesIsCalibratedByThem) {
+  std::ostringstream table;
+  table << "accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],face\n";
+  const std::array<std::string, 6> faces = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  for (int row = 0; row < 18; ++row) {
+    const int face = row % 6, up = face / 2;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double force = axis == up ? (face % 2 == 0 ? 9.8 : -9.8) : 0.02 * std::sin(face + axis);
+      table << 0.1 * axis + force + 1e-3 * std::sin(37.0 * row * row + 11.0 * axis) << ',';
+    }
+    table << faces.at(static_cast<std::size_t>(face)) << '\n';
+  }
+  const Finished run = RunTruetriad({"calibrate", folder_.Write("six.csv", table.str())});
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("body frame   fixture"));
+}
+
+TEST_F(LogAlone, StatesGravityAsThatOfAnywhere) {
+  const Finished run = RunTruetriad({"calibrate", log_});
+  EXPECT_THAT(run.out, HasSubstr("known with σ 0.02, all gains with it"));
 }
 
 TEST_F(LogAlone, LeavesNothingWhereItIsNotOne) {

@@ -71,6 +71,26 @@ TEST_F(RecordedMoves, ReachFromTheLastReadingOfARestToTheFirstOfTheNext) {
   }
 }
 
+// A rate that is at its largest stays on one step of a coarse gyroscope; a rate that is cut off
+// comes to its limit from further away.
+TEST_F(RecordedMoves, CoarseStepsAreNoSaturation) {
+  const auto coarse = Collect([](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, 10.0 * (Rate(row) / 10.0).array().round().matrix());
+  });
+  ASSERT_TRUE(coarse) << coarse.error().message;
+  for (const RecordedMove& move : coarse->moves) {
+    EXPECT_FALSE(move.fault && move.fault->code == FindingCode::kTurnSaturated);
+  }
+  const auto cut_off = Collect([](std::int64_t row, MemoryStream* stream) {
+    stream->Add(row * kStepNs, Rate(row).cwiseMin(60.0));
+  });
+  ASSERT_TRUE(cut_off) << cut_off.error().message;
+  for (const RecordedMove& move : cut_off->moves) {
+    ASSERT_TRUE(move.fault);
+    EXPECT_EQ(move.fault->code, FindingCode::kTurnSaturated);
+  }
+}
+
 // A turn's readings reach into the rests on both sides, which drop all but their last and first.
 TEST_F(RecordedMoves, OfStatedTurnsHoldAllTheirRows) {
   StatedTurn by_rows;

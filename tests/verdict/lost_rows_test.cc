@@ -57,6 +57,39 @@ TEST(LostRows, TheirShareIsFound) {
   }
 }
 
+// Turns that begin at even times, so that their ends, where a row's rate says little of the step to
+// the next, come every so many rows.
+TEST(LostRows, RegularMovesAreNone) {
+  constexpr double kSlowSpacingS = 0.1;
+  constexpr int kCycle = 45, kMoving = 15;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
+    std::vector<std::int64_t> time_ns;
+    std::vector<Eigen::Vector3d> rate, field;
+    Eigen::Vector3d axis = random.Normal3().normalized();
+    const auto rate_at = [](double row) {
+      const double into = (row - (kCycle - kMoving)) / kMoving;
+      return into <= 0.0 || into >= 1.0 ? 0.0 : 1.2 * (1.0 - std::cos(2.0 * M_PI * into));
+    };
+    for (int i = 0; i < 40 * kCycle; ++i) {
+      if (i % kCycle == 0) axis = random.Normal3().normalized();
+      time_ns.push_back(std::llround(1e9 * kSlowSpacingS * i));
+      rate.push_back(rate_at(i % kCycle) * axis);
+      field.push_back(attitude.conjugate() * Eigen::Vector3d(0.5 * kField, 0.0, -0.866 * kField) +
+                      0.05 * random.Normal3());
+      double turned = 0.0;
+      for (int k = 0; k < 20; ++k) {
+        turned += kSlowSpacingS / 20.0 * rate_at(i % kCycle + (k + 0.5) / 20.0);
+      }
+      attitude = attitude * Eigen::Quaterniond(Eigen::AngleAxisd(turned, axis));
+    }
+    LostRowCounter counter({}, {}, 0.05 / kField);
+    counter.Add(time_ns, rate, field);
+    EXPECT_EQ(counter.Share(), 0.0) << seed;
+  }
+}
+
 // At a rate at which noise is larger than a step, too.
 TEST(LostRows, EveryNthIsFoundWhereStepsAreSmallerThanNoise) {
   for (const double rate_radps : {1.5, 0.3, 0.15}) {
