@@ -234,8 +234,7 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
       findings.push_back(Finding(FindingCode::kConstantAxis,
                                  name + ": the " + AxisLetter(axis) + " axis reads " +
-                                     Number(minimum_raw_[axis]) + " " + info_.unit.name +
-                                     " throughout; check for a dead axis or a wrong column")
+                                     Number(minimum_raw_[axis]) + " " + info_.unit.name + " throughout")
                              .About(triad, axis)
                              .With("reading", minimum_raw_[axis], info_.unit.name));
     }

@@ -40,7 +40,9 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
 }
 
 Finding::Finding(FindingCode c, std::string t, std::string r)
-    : code(c), severity(FindingKindOf(c).severity), text(std::move(t)), remedy(std::move(r)) {}
+    : code(c), severity(FindingKindOf(c).severity), text(std::move(t)), remedy(std::move(r)) {
+  if (remedy.empty()) remedy = FindingKindOf(c).remedy;
+}
 
 Finding& Finding::As(Severity s) {
   severity = s;

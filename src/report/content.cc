@@ -199,10 +199,12 @@ Section WeakDirectionsSection(const Quality& quality) {
   return section;
 }
 
-std::string FirstRefusal(const Findings& findings) {
+/// What the outcome follows from; files of before findings had codes hold none.
+Finding FirstRefusal(const Findings& findings) {
   const auto refusal = std::find_if(
       findings.begin(), findings.end(), [](const Finding& finding) { return finding.IsRefusal(); });
-  return refusal == findings.end() ? "too few poses." : refusal->Message();
+  if (refusal != findings.end()) return *refusal;
+  return {FindingCode::kDidNotConverge, "the result does not say why"};
 }
 
 std::string FailedLimits(const Quality& quality) {
@@ -256,15 +258,16 @@ Verdict VerdictOf(const Calibration& calibration) {
       return {Grade::kBad,
               "NOT USABLE: not observable",
               "Some enabled parameters are unobservable from these poses."};
-    case Outcome::kNotConverged:
-      return {Grade::kBad,
-              "NOT USABLE: not converged",
-              "The fit did not converge, or does not match the readings."};
+    case Outcome::kNotConverged: {
+      const FindingKind& kind = FindingKindOf(FirstRefusal(calibration.findings).code);
+      return {
+          Grade::kBad, "NOT USABLE: " + std::string(kind.name), std::string(kind.meaning) + "."};
+    }
     case Outcome::kNotEnough:
       return {Grade::kBad,
               "NOT USABLE: not enough",
               "The recording is not enough for the enabled parameters: " +
-                  FirstRefusal(calibration.findings)};
+                  FirstRefusal(calibration.findings).Message()};
     case Outcome::kNotCalled:
       break;
   }

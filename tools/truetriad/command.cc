@@ -35,18 +35,19 @@ std::string NamesOf(const CommandFlag& flag) {
 
 std::string UsageOf(const Command& command) {
   std::string usage = "truetriad " + std::string(command.name);
-  const auto shown = [&command](std::string_view word) -> std::string {
+  const auto shown = [&command](std::string_view word, std::string_view more = "") -> std::string {
     for (const CommandFlag& flag : command.flags) {
-      if (flag.name == word)
-        return std::string(flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")));
+      if (flag.name != word) continue;
+      const std::string name(flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")));
+      return flag.required ? name + std::string(more) : "[" + name + std::string(more) + "]";
     }
     std::string name(word);
     std::transform(
         name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::toupper(c); });
-    return name;
+    return "[" + name + "]";
   };
-  for (const std::string_view word : command.words) usage += " [" + shown(word) + "]";
-  if (!command.more_words.empty()) usage += " [" + shown(command.more_words) + " ...]";
+  for (const std::string_view word : command.words) usage += " " + shown(word);
+  if (!command.more_words.empty()) usage += " " + shown(command.more_words, " ...");
   return command.flags.empty() ? usage : usage + " [flags]";
 }
 

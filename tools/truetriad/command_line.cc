@@ -97,8 +97,12 @@ class FlagSetter {
     for (const CommandFlag& flag : command_.flags) {
       const bool has_words = flag.name == command_.more_words && !more_words_.empty();
       if (flag.required && !has_words && !given_.contains(GflagsName(flag.name))) {
-        return UsageError("--" + std::string(flag.name) + "=" + std::string(flag.placeholder) +
-                          " is missing; this verb needs it");
+        const bool is_word = std::find(command_.words.begin(), command_.words.end(), flag.name) !=
+                             command_.words.end();
+        const std::string placeholder(flag.placeholder), name(flag.name);
+        return UsageError(
+            is_word ? placeholder + " is missing; expected `" + UsageOf(command_) + "`"
+                    : "--" + name + "=" + placeholder + " is missing; this verb needs it");
       }
     }
     return more_words_;

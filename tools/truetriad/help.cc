@@ -10,6 +10,9 @@ namespace {
 
 constexpr std::size_t kWidth = 100;
 constexpr std::string_view kExampleHeading = "Example, from the root of the repository:\n";
+constexpr std::string_view kFlagsOfAllVerbs =
+    "With every verb: --json, one JSON object on stdout instead of text; --quiet, no notes and no\n"
+    "progress; --v=1, the library's log.\n";
 constexpr std::string_view kExitCodes =
     "Exit codes: 0 good · 1 wrong usage · 2 bad input, nothing written · 3 readable, but "
     "not\nenough for a calibration · 4 usable, but outside the stated limits\n";
@@ -67,8 +70,8 @@ std::string OverviewText() {
   return std::string(kExampleHeading) + Indented(CalibrateCommand().examples) +
          "\nUsage: truetriad VERB [LOG …] [--flag=value …]\n\n" + Listed(verbs) +
          "\nMore about one verb: `truetriad help VERB` or `truetriad VERB --help`. Results go to "
-         "stdout,\nmessages to stderr; --v=1 adds the library's log.\n" +
-         std::string(kExitCodes);
+         "stdout,\nmessages to stderr.\n" +
+         std::string(kFlagsOfAllVerbs) + std::string(kExitCodes);
 }
 
 std::string HelpText(const Command& command) {
@@ -85,7 +88,7 @@ std::string HelpText(const Command& command) {
                            (flag.required ? " (required)" : ""));
   }
   if (!flags.empty()) text += "\nFlags:\n" + Listed(flags);
-  return text + '\n' + std::string(kExitCodes);
+  return text + '\n' + std::string(kFlagsOfAllVerbs) + std::string(kExitCodes);
 }
 
 }  // namespace truetriad
