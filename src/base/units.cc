@@ -30,6 +30,26 @@ constexpr std::array<NamedScale, 6> kMagUnits = {{
     {"mG", 0.1},
 }};
 
+// As people and other programs write them.
+struct Spelling {
+  std::string_view other, usual;
+};
+constexpr std::array<Spelling, 15> kOtherSpellings = {{{"count", "counts"},
+                                                       {"LSB", "counts"},
+                                                       {"lsb", "counts"},
+                                                       {"adc", "counts"},
+                                                       {"ADC", "counts"},
+                                                       {"raw", "counts"},
+                                                       {"dps", "deg/s"},
+                                                       {"°/s", "deg/s"},
+                                                       {"m/s2", "m/s^2"},
+                                                       {"m/s²", "m/s^2"},
+                                                       {"m/s/s", "m/s^2"},
+                                                       {"\u00b5T", "uT"},
+                                                       {"\u03bcT", "uT"},
+                                                       {"Gauss", "G"},
+                                                       {"gauss", "G"}}};
+
 std::span<const NamedScale> UnitsOf(Triad triad) {
   switch (triad) {
     case Triad::kAccelerometer:
@@ -45,6 +65,9 @@ std::span<const NamedScale> UnitsOf(Triad triad) {
 }  // namespace
 
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name) {
+  for (const auto& [other, usual] : kOtherSpellings) {
+    if (name == other) name = usual;
+  }
   if (name == "counts") return Unit{"counts", 1.0, true};
   std::string message = "`";
   message.append(name).append("` is not a unit of the ").append(TriadName(triad));

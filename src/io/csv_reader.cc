@@ -33,21 +33,50 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// The fields of a line, without surrounding blanks.
+/// The end of the field at `p`, which begins with a quotation mark: after the next that is not
+/// doubled (RFC 4180), or `p` itself where the line has none.
+const char* QuotedEnd(const char* p) {
+  for (const char* end = p + 1; *end != '\n'; ++end) {
+    if (*end != '"') continue;
+    if (end[1] != '"') return end + 1;
+    ++end;
+  }
+  return p;
+}
+
+/// Without the quotation marks about it.
+std::string_view Unquoted(std::string_view field) {
+  const bool is_quoted = field.size() >= 2 && field.front() == '"' && field.back() == '"';
+  return is_quoted ? Trimmed(field.substr(1, field.size() - 2)) : field;
+}
+
+/// Where the first field of a line ends: at a separator that stands in no quotation marks.
+std::size_t FieldEnd(std::string_view line, char separator) {
+  bool is_quoted = false;
+  const std::size_t begin = line.find_first_not_of(" \t");
+  const bool may_be = begin != std::string_view::npos && line[begin] == '"';
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (may_be && line[i] == '"') is_quoted = !is_quoted;
+    if (line[i] == separator && !is_quoted) return i;
+  }
+  return is_quoted ? line.find(separator) : std::string_view::npos;
+}
+
+/// The fields of a line, without surrounding blanks and quotation marks.
 std::vector<std::string_view> SplitFields(std::string_view line, char separator) {
   std::vector<std::string_view> fields;
   if (separator == kBlankRuns) {
     constexpr std::string_view kBlanks = " \t\r";
     for (std::size_t begin = line.find_first_not_of(kBlanks); begin != std::string_view::npos;) {
       const std::size_t end = std::min(line.find_first_of(kBlanks, begin), line.size());
-      fields.push_back(line.substr(begin, end - begin));
+      fields.push_back(Unquoted(line.substr(begin, end - begin)));
       begin = line.find_first_not_of(kBlanks, end);
     }
     return fields;
   }
   for (;;) {
-    const std::size_t end = line.find(separator);
-    fields.push_back(Trimmed(line.substr(0, end)));
+    const std::size_t end = FieldEnd(line, separator);
+    fields.push_back(Unquoted(Trimmed(line.substr(0, end))));
     if (end == std::string_view::npos) return fields;
     line.remove_prefix(end + 1);
   }
@@ -250,9 +279,10 @@ Result<std::size_t> CsvReader::ReadRows() {
       Column& target = columns_[column];
       if (target.kind == Kind::kSkip || target.kind == Kind::kText) {
         const char* const begin = p;
+        if (*p == '"') p = QuotedEnd(p);
         while (!ends_field(p)) ++p;
         if (target.kind == Kind::kText) {
-          target.texts[row] = Trimmed({begin, static_cast<std::size_t>(p - begin)});
+          target.texts[row] = Unquoted(Trimmed({begin, static_cast<std::size_t>(p - begin)}));
         }
       } else if (!kBlanks && ends_field(p)) {
         SetMissing(&target, row);
@@ -308,6 +338,7 @@ void CsvReader::SetMissing(Column* column, std::size_t row) {
 const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row) {
   Decimal decimal;
   if (!ScanDecimal(p, &decimal)) {
+    if (*p == '"') return ParseQuoted(p, column, row);
     p += *p == '-' || *p == '+' ? 1 : 0;
     constexpr std::string_view kNan = "nan";
     for (const char expected : kNan) {  // Stops at the '\n' at the latest.
@@ -327,6 +358,17 @@ const char* CsvReader::ParseValue(const char* p, Column* column, std::size_t row
     column->numbers[row] = *number;
   }
   return decimal.end;
+}
+
+const char* CsvReader::ParseQuoted(const char* p, Column* column, std::size_t row) {
+  for (++p; *p == ' ';) ++p;
+  if (*p == '"') {
+    SetMissing(column, row);
+    return p + 1;
+  }
+  p = ParseValue(p, column, row);
+  while (p != nullptr && *p == ' ') ++p;
+  return p != nullptr && *p == '"' ? p + 1 : nullptr;
 }
 
 Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {

@@ -91,6 +91,8 @@ class CsvReader {
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
   const char* ParseValue(const char* p, Column* column, std::size_t row);
+  /// The same between quotation marks, with nothing there for a missing one.
+  const char* ParseQuoted(const char* p, Column* column, std::size_t row);
   static void SetMissing(Column* column, std::size_t row);
   Error FieldError(const char* line_begin, std::size_t column) const;
   Error FieldCountError(const char* line_begin) const;

@@ -348,7 +348,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
   layout.info.serial = manifest.serial;
   std::vector<CsvLayout> stated;
   for (ManifestStream& stream : manifest.streams) {
-    TRUETRIAD_ASSIGN_OR_RETURN(FileLayout* file, FileOf(stream, &stated, &layout.files));
+    TRUETRIAD_ASSIGN_OR_RETURN(FileLayout * file, FileOf(stream, &stated, &layout.files));
     TRUETRIAD_RETURN_IF_ERROR(ResolveColumns(*file->csv, &stream));
     layout.info.has_time = stream.layout.time.kind != TimeColumn::Kind::kNone;
     file->streams.push_back(std::move(stream.layout));

@@ -97,13 +97,14 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
     stream.triad = triad;
     stream.unit = axes->unit;
   }
-  TRUETRIAD_RETURN_IF_ERROR(header.RejectUnknown());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> ignored, header.Ignored());
+  if (auto finding = IgnoredColumns(ignored)) poses->findings.push_back(*std::move(finding));
   // A table of attitudes alone is what a turntable or a robot leaves behind.
   if (columns.triads.empty() && !columns.attitude) {
     return BadInputError(
-        csv.path() +
-        ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
-        "mag_…, each with its unit");
+        csv.path() + ": has no sensor columns, but " + header.Names() +
+        "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
+        "them, or map them in a manifest recording.yaml");
   }
   return columns;
 }

@@ -91,8 +91,11 @@ class HeaderColumns {
                                    std::string_view example) const;
   /// "file:line: column `accel_x`: " + message.
   Error Fail(std::size_t column, const std::string& message) const;
-  /// Error when a column was never taken; lists the names that were asked for.
-  Status RejectUnknown() const;
+  /// The columns that nobody took, without that of row numbers. Error: one that may be a reading,
+  /// time or temperature which the table otherwise lacks; lists the names that were asked for.
+  Result<std::vector<std::string>> Ignored() const;
+  /// "time, accel_x, …": all of them, for messages.
+  std::string Names() const;
 
   /// The three axes `prefix`_x, _y, _z and their unit; nullopt without any. Error: some missing, or
   /// not one and the same unit of `triad`.
@@ -103,6 +106,10 @@ class HeaderColumns {
   Result<std::optional<Axes>> TakeAxes(Triad triad, const std::string& prefix);
 
  private:
+  /// Whether a column that nobody took may be what the table otherwise lacks.
+  bool MayBeNeeded(const HeaderColumn& column) const;
+  bool HasTaken(std::string_view name) const;
+
   std::string place_;  ///< "file:line: "
   std::vector<HeaderColumn> columns_;
   std::vector<bool> taken_;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -110,18 +112,61 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
   return std::optional<Axes>({{found[0], found[1], found[2]}, *unit});
 }
 
-Status HeaderColumns::RejectUnknown() const {
+bool HeaderColumns::HasTaken(std::string_view name) const {
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    if (columns_[column].name == name) return taken_[column];
+  }
+  return false;
+}
+
+bool HeaderColumns::MayBeNeeded(const HeaderColumn& column) const {
+  struct Beginning {
+    std::string_view letters, name;
+  };
+  static constexpr std::array<Beginning, 6> kBeginnings = {{{"acc", "accel_x"},
+                                                            {"gyr", "gyro_x"},
+                                                            {"mag", "mag_x"},
+                                                            {"temp", "temperature"},
+                                                            {"time", "time"},
+                                                            {"t", "time"}}};
+  std::string name = column.name;
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  for (const auto& [letters, wanted] : kBeginnings) {
+    const bool begins = letters.size() > 1 ? name.starts_with(letters) : name == letters;
+    if (begins && !HasTaken(wanted)) return true;
+  }
+  for (const Triad triad : kTriads) {
+    const bool is_reading = !column.unit.empty() && ParseTriadUnit(triad, column.unit);
+    if (is_reading && !HasTaken(std::string(TriadPrefix(triad)) + "_x")) return true;
+  }
+  return TimePower(column.unit) && !HasTaken("time");
+}
+
+Result<std::vector<std::string>> HeaderColumns::Ignored() const {
+  std::vector<std::string> ignored;
   for (std::size_t column = 0; column < columns_.size(); ++column) {
     // Tables of pandas begin with a column of row numbers that has no name.
     const bool numbers_rows = column == 0 && columns_[column].name.empty();
     if (taken_[column] || numbers_rows) continue;
+    if (!MayBeNeeded(columns_[column])) {
+      ignored.push_back(columns_[column].name);
+      continue;
+    }
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
     return Fail(column,
                 "is unknown; rename it to one of " + known +
                     " (with its unit), or map it in a manifest recording.yaml");
   }
-  return {};
+  return ignored;
+}
+
+std::string HeaderColumns::Names() const {
+  std::string names;
+  for (const HeaderColumn& column : columns_) names += (names.empty() ? "" : ", ") + column.name;
+  return names;
 }
 
 Result<TimeColumn> TakeTime(HeaderColumns* header) {
@@ -187,12 +232,12 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
     layout.info.streams.push_back(stream.info);
     file.streams.push_back(std::move(stream));
   }
-  TRUETRIAD_RETURN_IF_ERROR(header.RejectUnknown());
+  TRUETRIAD_ASSIGN_OR_RETURN(layout.info.ignored_columns, header.Ignored());
   if (file.streams.empty()) {
     return BadInputError(
-        path +
-        ": has no sensor columns; expected accel_x, accel_y, accel_z, or gyro_… or "
-        "mag_…, each with its unit");
+        path + ": has no sensor columns, but " + header.Names() +
+        "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
+        "them, or map them in a manifest recording.yaml");
   }
   file.csv = std::move(csv);
   layout.files.push_back(std::move(file));

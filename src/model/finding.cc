@@ -115,6 +115,13 @@ Error NotEnoughError(Finding finding) {
   return error;
 }
 
+std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names) {
+  if (names.empty()) return std::nullopt;
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + (name.empty() ? "(no name)" : name);
+  return Finding(FindingCode::kColumnsIgnored, "nothing is read from the columns " + text);
+}
+
 Finding RefusalOf(const Error& error, FindingCode code) {
   Finding finding = error.finding ? *error.finding : Finding(code, error.message);
   finding.severity = Severity::kRefusal;

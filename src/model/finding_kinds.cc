@@ -34,6 +34,10 @@ constexpr FindingKind Refusal(
 constexpr auto kKinds = std::to_array<FindingKind>({
     Note(kMessage, "message", "A message from before findings had codes"),
     Warning(kNoReadings, "no-readings", "A stream has no reading", "check the column and its role"),
+    Note(kColumnsIgnored,
+         "columns-ignored",
+         "A table has columns that nothing is read from",
+         "map them in a manifest if they are readings"),
     Note(kExcluded, "excluded", "Readings or poses are left out as the experiment asks"),
     Note(kEvenTimes,
          "even-times",

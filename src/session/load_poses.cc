@@ -160,6 +160,9 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   }
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
+  if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
+    loaded.poses.findings.push_back(*std::move(finding));
+  }
   loaded.inputs = source->inputs();
   for (const StreamInfo& stream : source->info().streams) {
     loaded.si_per_count[stream.triad] = stream.si_per_count;

@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
                WithLine(1, "time[s],accel_x[furlong],accel_y[furlong],accel_z[furlong]"),
                {"log.csv", "furlong", "m/s^2"}},
         BadLog{"UnknownColumn",
-               LogText("time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],a[m],b[m],c[m]\n",
+               LogText("time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],a[uT],b[uT],c[uT]\n",
                        LogRows({.rests = 12})),
                {"log.csv:1", "column `a`"}},
         BadLog{"RaggedRow", WithLine(7, "0.1,1,2"), {"log.csv:7"}},

@@ -157,12 +157,43 @@ TEST_F(Recording, AcceptsEqualTimesButNotTimeGoingBackwards) {
 }
 
 // As `to_csv` of pandas writes an index.
+TEST_F(Recording, ReadsFieldsInQuotationMarks) {
+  const RecordingSamples recording = Read(
+      "\"time[s]\",\"accel_x[g]\",\"accel_y[g]\",\"accel_z[g]\",\"note, by hand\"\n"
+      "\"0\",\"1\",\" 2 \",3,\"a, \"\"b\"\"\"\n0.5,\"4\",5,6,\"\"\n1,\"\",5,6,x\n");
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
+  EXPECT_THAT(recording.streams[Triad::kAccelerometer].y, ElementsAre(2.0, 5.0));
+  EXPECT_THAT(ErrorOfRows("0,\"1,2,3\n"), HasSubstr("is not a number"));
+  EXPECT_THAT(ErrorOfRows("0,\"1 2\",2,3\n"), HasSubstr("`1 2` is not a number"));
+}
+
+TEST_F(Recording, ReadsUnitsAsOthersWriteThem) {
+  const auto unit_of = [&](const std::string& prefix, const std::string& unit) {
+    const std::string path =
+        folder_.Write("log.csv",
+                      "time[s]," + prefix + "_x[" + unit + "]," + prefix + "_y[" + unit + "]," +
+                          prefix + "_z[" + unit + "]\n0,1,2,3\n");
+    const auto source = OpenRecording(path);
+    return source ? (*source)->info().streams[0].unit.name : source.error().message;
+  };
+  EXPECT_EQ(unit_of("gyro", "dps"), "deg/s");
+  EXPECT_EQ(unit_of("gyro", "LSB"), "counts");
+  EXPECT_EQ(unit_of("accel", "m/s²"), "m/s^2");
+  for (const char* micro : {"\u00b5T", "\u03bcT"}) EXPECT_EQ(unit_of("mag", micro), "uT");
+}
+
+TEST_F(Recording, NamesTheColumnsThatNothingIsReadFrom) {
+  const auto source = OpenRecording(folder_.Write(
+      "log.csv",
+      "time[s],accel_x[g],accel_y[g],accel_z[g],status,pressure[hPa]\n0,1,2,3,ok,1013\n"));
+  ASSERT_TRUE(source) << source.error().message;
+  EXPECT_THAT((*source)->info().ignored_columns, ElementsAre("status", "pressure"));
+}
+
 TEST_F(Recording, PassesOverAFirstColumnWithoutAName) {
   const RecordingSamples recording =
       Read(",time[s],accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n1,0.5,4,5,6\n");
   EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
-  EXPECT_THAT(ErrorOf("time[s],,accel_x[g],accel_y[g],accel_z[g]\n0,0,1,2,3\n"),
-              HasSubstr("is unknown"));
 }
 
 // Rows of a piece that begins at zero, 10 ms apart.
@@ -252,10 +283,17 @@ TEST_F(Recording, RefusesHeadersThatItWouldHaveToGuess) {
               HasSubstr("column `accel_x` occurs twice"));
   EXPECT_THAT(ErrorOf("time[min],accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n"),
               HasSubstr("`min` is not a unit of time"));
-  EXPECT_THAT(ErrorOf("time[s],accel_x[g],accel_y[g],accel_z[g],status\n0,1,2,3,4\n"),
-              HasSubstr("column `status`: is unknown; rename it to one of time, temperature, "
-                        "ambient_temperature, pose, accel_x"));
+  // What may be a reading that the log otherwise lacks.
+  for (const char* column : {"gyr_x", "MagX", "w1[deg/s]", "board[uT]", "temp"}) {
+    EXPECT_THAT(ErrorOf(std::string("time[s],accel_x[g],accel_y[g],accel_z[g],") + column +
+                        "\n0,1,2,3,4\n"),
+                HasSubstr("is unknown; rename it to one of time, temperature, "
+                          "ambient_temperature, pose, accel_x"))
+        << column;
+  }
+  EXPECT_THAT(ErrorOf("t,accel_x[g],accel_y[g],accel_z[g]\n0,1,2,3\n"), HasSubstr("is unknown"));
   EXPECT_THAT(ErrorOf("time[s],temperature[degC]\n0,1\n"), HasSubstr("no sensor columns"));
+  EXPECT_THAT(ErrorOf("clock,ax,ay,az\n0,1,2,3\n"), HasSubstr("but clock, ax, ay, az; expected"));
   EXPECT_THAT(ErrorOf("0,1,2,3\n"), HasSubstr("has no header"));
 }
 

@@ -28,8 +28,7 @@ struct Unit {
   bool is_counts = false;  ///< ADC counts (or any arbitrary unit): the scale is not known.
 };
 
-/// The unit named `name` for readings of `triad`; accepts only the names of docs/conventions.md,
-/// "Units". Error (bad input) lists the units that this triad can have.
+/// The unit named `name` for readings of `triad`, also as others write it (dps, µT, LSB). Error (bad input) lists the units that this triad can have.
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name);
 
 /// "m/s^2", "rad/s" or "uT".

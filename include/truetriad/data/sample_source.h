@@ -32,6 +32,8 @@ struct RecordingInfo {
   std::string serial;               ///< Empty when not given.
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
   std::vector<StreamInfo> streams;  ///< At most one a triad.
+  std::vector<std::string>
+      ignored_columns;  ///< Neither a reading, a time, a temperature nor a pose.
   const StreamInfo* Find(Triad triad) const {
     for (const StreamInfo& stream : streams) {
       if (stream.triad == triad) return &stream;

@@ -37,6 +37,7 @@ enum class FindingCode : int {
   kMessage,
   // The recording.
   kNoReadings,
+  kColumnsIgnored,
   kExcluded,
   kEvenTimes,
   kUnevenTimes,
@@ -213,6 +214,9 @@ const Finding* Find(const Findings& findings, FindingCode code);
 
 /// Too little data, as an error that carries its finding.
 Error NotEnoughError(Finding finding);
+
+/// What is said of a table's columns that nothing is read from; unset where there are none.
+std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names);
 
 /// The finding of an error that ends a run with too little data; one without a finding of its own
 /// has that of `code` with its message.
