@@ -257,11 +257,11 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
   }
   comparison.frames_differ = !HaveOneFrame(a, b);
-  const auto values_of = [&](const PresentedSolution& solution, const Calibration& stated) {
-    return comparison.frames_differ ? ValuesWithoutFrame(solution, stated, &comparison.not_compared)
-                                    : ValuesInFrame(solution, stated);
+  const auto values_of = [&](const PresentedSolution& solution) {
+    return comparison.frames_differ ? ValuesWithoutFrame(solution, &comparison.not_compared)
+                                    : ValuesInFrame(solution);
   };
-  const ComparedValues of_a = values_of(in_a, a), of_b = values_of(in_b, b);
+  const ComparedValues of_a = values_of(in_a), of_b = values_of(in_b);
   std::vector<CommonParameter> common;
   std::map<std::string, double> largest;  // variance of each matrix' and vector's entries
   for (std::size_t i = 0; i < of_a.names.size(); ++i) {

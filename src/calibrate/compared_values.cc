@@ -11,17 +11,13 @@
 namespace truetriad {
 namespace {
 
-// The value of a named entry; reference entries are compared too where both estimate them.
-double ValueOf(const PresentedSolution& solution,
-               const Calibration& calibration,
-               const std::string& name) {
+// Gravity and the field are not the unit's: two calibrations of one may be of two places.
+bool IsOfThePlace(const std::string& name) { return name.rfind("reference.", 0) == 0; }
+
+// The value of a named entry of a sensor.
+double ValueOf(const PresentedSolution& solution, const std::string& name) {
   const auto entry = ParameterName::Parse(name);
-  if (!entry) {
-    if (name == "reference.gravity_mps2") return calibration.reference.gravity_mps2;
-    if (name == "reference.field_ut") return calibration.reference.field_ut.value_or(0.0);
-    if (name == "reference.dip_rad") return calibration.reference.dip_rad.value_or(0.0);
-    return 0.0;
-  }
+  if (!entry) return 0.0;
   const TriadModel<double>& model = *solution.models[entry->triad];
   const auto& thermal = solution.thermal[entry->triad];
   const auto term = static_cast<std::size_t>(std::max(entry->power - 1, 0));
@@ -91,21 +87,28 @@ void AddGram(Triad triad, const PresentedSolution& solution, Rows* rows) {
 
 }  // namespace
 
-ComparedValues ValuesInFrame(const PresentedSolution& solution, const Calibration& stated) {
+ComparedValues ValuesInFrame(const PresentedSolution& solution) {
   const std::vector<std::string>& names = solution.covariance.parameters;
-  ComparedValues all{names, Eigen::VectorXd(std::ssize(names)), solution.covariance.matrix};
+  ComparedValues all;
+  std::vector<double> values;
+  std::vector<Eigen::Index> places;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    all.values[static_cast<Eigen::Index>(i)] = ValueOf(solution, stated, names[i]);
+    if (IsOfThePlace(names[i])) continue;
+    all.names.push_back(names[i]);
+    values.push_back(ValueOf(solution, names[i]));
+    places.push_back(static_cast<Eigen::Index>(i));
   }
+  all.values = Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values));
+  all.covariance = solution.covariance.matrix(places, places);
   return all;
 }
 
 ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
-                                  const Calibration& stated,
                                   std::vector<std::string>* left_out) {
   Rows rows(solution);
   const std::vector<std::string>& names = solution.covariance.parameters;
   for (std::size_t i = 0; i < names.size(); ++i) {
+    if (IsOfThePlace(names[i])) continue;
     const auto entry = ParameterName::Parse(names[i]);
     const bool is_sensitivity = entry && entry->kind == ParameterKind::kSensitivity;
     if (is_sensitivity && entry->power == 0) {
@@ -122,7 +125,7 @@ ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
     }
     Eigen::RowVectorXd own = Eigen::RowVectorXd::Zero(std::ssize(names));
     own[static_cast<Eigen::Index>(i)] = 1.0;
-    rows.Add(names[i], ValueOf(solution, stated, names[i]), own);
+    rows.Add(names[i], ValueOf(solution, names[i]), own);
   }
   return rows.Finish();
 }

@@ -19,17 +19,16 @@ struct ComparedValues {
 };
 
 // All that the solution's covariance lists. `stated`: the calibration, for its reference.
-ComparedValues ValuesInFrame(const PresentedSolution& solution, const Calibration& stated);
+ComparedValues ValuesInFrame(const PresentedSolution& solution);
 
 // What no rotation of the body frame changes: biases with their temperature terms, higher terms,
-// references, and of each sensitivity "accelerometer.gram.xy" and so on, the entries of
+// and of each sensitivity "accelerometer.gram.xy" and so on, the entries of
 //
 //   G = C^T C      dG = -(G dS C + (G dS C)^T)      C = S^-1
 //
 // by which a reading has its length in true units. Groups that are left out are added to
 // `left_out`.
 ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
-                                  const Calibration& stated,
                                   std::vector<std::string>* left_out);
 
 }  // namespace truetriad

@@ -14,7 +14,10 @@ namespace {
 std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
   std::vector<MatrixModel> models;
-  if (!sensor.fixed_sensitivity) {
+  // Six faces tell the body frame by how level they are alone: a rotation of all sensors against it
+  // never shows, and a smaller model would leave it, and what it makes of σ, out of all matrices.
+  const bool is_frame_told = wanted.attitudes.kind != AttitudeKind::kSixFace;
+  if (!sensor.fixed_sensitivity && is_frame_told) {
     if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
     models.push_back(MatrixModel::kDiagonal);
     const bool frame_is_free = wanted.attitudes.kind == AttitudeKind::kNone;

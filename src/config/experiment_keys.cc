@@ -25,6 +25,13 @@ void ReadDevice(YamlReader reader, Experiment* experiment) {
   if (!reader) return;
   reader.Optional("serial", &experiment->serial);
   reader.Optional("model", &experiment->model);
+  for (const TagKey& tag : kDeviceTags) reader.Optional(tag.key, &(experiment->tags.*tag.value));
+  reader.RejectUnknown();
+}
+
+void ReadRun(YamlReader reader, Tags* tags) {
+  if (!reader) return;
+  for (const TagKey& tag : kRunTags) reader.Optional(tag.key, &(tags->*tag.value));
   reader.RejectUnknown();
 }
 
@@ -337,6 +344,7 @@ void ReadDocument(YamlReader root, Draft* draft) {
   ReadVersion(root.Child("experiment"));
   ReadInputs(root.Child("input"), &draft->inputs);
   ReadDevice(root.Child("device"), &draft->experiment);
+  ReadRun(root.Child("run"), &draft->experiment.tags);
   ReadReference(root.Child("reference"), draft);
   if (Gauge gauge; ReadChoice(root.Child("gauge"), Gauges(), &gauge)) draft->gauge = gauge;
   ReadChoice(root.Child("clocks"), kClocks, &options.corrects_clocks);

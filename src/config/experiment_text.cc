@@ -4,6 +4,7 @@
 #include "config/experiment_draft.h"
 #include "config/quantities.h"
 #include "config/resolved_text.h"
+#include "io/tags_text.h"
 #include "io/yaml_text.h"
 #include "truetriad/model/mounting.h"
 
@@ -305,7 +306,9 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
            Quoted{experiment.serial},
            ", model: ",
            Quoted{experiment.model},
+           TagsText(kDeviceTags, experiment.tags, /*comes_after=*/true),
            " }");
+  out.Line("run", "{ ", TagsText(kRunTags, experiment.tags, /*comes_after=*/false), " }");
   WriteReference(out, draft);
   out.Line("gauge", Gauges().Name(options.gauge));
   out.Line("clocks", kClocks.Name(options.corrects_clocks));

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
@@ -133,6 +134,17 @@ std::string ExpandedMembers(const TriadCalibration& sensor) {
   return text;
 }
 
+// The tags that are stated, as members of one line; `separator` comes before the first.
+std::string TagMembers(std::span<const TagKey> keys, const Tags& tags, std::string separator) {
+  std::string members;
+  for (const TagKey& tag : keys) {
+    if ((tags.*tag.value).empty()) continue;
+    members += separator + JsonText(tag.key) + ": " + JsonText(tags.*tag.value);
+    separator = ", ";
+  }
+  return members;
+}
+
 std::string RecordJson(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
   const Quality& quality = calibration.quality;
@@ -182,10 +194,13 @@ std::string RecordJson(const WriteRequest& request) {
              std::isfinite(quality.effective_dof) ? NumberText(quality.effective_dof) : "null") +
       Member("    ", "statement", JsonText(UncertaintyStatement(calibration)));
   const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
-                             JsonText("model") + ": " + JsonText(calibration.model) + "}";
+                             JsonText("model") + ": " + JsonText(calibration.model) +
+                             TagMembers(kDeviceTags, calibration.tags, ", ") + "}";
+  const std::string run = TagMembers(kRunTags, calibration.tags, "");
   return Object(
       Member("  ", "format", JsonText(kRecordFormat)) +
           Member("  ", "comment", JsonText(request.comment)) + Member("  ", "device", device) +
+          (run.empty() ? "" : Member("  ", "run", "{" + run + "}")) +
           Member("  ", "calibrated", JsonText(calibration.created)) +
           Member("  ", "software", JsonText("truetriad " + calibration.software_version)) +
           Member("  ", "conformity", JsonText(StatusText(calibration))) +

@@ -22,6 +22,7 @@
 #include "io/calibration_quality.h"
 #include "io/calibration_sensors.h"
 #include "io/calibration_values.h"
+#include "io/tags_text.h"
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
@@ -179,8 +180,12 @@ std::string CalibrationToYaml(const Calibration& calibration) {
   YamlText out(kDigits);
   out << "format: " << kFormat << "\n"
       << "device: { serial: " << Quoted{calibration.serial}
-      << ", model: " << Quoted{calibration.model} << " }\n"
-      << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
+      << ", model: " << Quoted{calibration.model}
+      << TagsText(kDeviceTags, calibration.tags, /*comes_after=*/true) << " }\n";
+  if (const std::string run = TagsText(kRunTags, calibration.tags, false); !run.empty()) {
+    out << "run: { " << run << " }\n";
+  }
+  out << "software: { name: truetriad, version: " << Quoted{calibration.software_version} << " }\n"
       << "created: " << calibration.created << "\n"
       << (calibration.inputs.empty() ? "inputs: []\n" : "inputs:\n");
   for (const InputFile& input : calibration.inputs) {
@@ -226,7 +231,12 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
   if (YamlReader device = reader.RequireChild("device")) {
     device.Require("serial", &calibration.serial);
     device.Require("model", &calibration.model);
+    for (const TagKey& tag : kDeviceTags) device.Optional(tag.key, &(calibration.tags.*tag.value));
     device.RejectUnknown();
+  }
+  if (YamlReader run = reader.Child("run")) {
+    for (const TagKey& tag : kRunTags) run.Optional(tag.key, &(calibration.tags.*tag.value));
+    run.RejectUnknown();
   }
   if (YamlReader software = reader.RequireChild("software")) {
     std::string program;

@@ -30,23 +30,62 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
   return median;
 }
 
+namespace {
+
+constexpr std::array<const char*, kFaceCount> kFaceNames = {"+x", "-x", "+y", "-y", "+z", "-z"};
+
+// A label that is not that of other rests with the same axis up. Labels that are exchanged
+// throughout are a matter of mounting.
+Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
+  std::vector<Eigen::Vector3d> readings;
+  std::vector<std::size_t> labelled;
+  for (std::size_t k = 0; k < faces.size(); ++k) {
+    if (faces[k] < 0) continue;
+    readings.push_back(poses.poses[k].triads[Triad::kAccelerometer]->mean_raw);
+    labelled.push_back(k);
+  }
+  const auto seen = AssignFaces(readings);
+  if (!seen) return {};  // Six faces that nobody can tell from the readings: labels say which.
+  std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // of labels, by face that is seen
+  const auto place_of = [&](std::size_t i) {
+    const FacePose& face = (*seen)[i];
+    return static_cast<std::size_t>(2 * face.axis + (face.sign > 0 ? 0 : 1));
+  };
+  for (std::size_t i = 0; i < labelled.size(); ++i) {
+    ++count[place_of(i)][static_cast<std::size_t>(faces[labelled[i]])];
+  }
+  for (std::size_t i = 0; i < labelled.size(); ++i) {
+    const auto& labels = count[place_of(i)];
+    const auto usual =
+        static_cast<std::size_t>(std::max_element(labels.begin(), labels.end()) - labels.begin());
+    const auto label = static_cast<std::size_t>(faces[labelled[i]]);
+    if (label == usual) continue;
+    const StaticPose& pose = poses.poses[labelled[i]];
+    return BadInputError(poses.source + ": pose " + std::to_string(pose.number) + " is labelled " +
+                         kFaceNames[label] + ", but others with the same axis up are labelled " +
+                         kFaceNames[usual] + "; correct its label");
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<std::vector<int>> FacesOfPoses(const PoseSet& poses, const TriadOptions& accelerometer) {
-  static constexpr std::array<const char*, kFaceCount> kNames = {
-      "+x", "-x", "+y", "-y", "+z", "-z"};
   std::vector<int> faces(poses.poses.size(), -1);
   std::vector<Eigen::Vector3d> readings;
   std::vector<std::size_t> unnamed;
   for (std::size_t k = 0; k < faces.size(); ++k) {
     const StaticPose& pose = poses.poses[k];
     if (!pose.triads[Triad::kAccelerometer]) continue;
-    const auto* name = std::find(kNames.begin(), kNames.end(), pose.face_up);
-    if (name != kNames.end()) {
-      faces[k] = static_cast<int>(name - kNames.begin());
+    const auto* name = std::find(kFaceNames.begin(), kFaceNames.end(), pose.face_up);
+    if (name != kFaceNames.end()) {
+      faces[k] = static_cast<int>(name - kFaceNames.begin());
       continue;
     }
     readings.push_back(pose.triads[Triad::kAccelerometer]->mean_raw);
     unnamed.push_back(k);
   }
+  TRUETRIAD_RETURN_IF_ERROR(CheckLabels(poses, faces));
   if (unnamed.empty()) return faces;
   const Eigen::Matrix3d map = accelerometer.mounting.value_or(Eigen::Matrix3d::Identity());
   const auto assigned = AssignFaces(readings);

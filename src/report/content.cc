@@ -301,11 +301,13 @@ std::vector<Section> SectionsOf(const Calibration& calibration) {
 
 Table IdentityTable(const Calibration& calibration) {
   Table table{{}, "ll", {}};
-  const auto add = [&](const char* label, const std::string& value) {
-    if (!value.empty()) table.rows.push_back({label, value});
+  const auto add = [&](std::string_view label, const std::string& value) {
+    if (!value.empty()) table.rows.push_back({std::string(label), value});
   };
   add("device", calibration.serial.empty() ? "no serial number" : calibration.serial);
   add("model", calibration.model);
+  for (const TagKey& tag : kDeviceTags) add(tag.key, calibration.tags.*tag.value);
+  for (const TagKey& tag : kRunTags) add(tag.key, calibration.tags.*tag.value);
   for (const InputFile& input : calibration.inputs) {
     add("input",
         input.file +

@@ -135,6 +135,8 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
                                     const SharedLayout& has,
                                     const std::vector<Eigen::Index>& base) {
   std::vector<Candidate> candidates;
+  int matrices = 0;
+  Candidate all{{Triad::kAccelerometer, LeftOutKind::kMatrix}, {}};
   const auto add = [&](Triad triad, LeftOutKind kind, AxisTerm term, int at, int size) {
     candidates.push_back({{triad, kind, term}, whole.ColumnsOf(at, size)});
   };
@@ -146,7 +148,16 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
         matrix.columns.push_back(column);
       }
     }
-    if (!matrix.columns.empty()) candidates.push_back(std::move(matrix));
+    // Three gains, or none, leave the other entries out; between, some are tied to others.
+    matrix.term.is_tied =
+        matrix.columns.size() == 3 && has.ColumnsOf(has.sensitivity[triad], 9).size() > 3;
+    if (!matrix.columns.empty()) {
+      all.term.triad = triad;
+      all.term.is_tied = all.term.is_tied || matrix.term.is_tied;
+      ++matrices;
+      all.columns.insert(all.columns.end(), matrix.columns.begin(), matrix.columns.end());
+      candidates.push_back(std::move(matrix));
+    }
     for (const auto& [term, at] : whole.axis_terms[triad]) {
       const auto& known = has.axis_terms[triad];
       const bool is_known = std::any_of(
@@ -157,6 +168,10 @@ std::vector<Candidate> CandidatesOf(const SharedLayout& whole,
     if (thermal.size() == 0 || has.thermal[triad].size() > 0) continue;
     if (thermal.vector_count() > 0) add(triad, LeftOutKind::kDrift, {}, thermal.vector_at(0), 3);
     add(triad, LeftOutKind::kGainDrift, {}, thermal.matrix_at(0), 9);
+  }
+  if (matrices > 1) {
+    all.term.is_shared = true;
+    candidates.push_back(std::move(all));
   }
   if (whole.g_sensitivity >= 0 && has.g_sensitivity < 0) {
     add(Triad::kGyroscope, LeftOutKind::kGSensitivity, {}, whole.g_sensitivity, 9);
@@ -263,8 +278,10 @@ LeftOutTerms SearchTerms(const PoseGraph& graph,
   for (Candidate& candidate : candidates) {
     candidate.number = static_cast<std::size_t>(&candidate - candidates.data());
     for (Eigen::Index& column : candidate.columns) {
-      extra.push_back(column);
-      column = static_cast<Eigen::Index>(extra.size()) - 1;
+      // What several matrices lack together they lack one by one as well.
+      const auto place = std::find(extra.begin(), extra.end(), column) - extra.begin();
+      if (place == std::ssize(extra)) extra.push_back(column);
+      column = place;
     }
   }
   auto given = ConditionOn(information, gradient, *base, extra);

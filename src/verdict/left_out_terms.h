@@ -48,6 +48,9 @@ struct LeftOutTerm {
   // Of its unknowns; of a lever arm m, of a low-pass s^2, of a step and of a drift over the run as
   // much of the bias in true units.
   double size = 0.0;
+  bool is_shared = false;  // by the matrices of several sensors: a rotation that none of them has
+  // The model prints entries that are tied to others, which σ cannot be widened for.
+  bool is_tied = false;
   bool is_beyond_stated = false;  // though a data sheet lets the sensor bend
 };
 

@@ -334,6 +334,29 @@ TEST(CalibrateAccel, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
   }
 }
 
+// Labels of which one is another than those of the other rests with that axis up.
+TEST(CalibrateAccel, NamesARestWithTheWrongFace) {
+  constexpr std::array<const char*, 6> kFaces = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  Random random(20);
+  std::vector<Eigen::Vector3d> readings;
+  for (int k = 0; k < 18; ++k) {
+    const int face = k % 6;
+    readings.emplace_back((face % 2 == 0 ? 9.8 : -9.8) * Eigen::Vector3d::Unit(face / 2) +
+                          Eigen::Vector3d(0.1, -0.2, 0.3) + 0.01 * random.Normal3());
+  }
+  CalibrateOptions options = AccelerometerOptions(9.8);
+  options.attitudes.kind = AttitudeKind::kSixFace;
+  for (const int wrong : {1, 2}) {  // the opposite face, and one beside it
+    PoseSet poses = AccelerometerPoses(readings, 1e-3);
+    for (std::size_t k = 0; k < poses.poses.size(); ++k) poses.poses[k].face_up = kFaces[k % 6];
+    EXPECT_TRUE(Calibrate(poses, options));
+    poses.poses[6].face_up = kFaces[static_cast<std::size_t>(wrong)];
+    const auto summary = Calibrate(poses, options);
+    ASSERT_FALSE(summary);
+    EXPECT_THAT(summary.error().message, ::testing::HasSubstr("pose 7 is labelled"));
+  }
+}
+
 // A matrix that is not of the shape that was asked for is said, and nothing else is blamed for it.
 TEST(CalibrateAccel, WhatAModelHoldsIsLookedForFirst) {
   Random random(18);
@@ -421,7 +444,9 @@ TEST(CalibrateAccelMag, EstimatesSmallerMagnetometerModelsThroughPermutedAxes) {
 
 TEST(CalibrateAccelMag, GivesASymmetricMagnetometerNoRotationThatNoiseMade) {
   Random random(10);
-  const SyntheticUnit unit = RandomUnit({}, &random);
+  SyntheticUnit unit = RandomUnit({}, &random);
+  Eigen::Matrix3d& truth = unit.models[Triad::kMagnetometer]->sensitivity;
+  truth = 0.5 * (truth + truth.transpose()).eval();
   const PoseSet poses =
       SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random);
   CalibrateOptions options = JointOptions(unit);
@@ -446,11 +471,31 @@ TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   }
   const auto comparison = Compare(calibrations[0], calibrations[1]);
   ASSERT_TRUE(comparison) << comparison.error().message;
-  EXPECT_EQ(comparison->dof, 22);
+  // Of 24 entries less the gauge; the dip is the place's.
+  EXPECT_EQ(comparison->dof, 21);
   EXPECT_GT(comparison->p_value, 1e-3);  // one seeded draw
   const auto itself = Compare(calibrations[0], calibrations[0]);
   ASSERT_TRUE(itself);
   EXPECT_LT(itself->chi2, 1e-12);
+}
+
+// Gravity that is known to a σ differs from place to place within it, and all gains with it.
+TEST(Compare, FindsAUnitUnchangedWhereGravityIsAnother) {
+  Random random(19);
+  SyntheticUnit unit = RandomUnit({}, &random);
+  CalibrateOptions options = JointOptions(unit);
+  options.reference.gravity_mps2 = {kStandardGravityMps2, 0.02};
+  std::vector<Calibration> calibrations;
+  for (const double gravity_mps2 : {9.79, 9.82}) {
+    unit.gravity_mps2 = gravity_mps2;
+    const auto summary = Calibrate(
+        SimulatePoses(unit, RandomAttitudes(24, &random), trials::ModelNoise(), &random), options);
+    ASSERT_TRUE(summary && summary->calibration.IsUsable());
+    calibrations.push_back(summary->calibration);
+  }
+  const auto comparison = Compare(calibrations[0], calibrations[1]);
+  ASSERT_TRUE(comparison) << comparison.error().message;
+  EXPECT_GT(comparison->p_value, 0.01);
 }
 
 // The accelerometer leads one of them and the magnetometer the other: bias and C^T C of the

@@ -209,10 +209,10 @@ TEST(CalibrateSoak, ComparesItsTermsToo) {
   ASSERT_TRUE(one && other);
   const auto comparison = Compare(one->calibration, other->calibration);
   ASSERT_TRUE(comparison) << comparison.error().message;
-  // 24 static parameters less the gauge, and the dip; 15 and 18 temperature terms.
-  EXPECT_EQ(comparison->dof, 22 + 33);
+  // 24 static parameters less the gauge; 15 and 18 temperature terms.
+  EXPECT_EQ(comparison->dof, 21 + 33);
   EXPECT_GT(comparison->p_value, 1e-3);  // one seed: it agrees or the terms are mixed up
-  EXPECT_THAT(comparison->entries.back().parameter, HasSubstr("dip"));
+  EXPECT_THAT(comparison->entries.back().parameter, HasSubstr("thermal"));
 }
 
 TEST(CalibrateSoak, SaysWhatAStaticCalibrationDoesNotHold) {

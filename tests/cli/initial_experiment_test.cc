@@ -14,6 +14,7 @@
 
 #include "cli/command_line_run.h"
 #include "support/log_writer.h"
+#include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
 namespace {
@@ -79,6 +80,21 @@ TEST_F(LogAlone, OfFacesThatATableNamesIsCalibratedByThem) {
   const Finished run = RunTruetriad({"calibrate", folder_.Write("six.csv", table.str())});
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out, HasSubstr("body frame   fixture"));
+}
+
+TEST_F(LogAlone, CarriesTheTagsOfItsRunToTheResult) {
+  const Finished run = RunTruetriad(
+      {"calibrate", log_, "--tag=lot=L17", "--tag=operator=O. \"B\", 2nd", "--tag=part=IMU-7"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("operator     O. \"B\", 2nd"));
+  const auto calibration = ReadCalibration(result_);
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  EXPECT_EQ(calibration->tags.lot, "L17");
+  EXPECT_EQ(calibration->tags.operator_name, "O. \"B\", 2nd");
+  EXPECT_EQ(calibration->tags.part, "IMU-7");
+  const Finished unknown = RunTruetriad({"calibrate", log_, "--tag=lote=L17"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("did you mean `lot`?"));
 }
 
 TEST_F(LogAlone, StatesGravityAsThatOfAnywhere) {

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/flags.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <sstream>
 #include <system_error>
 #include <utility>
+
+#include "io/yaml_text.h"
+#include "truetriad/model/tags.h"
 
 DEFINE_string(input,
               "",
@@ -25,6 +29,10 @@ DEFINE_string(set,
               "values that replace those in the --config file, separated by commas, as in "
               "robust.loss=none,gauge=accel-z; commas inside [] or {} do not separate");
 
+DEFINE_string(tag,
+              "",
+              "what the record says of this run, as in lot=L17: lot, station, operator, slot, "
+              "fixture, order, note, and part or revision of the unit");
 DEFINE_string(fail_on, "", "what ends with exit code 4");
 DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");
@@ -77,6 +85,23 @@ std::vector<std::string> Overrides() {
     item += c;
   }
   if (!item.empty()) items.push_back(item);
+  return items;
+}
+
+std::vector<std::string> TagOverrides() {
+  std::vector<std::string> items;
+  std::istringstream lines(FLAGS_tag);
+  for (std::string tag; std::getline(lines, tag);) {
+    const std::size_t equals = std::min(tag.find('='), tag.size());
+    const std::string key = tag.substr(0, equals);
+    const bool is_of_device = std::any_of(kDeviceTags.begin(),
+                                          kDeviceTags.end(),
+                                          [&](const TagKey& known) { return known.key == key; });
+    YamlText item;
+    item << (is_of_device ? "device." : "run.") << key << "="
+         << Quoted{equals < tag.size() ? tag.substr(equals + 1) : ""};
+    items.push_back(item.str());
+  }
   return items;
 }
 

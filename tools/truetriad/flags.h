@@ -15,6 +15,7 @@ DECLARE_string(config);
 DECLARE_string(calibration);
 DECLARE_string(poses);
 DECLARE_string(set);
+DECLARE_string(tag);
 DECLARE_string(fail_on);
 DECLARE_bool(json);
 DECLARE_bool(quiet);
@@ -24,6 +25,9 @@ namespace truetriad {
 /// The items of --set. Brackets and quotes that do not match are left for the YAML reader to
 /// report.
 std::vector<std::string> Overrides();
+
+/// The values of `--tag`, as those of `--set`.
+std::vector<std::string> TagOverrides();
 
 /// The values of a flag that takes several with commas between them.
 std::vector<std::string> CommaSeparated(const std::string& values);

@@ -74,6 +74,7 @@ struct Experiment {
   std::vector<std::string> inputs;
   std::string serial;
   std::string model;
+  Tags tags;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
   /// The undisturbed field there, where the position has a longitude and a date; it is the
   /// reference only where the site is said to be clean. Unset with `no_earth_field`: why.

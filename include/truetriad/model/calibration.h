@@ -15,6 +15,7 @@
 #include "truetriad/model/gauge.h"
 #include "truetriad/model/outcome.h"
 #include "truetriad/model/quality.h"
+#include "truetriad/model/tags.h"
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {
@@ -111,6 +112,7 @@ struct ReferenceValues {
 struct Calibration {
   std::string serial;
   std::string model;
+  Tags tags;
   std::string software_version;
   std::string created;  ///< ISO 8601, UTC.
   std::vector<InputFile> inputs;

@@ -20,7 +20,9 @@ std::string WordsOf(const LeftOutTerm& term) {
       return std::string("has ") + WithArticle(InfoOf(term.axis_term).words) +
              (term.is_beyond_stated ? " beyond its stated non-linearity" : "");
     case LeftOutKind::kMatrix:
-      return "has a matrix that its `model:` does not allow";
+      return std::string(term.is_shared ? "is turned against the others, with which it has a matrix"
+                                        : "has a matrix") +
+             " that its `model:` does not allow";
     case LeftOutKind::kGSensitivity:
       return "follows the specific force (g-sensitivity)";
     case LeftOutKind::kDrift:
@@ -66,7 +68,7 @@ std::string RemedyOf(const LeftOutTerm& term, bool has_temperature) {
       }
       return "look whether the " + sensor + " is near the end of its range";
     case LeftOutKind::kMatrix:
-      return "state `model: full` for the " + sensor;
+      return "state `model: full` for " + (term.is_shared ? "all sensors" : "the " + sensor);
     case LeftOutKind::kGSensitivity:
       return "state `g_sensitivity: true` for the gyroscope";
     case LeftOutKind::kDrift:
@@ -105,14 +107,17 @@ Findings FindingsOf(const LeftOutTerms& terms) {
         Finding(
             FindingCode::kLeftOutTerm,
             "the " + std::string(TriadName(term.triad)) + " " + WordsOf(term) +
-                Format("; it moves parameters by up to %.2g times the σ that noise alone gives, "
-                       "and σ are widened for it",
-                       term.effect_sigmas),
+                Format("; it moves parameters by up to %.2g times the σ that noise alone gives, ",
+                       term.effect_sigmas) +
+                (term.is_tied ? "and entries that the model ties have no σ to allow for it"
+                              : "and σ are widened for it"),
             RemedyOf(term, terms.has_temperature))
             .About(term.triad)
             .Shifting(term.effect_sigmas, Treatment::kWidened)
             .With("p_value", term.p_value));
     if (term.effect_sigmas < 1.0) findings.back().As(Severity::kNote);
+    // Entries that are tied to others have no σ of their own to widen.
+    if (term.is_tied) findings.back().As(Severity::kRefusal).treatment = Treatment::kNone;
   }
   for (const LeftOutTerm& term : terms.doubtful) {
     findings.push_back(

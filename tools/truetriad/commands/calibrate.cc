@@ -24,6 +24,12 @@ DEFINE_string(solver,
 namespace truetriad {
 namespace {
 
+std::vector<std::string> AllOverrides() {
+  std::vector<std::string> items = Overrides();
+  for (std::string& tag : TagOverrides()) items.push_back(std::move(tag));
+  return items;
+}
+
 constexpr std::array<const char*, 3> kResults = {
     "calibration.yaml", "calibration.json", "report.html"};
 
@@ -105,10 +111,10 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
   ProgressLine progress("looking at " + inputs.front());
   TRUETRIAD_ASSIGN_OR_RETURN(task.initial_yaml,
                              InitialExperiment(inputs, task.folder, progress.callback()));
-  for (const std::string& item : Overrides()) task.initial_yaml += "# --set=" + item + '\n';
+  for (const std::string& item : AllOverrides()) task.initial_yaml += "# --set=" + item + '\n';
   const std::string path = (std::filesystem::path(task.folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
-                             ReadExperimentText(task.initial_yaml, path, Overrides()));
+                             ReadExperimentText(task.initial_yaml, path, AllOverrides()));
   task.experiment.inputs = inputs;
   return task;
 }
@@ -116,7 +122,7 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
 Result<Task> TaskFor(const std::vector<std::string>& inputs) {
   if (FLAGS_config.empty()) return InitialTask(inputs);
   Task task;
-  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, Overrides()));
+  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, AllOverrides()));
   if (inputs.empty()) {
     for (std::string& input : task.experiment.inputs) input = ShortPath(input);
   } else {
@@ -196,6 +202,7 @@ Command CalibrateCommand() {
                 {"input", "LOG,..."},
                 {"output", "DIR"},
                 {"set", "KEY=VALUE,...", false, {}, true},
+                {"tag", "KEY=VALUE", false, {}, true},
                 {"report", "true|false"},
                 {"overwrite", "true|false"},
                 {"solver", "eliminated|ceres"}},

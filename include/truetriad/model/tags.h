@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+namespace truetriad {
+
+/// What the record says of a unit and its run beside serial number and model. Nothing is computed
+/// from it.
+struct Tags {
+  std::string part, revision;                                                  ///< `device:`
+  std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
+
+  bool operator==(const Tags&) const = default;
+};
+
+/// A key of `device:` or `run:` and what it says.
+struct TagKey {
+  std::string_view key;
+  std::string Tags::*value;
+};
+inline constexpr std::array<TagKey, 2> kDeviceTags = {
+    {{"part", &Tags::part}, {"revision", &Tags::revision}}};
+inline constexpr std::array<TagKey, 7> kRunTags = {{{"lot", &Tags::lot},
+                                                    {"station", &Tags::station},
+                                                    {"operator", &Tags::operator_name},
+                                                    {"slot", &Tags::slot},
+                                                    {"fixture", &Tags::fixture},
+                                                    {"order", &Tags::order_number},
+                                                    {"note", &Tags::note}}};
+
+}  // namespace truetriad
