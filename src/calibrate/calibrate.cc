@@ -24,6 +24,7 @@
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
 #include "start/start.h"
+#include "start/why_no_start.h"
 #include "sweep/calibrate_sweep.h"
 #include "truetriad/verdict/summary.h"
 #include "verdict/checks/held_gyroscope.h"

@@ -23,6 +23,7 @@
 #include "problem/moves.h"
 #include "problem/pose_state.h"
 #include "start/triad_fits.h"
+#include "start/why_no_start.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/math/rotation.h"
 #include "truetriad/model/mounting.h"
@@ -37,9 +38,6 @@ constexpr double kNominalFieldUt = 50.0;
 constexpr double kLargestSiGain = 4.0;
 // Signs and mirrors of an alignment.
 constexpr std::size_t kMaxCandidates = 4;
-// Readings thinner in one direction than this share of their largest extent are as good as plane;
-// evenly spread ones are near 1.
-constexpr double kThinShare = 0.2;
 // Rates of a table that differ by less are one for a start.
 constexpr double kSameSpeed = 1e-3;
 
@@ -67,85 +65,6 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
                             .About(triad)
                             .With("poses", static_cast<double>(poses))
                             .With("needed", static_cast<double>(needed)));
-}
-
-// The axis along which readings hardly vary; unset where there is none.
-std::optional<int> ThinAxis(const std::vector<Eigen::Vector3d>& readings) {
-  if (readings.size() < 3) return std::nullopt;
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& reading : readings) mean += reading;
-  mean /= static_cast<double>(readings.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const Eigen::Vector3d& reading : readings) {
-    scatter += (reading - mean) * (reading - mean).transpose();
-  }
-  const SymmetricEigen3 solver = EigenOfSymmetric3(scatter);
-  const Eigen::Vector3d extent = solver.values.cwiseMax(0.0).cwiseSqrt();
-  if (extent[0] > kThinShare * extent[2]) return std::nullopt;
-  int axis = 0;
-  solver.vectors.col(0).cwiseAbs().maxCoeff(&axis);
-  return axis;
-}
-
-// What shows an axis to a sensor.
-std::string PosesAlong(Triad triad, int axis) {
-  return std::string("add poses with body ") + AxisLetter(axis) +
-         (triad == Triad::kAccelerometer ? " up and down" : " along the field and against it");
-}
-
-// The refusal of a sensor that gave no start values, with what its readings show of why.
-Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error) {
-  if (!error.finding) return error;
-  const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
-  const std::string name(TriadName(triad));
-  const auto all = [&readings](auto holds) {
-    return std::all_of(readings.begin(), readings.end(), holds);
-  };
-  for (int axis = 0; axis < 3; ++axis) {
-    const int next = (axis + 1) % 3;
-    if (all([&](const auto& reading) { return reading[axis] == readings.front()[axis]; })) {
-      return NotEnoughError(Finding(FindingCode::kConstantAxis,
-                                    name + ": its " + AxisLetter(axis) + " axis reads " +
-                                        Format("%.6g in every pose", readings.front()[axis]),
-                                    "check for a dead axis or a wrong column")
-                                .About(triad, axis));
-    }
-    if (all([&](const auto& reading) { return reading[axis] == reading[next]; })) {
-      return NotEnoughError(Finding(FindingCode::kRepeatedAxis,
-                                    name + ": its axes " + AxisLetter(axis) + " and " +
-                                        AxisLetter(next) + " read the same in every pose",
-                                    "give each axis its own column")
-                                .About(triad, axis));
-    }
-  }
-  if (const auto axis = ThinAxis(readings)) {
-    return NotEnoughError(
-        Finding(FindingCode::kTooFewDirections,
-                name + ": its readings lie near a plane, they vary too little along " +
-                    AxisLetter(*axis),
-                PosesAlong(triad, *axis))
-            .About(triad, *axis));
-  }
-  Finding why = *error.finding;
-  if (!why.sensor) {
-    why.About(triad);
-    why.text = name + ": " + why.text;
-  }
-  return NotEnoughError(std::move(why));
-}
-
-// Turns of which most were left out show no axis for that reason.
-Error WhyNoGyroscope(const PoseSet& poses, const Error& error) {
-  std::vector<const Finding*> faults;
-  for (const RecordedMove& move : poses.moves) {
-    if (move.fault) faults.push_back(&*move.fault);
-  }
-  if (!error.finding || 2 * faults.size() < poses.moves.size() || faults.empty()) return error;
-  Finding why = *error.finding;
-  why.text += ": " + std::to_string(faults.size()) + " of " + std::to_string(poses.moves.size()) +
-              " turns are skipped, as " + faults.front()->text;
-  why.remedy = FindingKindOf(faults.front()->code).remedy;
-  return NotEnoughError(std::move(why));
 }
 
 // Gravity that is off by a large factor in a log that states its unit.
@@ -555,26 +474,6 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
         CheckCount(triad, ReadingsOf(poses, triad).size(), sensor, attitudes));
   }
   return {};
-}
-
-std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
-                                                    const CalibrateOptions& options) {
-  std::vector<WeakDirection> weak;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    const std::vector<Eigen::Vector3d> readings = ReadingsOf(poses, triad);
-    if (!options.triads[triad].enabled) continue;
-    const std::optional<int> thin = ThinAxis(readings);
-    if (!thin) continue;
-    const std::string name(1, AxisLetter(*thin)), sensor(TriadName(triad));
-    WeakDirection direction;
-    direction.description = sensor + " bias " + name + " and scale " + name +
-                            " are indistinguishable: the readings vary too little along the " +
-                            name + " axis";
-    direction.advice = PosesAlong(triad, *thin);
-    direction.sigma = std::numeric_limits<double>::infinity();
-    weak.push_back(std::move(direction));
-  }
-  return weak;
 }
 
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
