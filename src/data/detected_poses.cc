@@ -137,7 +137,13 @@ Status DetectedPoses::Start() {
     streams.push_back(stream.triad);
     origin_ns = std::min(origin_ns, monitor.first_ns());
   }
-  std::vector<DetectorTriad> triads;
+  const auto known = [&](const StreamInfo& info) {
+    return DetectorTriad{info.triad,
+                         monitors_[info.triad]->resolution_raw(),
+                         ExpectedRange(info),
+                         info.unit.is_counts ? 0.0 : info.unit.truth_per_raw};
+  };
+  std::vector<DetectorTriad> triads, witnesses;
   double width_ns = kWindowNs;
   const double leading_spacing_ns = monitors_[leading_]->spacing_ns();
   for (const Triad triad : {leading_, Triad::kGyroscope}) {
@@ -146,14 +152,15 @@ Status DetectedPoses::Start() {
     const double spacing_ns = monitors_[triad]->spacing_ns();
     if (spacing_ns * kSlowestRateShare > leading_spacing_ns) continue;
     width_ns = std::max(width_ns, kFewestWindowSamples * spacing_ns);
-    const StreamInfo& info = *info_.Find(triad);
-    triads.push_back({triad,
-                      monitors_[triad]->resolution_raw(),
-                      ExpectedRange(info),
-                      info.unit.is_counts ? 0.0 : info.unit.truth_per_raw});
+    triads.push_back(known(*info_.Find(triad)));
+  }
+  // Whatever is near the magnetometer stirs it, so it does not tell rest from motion.
+  if (leading_ != Triad::kMagnetometer &&
+      std::find(streams.begin(), streams.end(), Triad::kMagnetometer) != streams.end()) {
+    witnesses.push_back(known(*info_.Find(Triad::kMagnetometer)));
   }
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
-  detector_.emplace(options_, triads, width_ns * 1e-9);
+  detector_.emplace(options_, triads, witnesses, width_ns * 1e-9);
   stuck_.emplace(origin_ns);
   for (const HeldBlock& block : held_) TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(block.View()));
   held_.clear();

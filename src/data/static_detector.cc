@@ -32,10 +32,18 @@ constexpr double kThermalShareHz = 5e-5;
 // Same attitude before and after a knock; and the tilt that makes handling of a disturbance.
 constexpr double kSameAttitudeShare = 0.003;
 constexpr double kHandledShare = 0.05;
+// A gyroscope that has counted no more than this about any axis has come back to its heading;
+// of readings in an unknown unit, so many seconds at the fastest turn.
+constexpr double kSameHeadingRad = 0.05;
+constexpr double kSameHeadingShareS = 0.02;
+// A change of mean beside the noise is seen from so many sigma (of all axes together) on.
+constexpr double kSeenChangeSigmas = 4.0;
 // A gyroscope whose mean is further than this share of its range from the other rests turns.
 constexpr double kTurningShare = 0.005;
 // What a turn does to the leading triad is seen from so many σ of two means on.
 constexpr double kSeenTurnSigmas = 10.0;
+// An axis of turning nearer to the measured field than this (sine) may be that of the field.
+constexpr double kOffField = 0.15;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
                        std::size_t begin,
@@ -49,6 +57,14 @@ Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
     samples += count;
   }
   return origin + sum / std::max(samples, 1.0);
+}
+
+double SamplesIn(const std::vector<TriadWindow>& windows, const WindowRun& run) {
+  double samples = 0.0;
+  for (std::size_t i = run.first; i < run.second; ++i) {
+    samples += static_cast<double>(windows[i].count);
+  }
+  return samples;
 }
 
 // Trace of the covariance of all samples of the windows.
@@ -77,11 +93,13 @@ std::pair<double, double> CentralRange(std::vector<double>* values) {
 
 StaticDetector::StaticDetector(const StaticDetectorOptions& options,
                                std::vector<DetectorTriad> triads,
+                               const std::vector<DetectorTriad>& witnesses,
                                double window_s)
-    : options_(options), triads_(std::move(triads)), window_s_(window_s) {
+    : options_(options), triads_(std::move(triads)), all_(triads_), window_s_(window_s) {
   CHECK(!triads_.empty());
+  all_.insert(all_.end(), witnesses.begin(), witnesses.end());
   range_raw_.items.fill(0.0);
-  for (const DetectorTriad& known : triads_) range_raw_[known.triad] = known.expected_range_raw;
+  for (const DetectorTriad& known : all_) range_raw_[known.triad] = known.expected_range_raw;
 }
 
 std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
@@ -107,7 +125,7 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
   // A thousand windows tell the range; shocks and the like stay out with the outer 1 %.
   const std::size_t stride = count / 1024 + 1;
   std::vector<double> means;
-  for (const DetectorTriad& known : triads_) {
+  for (const DetectorTriad& known : all_) {
     const auto& windows = buffer.windows(known.triad);
     for (int axis = 0; axis < 3; ++axis) {
       means.clear();
@@ -116,6 +134,7 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
       }
       if (means.empty()) continue;
       const auto [low, high] = CentralRange(&means);
+      if (known.triad == triads_.front().triad) centre_raw_[axis] = 0.5 * (low + high);
       range_raw_[known.triad] = std::max(range_raw_[known.triad], high - low);
     }
   }
@@ -151,23 +170,28 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
 // Nothing moves in the whole buffer: the range of the signal is noise and drift, and says nothing
 // about how far a mean may move. Then a hundred times the noise stands in for it.
 void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
-  if (triads_.front().expected_range_raw > 0.0) return;
   std::vector<double> finite;
-  double noise_variance = 0.0;
-  const auto& windows = buffer.windows(triads_.front().triad);
+  PerTriad<double> noise_variance;
+  noise_variance.items.fill(0.0);
   for (std::size_t i = 0; i < activity_.size(); ++i) {
     if (activity_[i] == kNever) continue;
     finite.push_back(activity_[i]);
-    noise_variance += TotalVariance(windows, i, i + 1);
+    for (const DetectorTriad& known : all_) {
+      noise_variance[known.triad] += TotalVariance(buffer.windows(known.triad), i, i + 1);
+    }
   }
   if (finite.empty()) return;
   const auto [low, high] = CentralRange(&finite);
   // 5 windows of 4 samples and 3 axes have 57 degrees of freedom: 98 % of their variances lie
   // within a factor of 2.4. Twice that allows for correlated noise.
   if (high - low > 2.25) return;
-  const double noise_raw = std::sqrt(noise_variance / static_cast<double>(finite.size()));
-  double& range = range_raw_[triads_.front().triad];
-  if (range < 20.0 * noise_raw) range = 100.0 * noise_raw;
+  for (const DetectorTriad& known : all_) {
+    if (known.expected_range_raw > 0.0) continue;
+    const double noise_raw =
+        std::sqrt(noise_variance[known.triad] / static_cast<double>(finite.size()));
+    double& range = range_raw_[known.triad];
+    if (range < 20.0 * noise_raw) range = 100.0 * noise_raw;
+  }
 }
 
 double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
@@ -280,24 +304,68 @@ void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows, Window
 bool StaticDetector::IsKnock(const WindowBuffer& buffer,
                              const WindowRun& earlier,
                              const WindowRun& later) const {
-  const Triad leading = triads_.front().triad;
-  const auto& windows = buffer.windows(leading);
-  const double range = range_raw_[leading];
   const auto silent =
       static_cast<double>(buffer.index(later.first) - buffer.index(earlier.second - 1) - 1);
   // The activity blurs a knock over the span.
   if ((silent - static_cast<double>(kSpan - 1)) * window_s_ > options_.max_knock_s) return false;
-  const std::size_t before = std::min(kSpan, earlier.second - earlier.first);
-  const std::size_t after = std::min(kSpan, later.second - later.first);
-  const Eigen::Vector3d mean = MeanOf(windows, earlier.second - before, earlier.second);
-  const auto change = [&](std::size_t begin, std::size_t end) {
-    return (MeanOf(windows, begin, end) - mean).cwiseAbs().maxCoeff();
-  };
-  if (change(later.first, later.first + after) > kSameAttitudeShare * range) return false;
-  for (std::size_t at = earlier.second; at + kSpan <= later.first; ++at) {
-    if (change(at, at + kSpan) > kHandledShare * range) return false;
+  const WindowRun before{earlier.second - std::min(kSpan, earlier.second - earlier.first),
+                         earlier.second};
+  const WindowRun after{later.first, std::min(later.first + kSpan, later.second)};
+  return std::all_of(all_.begin(),
+                     all_.end(),
+                     [&](const DetectorTriad& known) {
+                       return IsAsBefore(buffer, known, before, after);
+                     }) &&
+         !WasHandled(buffer, before, after);
+}
+
+// True when the triad reads after the gap what it read before it. A turn about the vertical leaves
+// the accelerometer as it was, and no sensor but the gyroscope notices one about the field as well.
+bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
+                                const DetectorTriad& known,
+                                const WindowRun& before,
+                                const WindowRun& after) const {
+  const auto& windows = buffer.windows(known.triad);
+  const double samples_before = SamplesIn(windows, before);
+  const double samples_after = SamplesIn(windows, after);
+  if (samples_before == 0.0 || samples_after == 0.0) return true;
+  const bool is_rate = known.triad == Triad::kGyroscope;
+  double limit_raw = (is_rate ? kTurningShare : kSameAttitudeShare) * range_raw_[known.triad];
+  // The leading triad must not move even where noise would hide it.
+  if (known.triad != triads_.front().triad) {
+    limit_raw += kSeenChangeSigmas *
+                 std::sqrt(TotalVariance(windows, before.first, before.second) / samples_before +
+                           TotalVariance(windows, after.first, after.second) / samples_after);
   }
-  return true;
+  const Eigen::Vector3d mean = MeanOf(windows, before.first, before.second);
+  if ((MeanOf(windows, after.first, after.second) - mean).cwiseAbs().maxCoeff() > limit_raw) {
+    return false;
+  }
+  if (!is_rate) return true;
+  Eigen::Vector3d angle_raw = Eigen::Vector3d::Zero();
+  for (std::size_t i = before.second; i < after.first; ++i) {
+    if (windows[i].count > 0) angle_raw += (windows[i].mean_raw - mean) * window_s_;
+  }
+  const double angle_limit_raw = known.si_per_raw > 0.0
+                                     ? kSameHeadingRad / known.si_per_raw
+                                     : kSameHeadingShareS * range_raw_[known.triad];
+  return angle_raw.cwiseAbs().maxCoeff() <= angle_limit_raw;
+}
+
+// True when the leading triad was tilted during the gap, if only there and back.
+bool StaticDetector::WasHandled(const WindowBuffer& buffer,
+                                const WindowRun& before,
+                                const WindowRun& after) const {
+  const Triad leading = triads_.front().triad;
+  const auto& windows = buffer.windows(leading);
+  const Eigen::Vector3d mean = MeanOf(windows, before.first, before.second);
+  for (std::size_t at = before.second; at + kSpan <= after.first; ++at) {
+    if ((MeanOf(windows, at, at + kSpan) - mean).cwiseAbs().maxCoeff() >
+        kHandledShare * range_raw_[leading]) {
+      return true;
+    }
+  }
+  return false;
 }
 
 bool StaticDetector::IsLongEnough(const Rest& rest) const {
@@ -312,17 +380,23 @@ bool StaticDetector::IsLongEnough(const Rest& rest) const {
 bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
                                  const WindowRun& run,
                                  const Eigen::Vector3d& rate_rad_s) const {
-  if (!(triads_.front().si_per_raw > 0.0)) return false;
-  const auto& windows = buffer.windows(triads_.front().triad);
+  const DetectorTriad& leading = triads_.front();
+  if (!(leading.si_per_raw > 0.0)) return false;
+  const auto& windows = buffer.windows(leading.triad);
   const std::size_t third = std::max<std::size_t>(1, (run.second - run.first) / 3);
   const Eigen::Vector3d before = MeanOf(windows, run.first, run.first + third);
   const Eigen::Vector3d after = MeanOf(windows, run.second - third, run.second);
   const double between_s = static_cast<double>(run.second - run.first - third) * window_s_;
-  const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(before);
+  // Hard iron may be as large as the field; an accelerometer's bias is small beside gravity.
+  const Eigen::Vector3d field_raw =
+      leading.triad == Triad::kMagnetometer ? before - centre_raw_ : before;
+  const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(field_raw);
   const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
                                  static_cast<double>(third * windows[run.first].count));
+  // A turn about the field itself shows in nothing but the sensor's own bias.
+  const double least_raw = kOffField * between_s * rate_rad_s.norm() * field_raw.norm();
   // Nearer to no change than to the expected one.
-  return expected.norm() > kSeenTurnSigmas * sigma &&
+  return expected.norm() > std::max(kSeenTurnSigmas * sigma, least_raw) &&
          (after - before).dot(expected) < 0.5 * expected.squaredNorm();
 }
 

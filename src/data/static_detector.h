@@ -48,9 +48,11 @@ struct DetectorTriad {
 /// persists. A sensor that turns all the time has no level with rests.
 class StaticDetector {
  public:
-  /// `triads`: those that tell rest from motion; the first one's mean must be steady.
+  /// `triads`: those that tell rest from motion; the first one's mean must be steady. `witnesses`:
+  /// others, that only tell whether the unit is back where it was after a knock.
   StaticDetector(const StaticDetectorOptions& options,
                  std::vector<DetectorTriad> triads,
+                 const std::vector<DetectorTriad>& witnesses,
                  double window_s);
 
   /// Rests among windows [0, count) of the buffer; windows with `usable` false are in none. The
@@ -61,7 +63,8 @@ class StaticDetector {
                          const std::vector<bool>& usable);
 
   /// True when `later` goes on where `earlier`, both of `buffer`, was interrupted by a knock: a
-  /// short disturbance with the same attitude before, after and, by and large, during it.
+  /// short disturbance with the same attitude, heading included where a sensor sees it, before,
+  /// after and, by and large, during it.
   bool IsKnock(const WindowBuffer& buffer, const WindowRun& earlier, const WindowRun& later) const;
 
  private:
@@ -74,6 +77,13 @@ class StaticDetector {
   std::vector<Rest> RestsBelow(const WindowBuffer& buffer, double level) const;
   bool CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const;
   static void CutSettling(const std::vector<TriadWindow>& windows, WindowRun* run);
+  bool IsAsBefore(const WindowBuffer& buffer,
+                  const DetectorTriad& known,
+                  const WindowRun& before,
+                  const WindowRun& after) const;
+  bool WasHandled(const WindowBuffer& buffer,
+                  const WindowRun& before,
+                  const WindowRun& after) const;
   bool IsLongEnough(const Rest& rest) const;
   void DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const;
   bool StayedWhere(const WindowBuffer& buffer,
@@ -82,9 +92,11 @@ class StaticDetector {
 
   StaticDetectorOptions options_;
   std::vector<DetectorTriad> triads_;
+  std::vector<DetectorTriad> all_;  // With the witnesses.
   double window_s_;
-  PerTriad<double> range_raw_;   // Spread of the window means: what turning the unit changes.
-  std::vector<float> activity_;  // Infinity where not usable.
+  PerTriad<double> range_raw_;  // Spread of the window means: what turning the unit changes.
+  Eigen::Vector3d centre_raw_ = Eigen::Vector3d::Zero();  // Of the leading triad's window means.
+  std::vector<float> activity_;                           // Infinity where not usable.
 };
 
 }  // namespace truetriad
