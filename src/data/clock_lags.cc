@@ -22,7 +22,7 @@ constexpr std::int64_t kSlotsBefore = 100;
 // Six hours: what bounds the memory.
 constexpr std::int64_t kMostSlots = 216'000;
 // A change is between neighbours, or a triad slower than the slots.
-constexpr std::int64_t kLongestGapSlots = 5;
+constexpr std::size_t kLongestGapSlots = 5;
 // Six seconds either way: more than buffers and rounded stamps add; clocks that were never set
 // differ by far more and find no peak.
 constexpr int kMostLag = 60;
@@ -46,6 +46,45 @@ float Ninetieth(std::vector<float> values) {
   const auto at = static_cast<std::ptrdiff_t>(9 * values.size() / 10);
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[static_cast<std::size_t>(at)];
+}
+
+const Eigen::Vector3f kNoReading = Eigen::Vector3f::Constant(std::nanf(""));
+
+bool IsReading(const Eigen::Vector3f& mean) { return !std::isnan(mean.x()); }
+
+// What a gyroscope reads at rest: more than half of a recording's slots, or at least the middle.
+Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
+  Eigen::Vector3f median = Eigen::Vector3f::Zero();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<float> values;
+    for (const Eigen::Vector3f& mean : means) {
+      if (IsReading(mean)) values.push_back(mean[axis]);
+    }
+    if (values.empty()) continue;
+    const auto half = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), half, values.end());
+    median[axis] = *half;
+  }
+  return median;
+}
+
+// By how much the unit turned from slot to slot, squared, in the triad's own measure: a field's
+// readings change by it, a rate's are it. Negative where it is not known.
+std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& means) {
+  const bool is_rate = triad == Triad::kGyroscope;
+  const Eigen::Vector3f rest = is_rate ? MedianOf(means) : Eigen::Vector3f::Zero();
+  std::vector<float> changes(means.size(), -1.0F);
+  std::optional<std::size_t> last;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    if (!IsReading(means[i])) continue;
+    if (last && i - *last <= kLongestGapSlots) {
+      const Eigen::Vector3f& before = means[*last];
+      changes[i] = is_rate ? (0.5F * (means[i] + before) - rest).squaredNorm()
+                           : (means[i] - before).squaredNorm();
+    }
+    last = i;
+  }
+  return changes;
 }
 
 // log2 of the changes; NaN where there is none.
@@ -93,16 +132,10 @@ Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>&
 
 void ClockLagFinder::Close(Track* track) {
   if (!(track->count > 0.0)) return;
-  const Eigen::Vector3d mean = track->sum / track->count;
   if (track->slot >= 0 && track->slot < kMostSlots) {
-    track->change.resize(static_cast<std::size_t>(track->slot) + 1, -1.0F);
-    const std::int64_t gap = track->slot - track->last_slot;
-    if (track->last_slot >= 0 && gap <= kLongestGapSlots) {
-      track->change.back() = static_cast<float>((mean - track->last_mean).squaredNorm());
-    }
+    track->means.resize(static_cast<std::size_t>(track->slot), kNoReading);
+    track->means.push_back((track->sum / track->count).cast<float>());
   }
-  track->last_mean = mean;
-  track->last_slot = track->slot;
   track->sum.setZero();
   track->count = 0.0;
 }
@@ -127,8 +160,8 @@ void ClockLagFinder::Add(const SampleBlock& block) {
 }
 
 std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const {
-  const std::vector<float> a = Logarithms(tracks_[reference].change);
-  const std::vector<float> b = Logarithms(tracks_[triad].change);
+  const std::vector<float> a = Logarithms(Changes(reference, tracks_[reference].means));
+  const std::vector<float> b = Logarithms(Changes(triad, tracks_[triad].means));
   std::array<Correlation, 2 * kMostLag + 1> correlation;
   for (int lag = -kMostLag; lag <= kMostLag; ++lag) {
     correlation[static_cast<std::size_t>(lag + kMostLag)] = CorrelationAt(a, b, lag);

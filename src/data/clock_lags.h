@@ -20,8 +20,9 @@ inline constexpr double kClockLagSigmaS = 0.05;
 /// Whether one triad's readings change long after, or before, another's: seconds, not the
 /// milliseconds that a fit finds.
 ///
-/// Of every tenth of a second it keeps by how much each triad's mean differs from the one before.
-/// Where the unit is turned now and then, the logarithms of two triads go up and down together,
+/// Of every tenth of a second it keeps each triad's mean, which tells by how much the unit turned:
+/// the change of a field's readings, the reading of a rate beside the one at rest. Where the unit
+/// is turned now and then, the logarithms c of two triads go up and down together,
 ///
 ///   r(lag) = corr(log c_reference(t), log c_triad(t + lag))
 ///
@@ -36,12 +37,10 @@ class ClockLagFinder {
 
  private:
   struct Track {
-    std::vector<float> change;  // of the mean since the slot before, squared; negative: none
-    std::int64_t slot = -1;     // that is open
+    std::vector<Eigen::Vector3f> means;  // of the slots; NaN where nothing was read
+    std::int64_t slot = -1;              // that is open
     double count = 0.0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    Eigen::Vector3d last_mean = Eigen::Vector3d::Zero();
-    std::int64_t last_slot = -1;
   };
   static void Close(Track* track);
 

@@ -79,6 +79,33 @@ TEST(ClockLagFinder, FindsByHowMuchATriadIsLateOrEarly) {
   }
 }
 
+// A rate is largest midway, where it changes least: it is not its change that goes with the
+// field's.
+TEST(ClockLagFinder, TakesARateForWhatTheFieldChangesBy) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<std::int64_t> time_ns;
+  std::vector<double> rate, field_x, field_y, zero;
+  double angle = 0.0, time_s = 0.0;
+  for (const double rest_s : UnevenRests()) {
+    for (const double end_s = time_s + rest_s + 3.0; time_s < end_s; time_s += 0.125) {
+      const double share = std::max(0.0, 1.0 - (end_s - time_s) / 3.0);
+      rate.push_back(3.0 * share * (1.0 - share) + 0.1 + 0.002 * normal(random));
+      angle += 3.0 * share * (1.0 - share) * 0.125;
+      time_ns.push_back(std::llround(1e9 * time_s));
+      field_x.push_back(50.0 * std::cos(angle) + 0.3 * normal(random));
+      field_y.push_back(50.0 * std::sin(angle) + 0.3 * normal(random));
+      zero.push_back(0.0);
+    }
+  }
+  ClockLagFinder finder;
+  finder.Add({Triad::kGyroscope, time_ns, zero, zero, rate, {}, {}, {}});
+  finder.Add({Triad::kMagnetometer, time_ns, field_x, field_y, zero, {}, {}, {}});
+  const std::optional<double> found = finder.LagOf(Triad::kMagnetometer, Triad::kGyroscope);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(*found, 0.0, 0.125);
+}
+
 TEST(ClockLagFinder, SaysNothingWhereEvenTurnsFitAtSeveralLags) {
   // A turn every 4.2 s: the lag and the lag less 4.2 s look the same.
   EXPECT_FALSE(LagFound(std::vector<double>(40, 3.0), 1.0, true));

@@ -208,6 +208,46 @@ TEST(StaticDetection, JoinsARestThatAKnockInterrupts) {
   EXPECT_LT(knocked.triads[kAccel]->sample_covariance_raw(0, 0), 2.0 * 0.02 * 0.02);
 }
 
+// What the accelerometer cannot tell from a knock.
+TEST(StaticDetection, KeepsRestsApartThatDifferByATurnAboutTheVertical) {
+  for (const bool by_machine : {false, true}) {
+    SyntheticRecording recording;
+    for (int i = 0; i < 12; ++i) {
+      recording.Rest(3.0);
+      if (i % 3 == 2) {
+        recording.Handle();
+      } else if (by_machine) {
+        recording.Slew(90.0 * kDegree, 1.2);
+      } else {
+        recording.Turn(recording.gravity, 90.0 * kDegree, 1.0);
+      }
+    }
+    std::vector<std::vector<MemoryStream>> recordings = {
+        {recording.accel, recording.gyro}, {recording.accel, recording.gyro, recording.magnet}};
+    // A machine's turn is a rest to an accelerometer by itself.
+    if (!by_machine) recordings.push_back({recording.accel, recording.magnet});
+    for (const std::vector<MemoryStream>& streams : recordings) {
+      const Result<PoseSet> set = Collect(streams);
+      ASSERT_TRUE(set) << set.error().message;
+      EXPECT_EQ(set->poses.size(), 12u) << streams.size() << (by_machine ? " by machine" : "");
+    }
+  }
+}
+
+TEST(StaticDetection, DropsASlewAboutTheVerticalThoughTheAccelerometerHasABias) {
+  SyntheticRecording recording;
+  recording.offset_raw = {0.3, -0.2, 0.3};
+  for (int i = 0; i < 12; ++i) {
+    recording.Rest(3.0);
+    if (i == 6) recording.Slew(180.0 * kDegree, 8.0);
+    if (i != 6) recording.Handle();
+  }
+  const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
+  ASSERT_TRUE(set) << set.error().message;
+  EXPECT_EQ(set->poses.size(), 12u);
+  for (const StaticPose& pose : set->poses) EXPECT_LT(pose.duration_s(), 3.5) << pose.number;
+}
+
 TEST(StaticDetection, KeepsTwoRestsInOneAttitudeApartWhenTheUnitWasHandledInBetween) {
   SyntheticRecording recording;
   for (int i = 0; i < 6; ++i) recording.Rest(3.0), recording.Handle();

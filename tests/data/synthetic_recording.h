@@ -25,6 +25,7 @@ class SyntheticRecording {
   double step_raw = 0.0;                                  // Rounding of the readings.
   Eigen::Vector3d drift_mps3 = Eigen::Vector3d::Zero();   // Of the accelerometer's bias.
   Eigen::Vector3d gravity = Eigen::Vector3d(0, 0, 9.81);  // In the body now.
+  Eigen::Vector3d field_ut = Eigen::Vector3d(20, 0, -43);
 
   /// Still for a time; `noise` in units of the sensor's own.
   void Rest(double duration_s, double noise = 1.0) {
@@ -34,7 +35,7 @@ class SyntheticRecording {
   }
   /// Turns by `angle_rad` about a body axis at a smooth rate, with hand tremor.
   void Turn(const Eigen::Vector3d& axis, double angle_rad, double duration_s) {
-    const Eigen::Vector3d from = gravity;
+    const Eigen::Vector3d from = gravity, field_from_ut = field_ut;
     const std::int64_t start = time_ns_, length = Ns(duration_s);
     while (time_ns_ < start + length) {
       const double share = static_cast<double>(time_ns_ - start) / static_cast<double>(length);
@@ -42,9 +43,17 @@ class SyntheticRecording {
       const double rate =
           angle_rad * 0.5 * std::numbers::pi / duration_s * std::sin(std::numbers::pi * share);
       gravity = Eigen::AngleAxisd(-angle, axis.normalized()) * from;
-      Write(gravity, rate * axis.normalized(), 20.0);
+      field_ut = Eigen::AngleAxisd(-angle, axis.normalized()) * field_from_ut;
+      Write(gravity, rate * axis.normalized(), tremor_);
     }
     gravity = Eigen::AngleAxisd(-angle_rad, axis.normalized()) * from;
+    field_ut = Eigen::AngleAxisd(-angle_rad, axis.normalized()) * field_from_ut;
+  }
+  /// Turns about the vertical by a machine: nothing trembles.
+  void Slew(double angle_rad, double duration_s) {
+    tremor_ = 1.0;
+    Turn(gravity, angle_rad, duration_s);
+    tremor_ = 20.0;
   }
   /// A short shock without a change of attitude.
   void Knock(double duration_s) {
@@ -81,6 +90,7 @@ class SyntheticRecording {
 
   MemoryStream accel{Triad::kAccelerometer};
   MemoryStream gyro{Triad::kGyroscope};
+  MemoryStream magnet{Triad::kMagnetometer};
 
  private:
   static std::int64_t Ns(double seconds) { return std::llround(seconds * 1e9); }
@@ -91,12 +101,22 @@ class SyntheticRecording {
     if (step_raw > 0.0) raw = (raw / step_raw).array().round() * step_raw;
     accel.Add(time_ns_, raw);
     gyro.Add(time_ns_, rate + noise * gyro_noise_radps * Normal());
+    magnet.Add(time_ns_, field_ut + 0.3 * NormalOfMagnet());
     time_ns_ += spacing_ns_;
   }
 
   std::int64_t spacing_ns_;
   std::int64_t time_ns_ = 0;
+  // The others' draws stay what they are without a magnetometer.
+  Eigen::Vector3d NormalOfMagnet() {
+    std::normal_distribution<double> normal;
+    const double x = normal(magnet_random_), y = normal(magnet_random_), z = normal(magnet_random_);
+    return {x, y, z};
+  }
+
+  double tremor_ = 20.0;  // While turning, in units of the sensors' own noise.
   std::mt19937 random_;
+  std::mt19937 magnet_random_{7};
 };
 
 }  // namespace truetriad
