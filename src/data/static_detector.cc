@@ -110,13 +110,14 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  DropTurning(buffer, &rests);
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
       CutSettling(buffer.windows(known.triad), &rest.runs.front());
       if (rest.runs.size() > 1) CutSettling(buffer.windows(known.triad), &rest.runs.back());
     }
   }
+  // After the ends: the slow start of a turn about the vertical is none of the rest.
+  DropTurning(buffer, &rests);
   std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
 }
