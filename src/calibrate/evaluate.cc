@@ -7,6 +7,9 @@
 #include <set>
 #include <string>
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include "calibrate/evaluate_turns.h"
 #include "calibrate/evaluated_reading.h"
 #include "truetriad/calibrate/evaluate.h"
@@ -48,12 +51,59 @@ double StrengthOf(Triad triad, const ReferenceValues& reference) {
   return 0.0;
 }
 
+// Errors e of one sensor, each with noise of its own and J times the parameters' errors, summed up
+// for the χ² of all of them together: e^T (N + J Σ J^T)^-1 e. What the poses share, as a gain that
+// is as uncertain as the local gravity, then allows for no scatter between them.
+class JointErrors {
+ public:
+  void Add(const Eigen::VectorXd& error,
+           const Eigen::MatrixXd& noise,
+           const Eigen::MatrixXd& by_parameters) {
+    const Eigen::LLT<Eigen::MatrixXd> root(noise);
+    if (root.info() != Eigen::Success) {
+      is_noisy_ = false;
+      return;
+    }
+    const Eigen::VectorXd white = root.matrixL().solve(error);
+    const Eigen::MatrixXd jacobian = root.matrixL().solve(by_parameters);
+    if (count_ == 0) {
+      information_ = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
+      gradient_ = Eigen::VectorXd::Zero(jacobian.cols());
+    }
+    information_.noalias() += jacobian.transpose() * jacobian;
+    gradient_.noalias() += jacobian.transpose() * white;
+    chi2_ += white.squaredNorm();
+    count_ += error.size();
+  }
+
+  // RMS of the errors, whitened: 1 where they are as predicted. Unset where a reading has no noise.
+  std::optional<double> Rms(const Eigen::MatrixXd& covariance) const {
+    if (count_ == 0 || !is_noisy_) return std::nullopt;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(covariance);
+    const Eigen::MatrixXd root =
+        parts.eigenvectors() * parts.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    Eigen::MatrixXd whole = root.transpose() * information_ * root;
+    whole.diagonal().array() += 1.0;
+    const Eigen::VectorXd pull = root.transpose() * gradient_;
+    const double chi2 = chi2_ - pull.dot(whole.llt().solve(pull));
+    return std::sqrt(std::max(chi2, 0.0) / static_cast<double>(count_));
+  }
+
+ private:
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+  double chi2_ = 0.0;
+  Eigen::Index count_ = 0;
+  bool is_noisy_ = true;
+};
+
 // Sums over the poses of one sensor.
 struct ErrorSums {
   double squares = 0.0;
   double squares_before = 0.0;
   double expected = 0.0;
   int count = 0;
+  JointErrors joint;
 };
 
 // Adds one reading to the sums of its sensor.
@@ -79,6 +129,14 @@ PoseResidual AddReading(const Calibration& calibration,
                               ? covariance.trace()
                               : residual.direction.dot(covariance * residual.direction);
   residual.normalized = std::abs(residual.norm_error) / std::sqrt(variance);
+  if (stream.triad == Triad::kGyroscope) {
+    sums->joint.Add(reading.truth, reading.noise, reading.by_parameters);
+  } else {
+    const Eigen::RowVector3d along = residual.direction.transpose();
+    sums->joint.Add(Eigen::VectorXd::Constant(1, residual.norm_error),
+                    along * reading.noise * residual.direction,
+                    along * reading.by_parameters);
+  }
   sums->squares += residual.norm_error * residual.norm_error;
   sums->squares_before += residual.norm_error_before * residual.norm_error_before;
   sums->expected += variance;
@@ -199,6 +257,10 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
     if (IsBiasHeld(calibration, triad)) TakeMeanOut(triad, &summary.pose_residuals, &sum);
     summary.norm_rms[triad] = std::sqrt(sum.squares / sum.count);
     summary.predicted_rms[triad] = std::sqrt(sum.expected / sum.count);
+    summary.error_ratio[triad] = sum.joint.Rms(calibration.covariance.matrix);
+    if (IsBiasHeld(calibration, triad)) {
+      summary.error_ratio[triad] = *summary.norm_rms[triad] / *summary.predicted_rms[triad];
+    }
     if (std::isfinite(sum.squares_before)) {
       summary.norm_rms_before[triad] = std::sqrt(sum.squares_before / sum.count);
     }
@@ -210,14 +272,13 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
 
 std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation) {
   std::optional<double> worst;
-  const auto add = [&worst](double error, double predicted) {
-    if (predicted > 0.0) worst = std::max(error / predicted, worst.value_or(0.0));
-  };
+  const auto add = [&worst](double ratio) { worst = std::max(ratio, worst.value_or(0.0)); };
   for (const Triad triad : kTriads) {
-    if (!evaluation.norm_rms[triad]) continue;
-    add(*evaluation.norm_rms[triad], evaluation.predicted_rms[triad].value_or(0.0));
+    if (evaluation.error_ratio[triad]) add(*evaluation.error_ratio[triad]);
   }
-  if (evaluation.turns) add(evaluation.turns->rms_rad, evaluation.turns->predicted_rms_rad);
+  if (evaluation.turns && evaluation.turns->predicted_rms_rad > 0.0) {
+    add(evaluation.turns->rms_rad / evaluation.turns->predicted_rms_rad);
+  }
   return worst;
 }
 

@@ -32,6 +32,8 @@ constexpr int kPeakWidth = 10;
 constexpr double kClearCorrelation = 0.5;
 // Of log likelihoods, neighbouring slots counting as one for as long as a turn lasts.
 constexpr double kClearlyLikelier = 6.0;
+// Triads see the same turn unlike by as much, whatever the noise: a likelihood counts no more.
+constexpr double kUnlikeShare = 0.1;
 // 1.2 s, about as long as a hand turns a unit.
 constexpr double kSlotsOfATurn = 12.0;
 // Half a minute tells something.
@@ -107,7 +109,7 @@ struct Correlation {
   double pairs = 0.0;
 
   double log_likelihood() const {
-    return -0.5 * pairs / kSlotsOfATurn * std::log(1.0 - std::min(value * value, 1.0 - 1e-9));
+    return -0.5 * pairs / kSlotsOfATurn * std::log(1.0 + kUnlikeShare - value * value);
   }
 };
 

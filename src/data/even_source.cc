@@ -153,13 +153,13 @@ void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
   summary->are_stamps_even = stream.judgement == Judgement::kEven;
   if (stream.kind == StampKind::kRegular && !summary->are_stamps_even) return;
   if (!summary->are_stamps_even && stream.are_true) return;
-  const std::string what = std::string(TriadName(summary->triad)) + ": its time stamps are " +
+  const std::string what = std::string(TriadName(summary->triad)) + ": time stamps are " +
                            std::string(StampKindName(stream.kind)) + " (" +
                            RoundedText(1e3 * summary->jitter_s, 3) + " ms RMS off even times at " +
                            RoundedText(summary->rate_hz, 5) + " Hz)";
   Finding finding = summary->are_stamps_even
                         ? Finding(FindingCode::kEvenTimes,
-                                  what + "; its samples are taken to be evenly spaced instead")
+                                  what + "; samples are taken to be evenly spaced instead")
                         : Finding(FindingCode::kUnevenTimes,
                                   what + ", and are used as they are",
                                   "let the sensor's own clock stamp them");

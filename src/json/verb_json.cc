@@ -166,6 +166,7 @@ Json ToJson(const EvaluationSummary& evaluation) {
                {"norm_rms", OfEachTriad(evaluation.norm_rms)},
                {"norm_rms_before", OfEachTriad(evaluation.norm_rms_before)},
                {"predicted_rms", OfEachTriad(evaluation.predicted_rms)},
+               {"error_ratio", OfEachTriad(evaluation.error_ratio)},
                {"angle_std_deg", OrNull(evaluation.angle_std_deg)},
                {"turns", nullptr}};
   if (const auto& turns = evaluation.turns) {

@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
+#include "base/messages.h"
 #include "math/distributions.h"
 #include "report/format.h"
 #include "report/parameter_table.h"
@@ -140,17 +143,66 @@ Section LimitsSection(const Calibration& calibration) {
   return section;
 }
 
-/// Refusals, then warnings, then notes.
+/// A finding and the sensors of which it says the same.
+struct SharedFinding {
+  const Finding* finding;
+  std::vector<std::string> sensors;  ///< that its text begins with
+};
+
+/// The message without the sensor that it begins with.
+std::string_view WithoutSensor(const Finding& finding, std::string_view message) {
+  if (!finding.sensor) return message;
+  const std::string head = std::string(TriadName(*finding.sensor)) + ": ";
+  return message.starts_with(head) ? message.substr(head.size()) : message;
+}
+
+std::vector<SharedFinding> SharedFindings(const Findings& findings, Severity severity) {
+  std::vector<SharedFinding> shared;
+  for (const Finding& finding : findings) {
+    if (finding.severity != severity) continue;
+    const std::string message = finding.Message();
+    const std::string_view rest = WithoutSensor(finding, message);
+    const bool names_sensor = rest.size() < message.size();
+    const auto same = std::find_if(shared.begin(), shared.end(), [&](const SharedFinding& other) {
+      return !other.sensors.empty() && other.finding->code == finding.code &&
+             WithoutSensor(*other.finding, other.finding->Message()) == rest;
+    });
+    if (names_sensor && same != shared.end()) {
+      same->sensors.emplace_back(TriadName(*finding.sensor));
+      continue;
+    }
+    shared.push_back({&finding, {}});
+    if (names_sensor) shared.back().sensors.emplace_back(TriadName(*finding.sensor));
+  }
+  return shared;
+}
+
+/// Refusals, then warnings, then notes; of many of one kind the first few.
 Section FindingsSection(const Calibration& calibration) {
+  constexpr std::size_t kShown = 3;
   Section section{SectionKind::kFindings, calibration.IsUsable() ? "Findings" : "Why", {}};
   for (const Severity severity : {Severity::kRefusal, Severity::kWarning, Severity::kNote}) {
-    for (const Finding& finding : calibration.findings) {
-      if (finding.severity != severity) continue;
-      Bullet bullet{finding.Message()};
-      if (finding.code != FindingCode::kMessage) {
-        bullet.tag =
-            std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(finding.code));
+    const std::vector<SharedFinding> shared = SharedFindings(calibration.findings, severity);
+    std::map<FindingCode, std::size_t> left;
+    for (const SharedFinding& each : shared) ++left[each.finding->code];
+    std::map<FindingCode, std::size_t> shown;
+    for (const auto& [finding, sensors] : shared) {
+      const FindingCode code = finding->code;
+      const std::string tag =
+          std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
+      // One more than the few takes no more room than to say so.
+      if (code != FindingCode::kMessage && shown[code] == kShown && left[code] > 1) {
+        section.blocks.emplace_back(Bullet{
+            std::to_string(left[code]) + " more like the last; calibration.yaml has all", tag});
+        left[code] = 0;
       }
+      if (left[code] == 0) continue;
+      --left[code], ++shown[code];
+      const std::string message = finding->Message();
+      Bullet bullet{sensors.size() < 2
+                        ? message
+                        : Listed(sensors) + ": " + std::string(WithoutSensor(*finding, message))};
+      if (code != FindingCode::kMessage) bullet.tag = tag;
       section.blocks.emplace_back(std::move(bullet));
     }
   }

@@ -40,24 +40,25 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
 
 // RMS errors and their ratios to what was predicted.
 Table TableOf(const EvaluationSummary& evaluation) {
-  Table table{
-      {"RMS of |C(y - b)| - reference", "uncalibrated", "calibrated", "predicted", "ratio", "unit"},
-      "lrrrrl",
-      {}};
+  Table table{{"RMS of |C(y - b)| - reference",
+               "uncalibrated",
+               "calibrated",
+               "predicted",
+               "misfit",
+               "unit"},
+              "lrrrrl",
+              {}};
   const auto number = [](const std::optional<double>& value) {
     return value ? Significant(*value, 3) : std::string("–");
   };
   for (const Triad triad : kTriads) {
     const std::optional<double>& rms = evaluation.norm_rms[triad];
     if (!rms) continue;
-    const std::optional<double>& predicted = evaluation.predicted_rms[triad];
-    std::optional<double> ratio;
-    if (predicted && *predicted > 0.0) ratio = *rms / *predicted;
     table.rows.push_back({TriadTitle(triad),
                           number(evaluation.norm_rms_before[triad]),
                           number(rms),
-                          number(predicted),
-                          number(ratio),
+                          number(evaluation.predicted_rms[triad]),
+                          number(evaluation.error_ratio[triad]),
                           TruthUnit(triad)});
   }
   if (evaluation.turns) {
@@ -113,7 +114,10 @@ std::string EvaluationText(const EvaluationSummary& evaluation, const Calibratio
                                                   : calibration.serial) +
                       " tested on " + std::to_string(evaluation.poses) + " poses.",
                   0) +
-          '\n' + TextOf(TableOf(evaluation));
+          '\n' + TextOf(TableOf(evaluation)) +
+          Wrapped(
+              "Misfit is 1 where the errors are as predicted. It counts once what all poses "
+              "share, such as the local gravity, which the RMS count at every pose.");
   const auto& accelerometer = calibration.sensors[Triad::kAccelerometer];
   if (calibration.mode == Mode::kSweep && accelerometer && accelerometer->bias_sigma.isZero(0.0)) {
     text += '\n' + Wrapped(

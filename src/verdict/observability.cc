@@ -63,16 +63,6 @@ std::string SpokenName(const std::string& text) {
   return "tilt of face " + text.substr(first + 1, text.rfind('.') - first - 1);
 }
 
-// "A", "A and B", "A, B and C".
-std::string JoinWithAnd(const std::vector<std::string>& items) {
-  std::string text;
-  for (std::size_t i = 0; i < items.size(); ++i) {
-    if (i > 0) text += i + 1 == items.size() ? " and " : ", ";
-    text += items[i];
-  }
-  return text;
-}
-
 std::string Describe(const std::vector<std::string>& names,
                      const Eigen::VectorXd& loading,
                      bool determined) {
@@ -91,8 +81,7 @@ std::string Describe(const std::vector<std::string>& names,
   if (parts.size() == 1) {
     return parts.front() + (determined ? " is weakly determined" : " is not determined");
   }
-  return JoinWithAnd(parts) +
-         (determined ? " are nearly indistinguishable" : " are indistinguishable");
+  return Listed(parts) + (determined ? " are nearly indistinguishable" : " are indistinguishable");
 }
 
 // A direction in words: "+z", "-x", "halfway between +x and -y", "between +x, +y and +z".
@@ -105,7 +94,7 @@ std::string SpokenDirection(const Eigen::Vector3d& direction) {
     parts.push_back(part);
   }
   if (parts.size() == 1) return parts.front();
-  return (parts.size() == 2 ? "halfway between " : "between ") + JoinWithAnd(parts);
+  return (parts.size() == 2 ? "halfway between " : "between ") + Listed(parts);
 }
 
 // A pose that could be added: what is up (or along the field, for a magnetometer alone), and rows

@@ -235,9 +235,10 @@ TEST(EvaluationText, JudgesErrorsByThePrediction) {
   evaluation.poses = 12;
   evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
   evaluation.predicted_rms[Triad::kAccelerometer] = 0.0020;
+  evaluation.error_ratio[Triad::kAccelerometer] = 1.05;
   evaluation.angle_std_deg = 0.12;
   EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()), StartsWith("AS PREDICTED"));
-  evaluation.norm_rms[Triad::kAccelerometer] = 0.0121;
+  evaluation.error_ratio[Triad::kAccelerometer] = 6.05;
   EXPECT_THAT(EvaluationText(evaluation, SampleCalibration()),
               StartsWith("WORSE THAN PREDICTED: up to 6.05 times"));
   EXPECT_THAT(EvaluationText({}, SampleCalibration()), StartsWith("NOT EVALUATED"));

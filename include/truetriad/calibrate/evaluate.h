@@ -36,6 +36,9 @@ struct EvaluationSummary {
   PerTriad<std::optional<double>> norm_rms;
   PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
   PerTriad<std::optional<double>> predicted_rms;    ///< What noise and parameter σ let expect.
+  /// All errors held against noise and parameter covariance together, as an RMS: 1 as predicted.
+  /// Unlike the two RMS' ratio it counts once what poses share, as the local gravity.
+  PerTriad<std::optional<double>> error_ratio;
   std::optional<double> angle_std_deg;  ///< Spread of the angle between field and gravity.
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
   std::vector<PoseResidual> pose_residuals;

@@ -126,6 +126,7 @@ enum class FindingCode : int {
   kLeftOutTerm,
   kTermInDoubt,
   kNonlinearityStated,
+  kLinearityAssumed,
   kPoorlyKnown,
   kStretchesDiffer,
   kSessions,

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "verdict/left_out_terms.h"
 
+#include <algorithm>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/messages.h"
 #include "truetriad/base/units.h"
@@ -9,6 +12,40 @@
 
 namespace truetriad {
 namespace {
+
+// A term is told from the noise from about so many of its own σ on.
+constexpr double kToldSigmas = 3.0;
+// What a result may be off by and still be right.
+constexpr double kTrustedSigmas = 5.0;
+
+// Bends that these poses tell from the model too badly to protect the parameters, in one sentence.
+std::optional<Finding> LinearityAssumed(const LeftOutTerms& terms) {
+  std::vector<std::string> bends;
+  double largest = 0.0;
+  for (const LeftOutTest& test : terms.tests) {
+    const bool is_bend =
+        std::any_of(kAxisTerms.begin(), kAxisTerms.end(), [&](const AxisTermInfo& info) {
+          return info.name == test.term;
+        });
+    const bool is_known =
+        test.is_shown ||
+        std::any_of(terms.stated.begin(), terms.stated.end(), [&](const StatedBend& bend) {
+          return bend.triad == test.triad;
+        });
+    if (!is_bend || is_known || !test.kappa) continue;
+    const double shift_sigmas = kToldSigmas * *test.kappa;
+    if (shift_sigmas < kTrustedSigmas) continue;
+    bends.push_back(Format("%.2g σ (", shift_sigmas) + std::string(TriadName(test.triad)) + " " +
+                    test.term + ")");
+    largest = std::max(largest, shift_sigmas);
+  }
+  if (bends.empty()) return std::nullopt;
+  return Finding(FindingCode::kLinearityAssumed,
+                 "σ hold for linear sensors: a bend just too small to show would shift some "
+                 "parameter by " +
+                     Listed(bends))
+      .With("shift", largest);
+}
 
 std::string SizeOf(const LeftOutTerm& term) {
   return Format("%.2g ", term.size) + std::string(TruthUnitName(term.triad));
@@ -126,11 +163,15 @@ Findings FindingsOf(const LeftOutTerms& terms) {
                     " " + WordsOf(term) +
                     Format(" (p = %.2g), which would shift parameters", term.p_value) +
                     Format(" by up to %.2g σ; ", term.effect_sigmas) +
-                    Format("σ are up to %.2g times as large for that", kMostByDoubt),
+                    Format("σ are up to %.2g times as large for that", kMostByDoubt) +
+                    (term.effect_sigmas > kTrustedSigmas * kMostByDoubt
+                         ? ", which does not cover all of it"
+                         : ""),
                 "take more poses, or " + RemedyOf(term, terms.has_temperature))
             .About(term.triad)
             .With("p_value", term.p_value));
   }
+  if (const std::optional<Finding> assumed = LinearityAssumed(terms)) findings.push_back(*assumed);
   for (const StatedBend& bend : terms.stated) {
     const Nonlinearity& stated = bend.nonlinearity;
     findings.push_back(

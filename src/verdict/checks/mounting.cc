@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/messages.h"
 #include "problem/lay_out.h"
 #include "verdict/checks/check.h"
 
@@ -83,11 +84,9 @@ std::string MountingLine(const MountingView& view, const std::vector<Triad>& tri
 }
 
 std::string NamesOf(const std::vector<Triad>& triads) {
-  std::string names;
-  for (const Triad triad : triads) {
-    names += (names.empty() ? "" : " and ") + std::string(TriadName(triad));
-  }
-  return names;
+  std::vector<std::string> names;
+  for (const Triad triad : triads) names.emplace_back(TriadName(triad));
+  return Listed(names);
 }
 
 Finding Contradiction(const CalibrateOptions& options, const std::vector<MountingView>& views) {
