@@ -118,8 +118,16 @@ Error NotEnoughError(Finding finding) {
 std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names) {
   if (names.empty()) return std::nullopt;
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + (name.empty() ? "(no name)" : name);
-  return Finding(FindingCode::kColumnsIgnored, "nothing is read from the columns " + text);
+  for (const std::string& name : names) {
+    text += (text.empty() ? "" : ", ") + (name.empty() ? "(no name)" : name);
+  }
+  const bool has_faces = std::find(names.begin(), names.end(), "face") != names.end();
+  return Finding(
+      FindingCode::kColumnsIgnored,
+      std::string("nothing is read from the column") + (names.size() > 1 ? "s " : " ") + text,
+      has_faces ? "state `attitudes: { six_face: {} }`, which sees by itself on which "
+                  "face the unit stood at each rest"
+                : "");
 }
 
 Finding RefusalOf(const Error& error, FindingCode code) {

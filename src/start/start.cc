@@ -57,11 +57,16 @@ Status CheckCount(Triad triad, std::size_t poses, const TriadOptions& options, b
   }
   if (poses >= needed) return {};
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
+  const bool may_be_faces = triad == Triad::kAccelerometer && !attitudes && poses >= 6;
   return NotEnoughError(Finding(FindingCode::kTooFewPoses,
                                 std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " +
                                     noun + (poses == 1 ? ", but " : "s, but ") + model +
                                     " needs at least " + std::to_string(needed),
-                                "add " + noun + "s, or choose a smaller model")
+                                "add " + noun + "s, " +
+                                    (may_be_faces ? "choose a smaller model, or, if the unit stood "
+                                                    "on its six faces, state `attitudes: { "
+                                                    "six_face: {} }`"
+                                                  : "or choose a smaller model"))
                             .About(triad)
                             .With("poses", static_cast<double>(poses))
                             .With("needed", static_cast<double>(needed)));
