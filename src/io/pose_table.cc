@@ -305,12 +305,12 @@ Result<bool> IsPoseTable(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv, CsvReader::Open(path, {}));
   bool is_log = csv->header().empty();
   for (const std::string& field : csv->header()) {
-    const std::string name = ParseHeaderColumn(field).name;
+    const std::string name = LowerCase(ParseHeaderColumn(field).name);
     if (name.find("_sigma") != std::string::npos ||
         std::find(kAttitude.begin(), kAttitude.end(), name) != kAttitude.end()) {
       return true;
     }
-    is_log = is_log || name == "time" || name == "pose";
+    is_log = is_log || name == "pose" || SeeminglyCalled(name) == "time";
   }
   return !is_log;
 }

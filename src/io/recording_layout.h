@@ -69,12 +69,20 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
 /// True for a face of the six-face block: +x, -x, +y, -y, +z, -z.
 bool IsFace(std::string_view text);
 
-/// A column of a self-describing header: "accel_x[m/s^2]" → name "accel_x", unit "m/s^2".
+/// A column of a self-describing header: "accel_x[m/s^2]" or "accel_x (m/s^2)" → name "accel_x",
+/// unit "m/s^2".
 struct HeaderColumn {
   std::string name;
   std::string unit;  ///< Empty when not stated.
 };
 HeaderColumn ParseHeaderColumn(const std::string& field);
+
+/// Names are read in large and small letters alike.
+std::string LowerCase(std::string text);
+
+/// The name of this project for what a column seems to hold, without an axis `accel_`; empty where
+/// it seems to hold nothing that is read.
+std::string SeeminglyCalled(const std::string& column);
 
 /// Reads the columns of a self-describing header one by one, each at most once.
 class HeaderColumns {
@@ -82,7 +90,8 @@ class HeaderColumns {
   /// Error: duplicate names.
   static Result<HeaderColumns> Of(const CsvReader& csv);
 
-  /// The position of the column called `name`, if there is one; it counts as known from then on.
+  /// The position of the column called `name` in large or small letters, if there is one; it counts
+  /// as known from then on.
   std::optional<std::size_t> Take(const std::string& name);
   /// The unit of a column. Error when there is none: says how to state it, as in `name[example]`.
   Result<std::string> UnitOf(std::size_t column, std::string_view example) const;
@@ -92,7 +101,8 @@ class HeaderColumns {
   /// "file:line: column `accel_x`: " + message.
   Error Fail(std::size_t column, const std::string& message) const;
   /// The columns that nobody took, without that of row numbers. Error: one that may be a reading,
-  /// time or temperature which the table otherwise lacks; lists the names that were asked for.
+  /// time or temperature which the table otherwise lacks; proposes a header, or lists the names
+  /// that were asked for.
   Result<std::vector<std::string>> Ignored() const;
   /// "time, accel_x, …": all of them, for messages.
   std::string Names() const;
@@ -109,6 +119,8 @@ class HeaderColumns {
   /// Whether a column that nobody took may be what the table otherwise lacks.
   bool MayBeNeeded(const HeaderColumn& column) const;
   bool HasTaken(std::string_view name) const;
+  /// The header with the names that its columns seem to mean; empty where that is not clear.
+  std::string Understandable() const;
 
   std::string place_;  ///< "file:line: "
   std::vector<HeaderColumn> columns_;

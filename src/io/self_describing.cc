@@ -13,11 +13,50 @@ namespace {
 /// A unit to show people who forgot theirs.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
+/// What people call quantities; the letters of one alone only with an axis behind them.
+struct Calling {
+  std::string_view beginning, letter, name;
+};
+constexpr std::array<Calling, 6> kCallings = {{{"acc", "a", "accel"},
+                                               {"gyr", "g", "gyro"},
+                                               {"omega", "w", "gyro"},
+                                               {"mag", "m", "mag"},
+                                               {"temp", "", "temperature"},
+                                               {"time", "t", "time"}}};
+
 }  // namespace
 
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) {
+    return static_cast<char>(std::tolower(c));
+  });
+  return text;
+}
+
+std::string SeeminglyCalled(const std::string& column) {
+  std::string letters;
+  for (const char c : LowerCase(column)) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) letters += c;
+  }
+  if (letters == "t" || letters == "ts" || letters == "stamp") return "time";
+  const char last = letters.empty() ? ' ' : letters.back();
+  const bool has_axis = last >= 'x' && last <= 'z';
+  for (const auto& [beginning, letter, name] : kCallings) {
+    const bool has_axes = name != "time" && name != "temperature";
+    const bool is_letter =
+        has_axes && has_axis && letters.size() == 2 && letters.front() == letter[0];
+    if (!letters.starts_with(beginning) && !is_letter) continue;
+    std::string called(name);
+    if (has_axes) called += has_axis ? std::string("_") + last : "_";
+    return called;
+  }
+  return {};
+}
+
 HeaderColumn ParseHeaderColumn(const std::string& field) {
-  const std::size_t open = field.find('[');
-  if (open == std::string::npos || field.back() != ']') return {field, ""};
+  const bool is_round = !field.empty() && field.back() == ')';
+  const std::size_t open = field.find(is_round ? '(' : '[');
+  if (open == std::string::npos || (!is_round && field.back() != ']')) return {field, ""};
   const std::size_t name_end = field.find_last_not_of(" \t", open == 0 ? 0 : open - 1) + 1;
   return {field.substr(0, std::min(open, name_end)),
           field.substr(open + 1, field.size() - open - 2)};
@@ -41,7 +80,7 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
   for (const std::string& field : csv.header()) {
     HeaderColumn column = ParseHeaderColumn(field);
     for (const HeaderColumn& other : header.columns_) {
-      if (other.name == column.name) {
+      if (LowerCase(other.name) == LowerCase(column.name)) {
         return BadInputError(header.place_ + "column `" + column.name +
                              "` occurs twice; rename one of them");
       }
@@ -55,7 +94,7 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
 std::optional<std::size_t> HeaderColumns::Take(const std::string& name) {
   asked_.push_back(name);
   for (std::size_t column = 0; column < columns_.size(); ++column) {
-    if (columns_[column].name == name) {
+    if (LowerCase(columns_[column].name) == LowerCase(name)) {
       taken_[column] = true;
       return column;
     }
@@ -114,29 +153,15 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
 
 bool HeaderColumns::HasTaken(std::string_view name) const {
   for (std::size_t column = 0; column < columns_.size(); ++column) {
-    if (columns_[column].name == name) return taken_[column];
+    if (LowerCase(columns_[column].name) == name) return taken_[column];
   }
   return false;
 }
 
 bool HeaderColumns::MayBeNeeded(const HeaderColumn& column) const {
-  struct Beginning {
-    std::string_view letters, name;
-  };
-  static constexpr std::array<Beginning, 6> kBeginnings = {{{"acc", "accel_x"},
-                                                            {"gyr", "gyro_x"},
-                                                            {"mag", "mag_x"},
-                                                            {"temp", "temperature"},
-                                                            {"time", "time"},
-                                                            {"t", "time"}}};
-  std::string name = column.name;
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-    return static_cast<char>(std::tolower(c));
-  });
-  for (const auto& [letters, wanted] : kBeginnings) {
-    const bool begins = letters.size() > 1 ? name.starts_with(letters) : name == letters;
-    if (begins && !HasTaken(wanted)) return true;
-  }
+  std::string called = SeeminglyCalled(column.name);
+  if (called.ends_with('_')) called += 'x';
+  if (!called.empty() && !HasTaken(called)) return true;
   for (const Triad triad : kTriads) {
     const bool is_reading = !column.unit.empty() && ParseTriadUnit(triad, column.unit);
     if (is_reading && !HasTaken(std::string(TriadPrefix(triad)) + "_x")) return true;
@@ -144,23 +169,52 @@ bool HeaderColumns::MayBeNeeded(const HeaderColumn& column) const {
   return TimePower(column.unit) && !HasTaken("time");
 }
 
+std::string HeaderColumns::Understandable() const {
+  std::string header;
+  std::vector<std::string> names;
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    const auto& [name, unit] = columns_[column];
+    std::string called = taken_[column] ? LowerCase(name) : SeeminglyCalled(name);
+    const bool is_found = !called.empty() && !called.ends_with('_') &&
+                          std::find(names.begin(), names.end(), called) == names.end();
+    if (!is_found && !taken_[column] && MayBeNeeded(columns_[column])) return {};
+    names.push_back(called);
+    if (!is_found) called = name;
+    std::string stated = unit;
+    for (const Triad triad : kTriads) {
+      const bool is_its = called.starts_with(std::string(TriadPrefix(triad)) + "_");
+      if (stated.empty() && is_found && is_its) stated = TruthUnitName(triad);
+    }
+    if (stated.empty() && called == "time") stated = "s";
+    if (stated.empty() && called == "temperature") stated = "degC";
+    header += (column == 0 ? "" : ",") + called + (stated.empty() ? "" : "[" + stated + "]");
+  }
+  return header;
+}
+
 Result<std::vector<std::string>> HeaderColumns::Ignored() const {
-  std::vector<std::string> ignored;
+  std::vector<std::string> ignored, unknown;
   for (std::size_t column = 0; column < columns_.size(); ++column) {
     // Tables of pandas begin with a column of row numbers that has no name.
     const bool numbers_rows = column == 0 && columns_[column].name.empty();
     if (taken_[column] || numbers_rows) continue;
-    if (!MayBeNeeded(columns_[column])) {
-      ignored.push_back(columns_[column].name);
-      continue;
-    }
+    const std::string& name = columns_[column].name;
+    (MayBeNeeded(columns_[column]) ? unknown : ignored).push_back(name);
+  }
+  if (unknown.empty()) return ignored;
+  std::string text = place_ + (unknown.size() == 1 ? "column " : "columns ");
+  for (const std::string& name : unknown) {
+    text += (&name == &unknown.front() ? "`" : ", `") + name + "`";
+  }
+  text += unknown.size() == 1 ? " is unknown; " : " are unknown; ";
+  if (const std::string header = Understandable(); !header.empty()) {
+    text += "a header like `" + header + "`, with your units, is understood";
+  } else {
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
-    return Fail(column,
-                "is unknown; rename it to one of " + known +
-                    " (with its unit), or map it in a manifest recording.yaml");
+    text += "rename to " + known + " (each with its unit), or remove what is no reading";
   }
-  return ignored;
+  return BadInputError(text + ", or map columns in a manifest recording.yaml");
 }
 
 std::string HeaderColumns::Names() const {

@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadLog{"UnknownColumn",
                LogText("time[s],accel_x[m/s^2],accel_y[m/s^2],accel_z[m/s^2],a[uT],b[uT],c[uT]\n",
                        LogRows({.rests = 12})),
-               {"log.csv:1", "column `a`"}},
+               {"log.csv:1", "columns `a`, `b`, `c` are unknown"}},
         BadLog{"RaggedRow", WithLine(7, "0.1,1,2"), {"log.csv:7"}},
         BadLog{"TextInANumber", WithLine(7, "0.1,1,2,three"), {"log.csv:7", "three"}},
         BadLog{"InfiniteReading", WithLine(7, "0.1,1,2,inf"), {"log.csv:7", "inf"}},

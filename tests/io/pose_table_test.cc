@@ -121,7 +121,7 @@ TEST_F(PoseTables, RefuseWhatTheyWouldHaveToGuess) {
   EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[counts]\n1,2,3,4\n"), HasSubstr("is in counts"));
   EXPECT_THAT(ErrorOf(accel_ + ",accel_sigma[g]\n1,2,3,0\n"), HasSubstr("must be above zero"));
   EXPECT_THAT(ErrorOf(accel_ + ",face\n1,2,3,top\n"), HasSubstr("`top` is not among +x"));
-  EXPECT_THAT(ErrorOf(accel_ + ",gyr_x\n1,2,3,4\n"), HasSubstr("column `gyr_x`: is unknown"));
+  EXPECT_THAT(ErrorOf(accel_ + ",gyr_x\n1,2,3,4\n"), HasSubstr("column `gyr_x` is unknown"));
   EXPECT_THAT(ErrorOf("temperature[degC]\n20\n"), HasSubstr("no sensor columns"));
 }
 
