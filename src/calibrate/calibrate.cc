@@ -30,6 +30,7 @@
 #include "verdict/checks/held_gyroscope.h"
 #include "verdict/checks/soak.h"
 #include "verdict/checks/units.h"
+#include "verdict/face_tilts.h"
 #include "verdict/observability.h"
 #include "verdict/verdict.h"
 
@@ -193,6 +194,42 @@ int SettleBentAxes(const CalibrateOptions& options,
   return rounds + SettleNoise(options.robust, noise, graph, log, findings);
 }
 
+// Faces that are tilted by more than was stated; said below the first, taken from the second on.
+constexpr double kTiltsShownLevel = 1e-4;
+constexpr double kTiltsTakenLevel = 0.05;
+
+std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph,
+                                           const CalibrateOptions& options) {
+  // Once: what is left is chance.
+  const bool is_asked =
+      options.attitudes.kind == AttitudeKind::kSixFace && !options.attitudes.stated_tilt_sigma_deg;
+  if (!is_asked || !graph.shared.allFinite()) return std::nullopt;
+  const auto tilts = TiltsAgainstStated(graph, ReducedSystem(graph), options.attitudes);
+  const bool is_beyond = tilts && tilts->p_value < kTiltsTakenLevel;
+  return is_beyond ? tilts : std::nullopt;
+}
+
+CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options) {
+  options.attitudes.stated_tilt_sigma_deg = options.attitudes.tilt_sigma_deg;
+  options.attitudes.tilt_sigma_deg = tilts.sigma_deg;
+  return options;
+}
+
+Finding TiltsFinding(const TiltsSeen& tilts, const CalibrateOptions& options) {
+  const double stated_deg = options.attitudes.tilt_sigma_deg;
+  Finding finding(FindingCode::kFacesTilted,
+                  Format("the faces are tilted by up to %.2g deg RMS, ", tilts.sigma_deg) +
+                      Format("not %.2g deg as `tilt_sigma_deg` says; ", stated_deg) +
+                      "σ follow the larger one",
+                  Format("level the block, or state `attitudes: { six_face: { tilt_sigma_deg: "
+                         "%.2g } }`",
+                         tilts.sigma_deg));
+  if (tilts.p_value > kTiltsShownLevel) finding.As(Severity::kNote);
+  return finding.About(Triad::kAccelerometer)
+      .With("tilt_sigma", tilts.sigma_deg, "deg")
+      .With("p_value", tilts.p_value);
+}
+
 CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
   summary.calibration.findings.push_back(std::move(refusal));
   summary.calibration.outcome = OutcomeOf(summary.calibration.findings);
@@ -283,6 +320,11 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
       is_bent ? SettleBentAxes(options, first, &noise, &*graph, &log, &calibration.findings)
               : SettleNoise(options.robust, &noise, &*graph, &log, &calibration.findings);
   SettleHemisphereOfField(options, &*graph);
+  if (const auto tilts = TiltsBeyondStated(*graph, options)) {
+    auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
+    if (with_larger) with_larger->calibration.findings.push_back(TiltsFinding(*tilts, options));
+    return with_larger;
+  }
   summary.iterations = log.iterations;
   summary.initial_cost = log.initial_cost;
   summary.final_cost = log.final_cost;

@@ -255,7 +255,8 @@ void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
     case AttitudeKind::kSixFace:
       out.Open("attitudes");
       out.Open("six_face");
-      out.Line("tilt_sigma_deg", attitudes.tilt_sigma_deg);
+      out.Line("tilt_sigma_deg",
+               attitudes.stated_tilt_sigma_deg.value_or(attitudes.tilt_sigma_deg));
       out.Line("seat_sigma_deg", attitudes.seat_sigma_deg);
       out.Close();
       return out.Close();

@@ -8,6 +8,7 @@
 #include "data/clock_lags.h"
 #include "math/distributions.h"
 #include "verdict/checks/clock_offsets.h"
+#include "verdict/face_tilts.h"
 #include "verdict/recording_faults.h"
 
 namespace truetriad {
@@ -54,8 +55,8 @@ bool TurnsScatter(const PoseGraph& graph, const NoiseState& noise) {
 }  // namespace
 
 Eigen::MatrixXd Unmodelled::Covariance() const {
-  Eigen::MatrixXd sum =
-      drift.covariance + left_out.covariance + blocks.covariance + by_clocks.covariance;
+  Eigen::MatrixXd sum = drift.covariance + left_out.covariance + blocks.covariance +
+                        by_clocks.covariance + tilt_curvature;
   if (change && !change_is_drift) sum += change->covariance;
   return sum;
 }
@@ -87,6 +88,7 @@ Unmodelled FindUnmodelled(const PoseSet& poses,
   AddSettling(poses, graph, system, noise, &found.left_out);
   found.blocks = ScatterOf(TimeBlocksOf(system), system.information(), graph);
   found.clocks = FindClockOffsets(poses, graph);
+  found.tilt_curvature = TiltCurvature(graph, system);
   found.by_clocks = EffectsOf(found.clocks, graph, system);
   found.by_clocks.covariance += EffectsOf(LagsOf(poses, graph), graph, system).covariance;
   return found;

@@ -22,7 +22,8 @@ struct Unmodelled {
   std::vector<ClockOffset> clocks;  // beyond what was taken off
   ClockEffects by_clocks;           // in the order of `clocks`
   std::optional<MagnetometerChange> change;
-  bool change_is_drift = false;  // which `drift` has counted
+  bool change_is_drift = false;    // which `drift` has counted
+  Eigen::MatrixXd tilt_curvature;  // of the free shared coordinates
 
   // Of the free shared coordinates.
   Eigen::MatrixXd Covariance() const;

@@ -127,6 +127,7 @@ enum class FindingCode : int {
   kTermInDoubt,
   kNonlinearityStated,
   kLinearityAssumed,
+  kFacesTilted,
   kPoorlyKnown,
   kStretchesDiffer,
   kSessions,

@@ -228,6 +228,8 @@ struct AttitudeOptions {
   AttitudeKind kind = AttitudeKind::kNone;
   /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
   double tilt_sigma_deg = 0.5;
+  /// Where the poses showed larger tilts than were stated, and `tilt_sigma_deg` is theirs.
+  std::optional<double> stated_tilt_sigma_deg;
   /// Six-face: scatter of one rest about its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
   /// Given: the attitudes are those of the body in a fixture that stands in the world in an unknown
