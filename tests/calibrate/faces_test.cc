@@ -148,6 +148,7 @@ TEST(CalibrateOnFaces, TiltsBeyondWhatIsStatedWidenAndAreSaid) {
       }
       CalibrateOptions options = AccelerometerOptions(9.8);
       options.attitudes.kind = AttitudeKind::kSixFace;
+      options.gauge = Gauge::kFixture;
       const auto summary = Calibrate(AccelerometerPoses(readings, 1e-3), options);
       ASSERT_TRUE(summary && summary->calibration.IsUsable()) << seed;
       said += Find(summary->calibration.findings, FindingCode::kFacesTilted) != nullptr ? 1 : 0;
