@@ -447,7 +447,8 @@ Status StateMotionVerdict(const PoseSet& poses,
     StateSolution(options, poses, solution, noise, calibration);
     SayRemarks(options, track, *run, &calibration->findings);
     for (const Findings& found :
-         {FindingsOf(left_out),
+         {CheckMagnetometerScale(calibration->reference),
+          FindingsOf(left_out),
           FindingsOf(blocks),
           CheckStillDetermined(graph, covariance, options.observable_sigma)}) {
       calibration->findings.insert(calibration->findings.end(), found.begin(), found.end());

@@ -93,6 +93,7 @@ enum class FindingCode : int {
   kUnexplainedReadings,
   kTemperatureIgnored,
   kTooManyOutliers,
+  kRejectedPoses,
   kMagnetometerChanged,
   // Noise and σ.
   kNoiseUnknown,

@@ -54,6 +54,7 @@ Findings CheckGains(const SettledRun& run, const SolvedRun& solved);      // uni
 
 // What the reader of a usable result should know besides its numbers; none of these refuses.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
+Findings CheckRejectedPoses(const SettledRun& run, const SolvedRun& solved);  // outliers.cc
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
 Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved);
@@ -84,6 +85,8 @@ Findings CheckExplained(const Quality& quality,
 Findings CheckStillDetermined(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               double limit);
+// A field strength that nobody stated.
+Findings CheckMagnetometerScale(const ReferenceValues& reference);
 // What the model leaves out.
 Findings FindingsOf(const LeftOutTerms& terms);
 // Stretches of the recording that differ.

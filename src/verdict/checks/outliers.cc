@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "base/messages.h"
 #include "verdict/checks/check.h"
@@ -52,6 +53,37 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
                 .With("noise", sigma, unit)};
   }
   return {};
+}
+
+// Single outliers happen; more of them were made by something, which may be in other poses too.
+Findings CheckRejectedPoses(const SettledRun&, const SolvedRun& solved) {
+  constexpr double kMuchShare = 0.05;
+  constexpr std::size_t kNamed = 8;
+  const auto poses = static_cast<double>(solved.stated.quality.poses);
+  Findings findings;
+  for (const Triad triad : kTriads) {
+    std::vector<std::string> numbers;
+    for (const RejectedPose& rejected : solved.stated.quality.rests.rejected_poses) {
+      if (rejected.triad == triad) numbers.push_back(std::to_string(rejected.pose));
+    }
+    if (numbers.empty()) continue;
+    const std::size_t count = numbers.size();
+    if (count > kNamed) {
+      numbers.resize(kNamed);
+      numbers.push_back(std::to_string(count - kNamed) + " more");
+    }
+    const bool is_turns = triad == Triad::kGyroscope;
+    Finding finding(FindingCode::kRejectedPoses,
+                    std::string(TriadName(triad)) + (is_turns ? ": the turns into " : ": ") +
+                        (count == 1 ? "pose " : "poses ") + Listed(numbers) +
+                        (count == 1 && !is_turns ? " disagrees" : " disagree") +
+                        " with all others and " + (count == 1 && !is_turns ? "is" : "are") +
+                        " left out");
+    const bool is_much = count > 1 && static_cast<double>(count) > kMuchShare * poses;
+    finding.As(is_much ? Severity::kWarning : Severity::kNote);
+    findings.push_back(finding.About(triad).With("poses", static_cast<double>(count)));
+  }
+  return findings;
 }
 
 }  // namespace truetriad

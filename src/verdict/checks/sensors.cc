@@ -75,8 +75,11 @@ Findings CheckCoverage(const SettledRun&, const SolvedRun& solved) {
 }
 
 Findings CheckMagnetometerScale(const SettledRun&, const SolvedRun& solved) {
+  return CheckMagnetometerScale(solved.stated.reference);
+}
+
+Findings CheckMagnetometerScale(const ReferenceValues& reference) {
   Findings findings;
-  const ReferenceValues& reference = solved.stated.reference;
   if (reference.field_nominal) {
     findings.push_back(
         Finding(FindingCode::kNominalField,
