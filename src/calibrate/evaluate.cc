@@ -201,7 +201,7 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    bool is_own) {
   if (!calibration.IsUsable()) {
     return BadInputError("this calibration is not usable (" +
-                         std::string(OutcomeName(calibration.outcome)) +
+                         std::string(calibration.ReasonNotUsable()) +
                          "): there is nothing to evaluate");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));

@@ -403,7 +403,7 @@ Result<Restated> Restate(const Calibration& calibration,
                          const ExportOptions& options) {
   if (!calibration.IsUsable()) {
     return BadInputError("this calibration is not usable (" +
-                         std::string(OutcomeName(calibration.outcome)) +
+                         std::string(calibration.ReasonNotUsable()) +
                          "), so it has no parameters to export");
   }
   Restated restated;

@@ -290,8 +290,8 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                                           const Calibration& calibration,
                                           CorrectedLogSummary* summary) {
   if (!calibration.IsUsable()) {
-    return BadInputError("the calibration is not usable: its outcome is " +
-                         std::string(OutcomeName(calibration.outcome)));
+    return BadInputError("the calibration is not usable (" +
+                         std::string(calibration.ReasonNotUsable()) + ")");
   }
   std::vector<Channel> channels;
   for (const Triad triad : kTriads) {

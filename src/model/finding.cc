@@ -108,6 +108,12 @@ const Finding* Find(const Findings& findings, FindingCode code) {
   return found == findings.end() ? nullptr : &*found;
 }
 
+const Finding* FirstRefusal(const Findings& findings) {
+  const auto found = std::find_if(
+      findings.begin(), findings.end(), [](const Finding& finding) { return finding.IsRefusal(); });
+  return found == findings.end() ? nullptr : &*found;
+}
+
 Error NotEnoughError(Finding finding) {
   finding.severity = Severity::kRefusal;
   Error error = NotEnoughError(finding.Message());

@@ -252,10 +252,8 @@ Section WeakDirectionsSection(const Quality& quality) {
 }
 
 /// What the outcome follows from; files of before findings had codes hold none.
-Finding FirstRefusal(const Findings& findings) {
-  const auto refusal = std::find_if(
-      findings.begin(), findings.end(), [](const Finding& finding) { return finding.IsRefusal(); });
-  if (refusal != findings.end()) return *refusal;
+Finding WhyRefused(const Findings& findings) {
+  if (const Finding* refusal = FirstRefusal(findings)) return *refusal;
   return {FindingCode::kDidNotConverge, "the result does not say why"};
 }
 
@@ -311,7 +309,7 @@ Verdict VerdictOf(const Calibration& calibration) {
               "NOT USABLE: not observable",
               "Some enabled parameters are unobservable from these poses."};
     case Outcome::kNotConverged: {
-      const FindingKind& kind = FindingKindOf(FirstRefusal(calibration.findings).code);
+      const FindingKind& kind = FindingKindOf(WhyRefused(calibration.findings).code);
       return {
           Grade::kBad, "NOT USABLE: " + std::string(kind.name), std::string(kind.meaning) + "."};
     }
@@ -319,7 +317,7 @@ Verdict VerdictOf(const Calibration& calibration) {
       return {Grade::kBad,
               "NOT USABLE: not enough",
               "The recording is not enough for the enabled parameters: " +
-                  FirstRefusal(calibration.findings).Message()};
+                  WhyRefused(calibration.findings).Message()};
     case Outcome::kNotCalled:
       break;
   }

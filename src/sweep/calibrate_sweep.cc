@@ -204,7 +204,7 @@ Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* r
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
     return BadInputError(sweep.static_file + ": is not usable (" +
-                         std::string(OutcomeName(known.outcome)) + ")");
+                         std::string(known.ReasonNotUsable()) + ")");
   }
   *reference_degc = known.reference.temperature_degc;
   // Temperature terms are refused with words of their own.

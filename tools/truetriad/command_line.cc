@@ -119,7 +119,7 @@ class FlagSetter {
       more_words_.push_back(word);
       return {};
     }
-    return UsageError("`" + word + "` is not a flag; expected --name=value");
+    return UsageError("`" + word + "` is one word too many; expected `" + UsageOf(command_) + "`");
   }
 
   Status SetFlag() {

@@ -129,6 +129,13 @@ struct Calibration {
   std::string config_yaml;  ///< The resolved experiment, as YAML text.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
+  /// "wrong-unit": the code of what refuses it; its outcome where no finding has one.
+  std::string_view ReasonNotUsable() const {
+    const Finding* refusal = FirstRefusal(findings);
+    return refusal == nullptr || refusal->code == FindingCode::kMessage
+               ? OutcomeName(outcome)
+               : FindingCodeName(refusal->code);
+  }
 };
 
 }  // namespace truetriad

@@ -214,6 +214,8 @@ Outcome OutcomeOf(const Findings& findings);
 
 /// The first of a code, or null.
 const Finding* Find(const Findings& findings, FindingCode code);
+/// The first that refuses, or null.
+const Finding* FirstRefusal(const Findings& findings);
 
 /// Too little data, as an error that carries its finding.
 Error NotEnoughError(Finding finding);

@@ -90,8 +90,10 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun&) {
   if (run.options.HasThermal()) return CheckTerms(run);
   const auto recorded = RecordedDegc(run.poses);
   if (!recorded) return {};
-  std::string text = Format("recorded at %.1f", (*recorded)[0]) +
-                     Format(" to %.1f degC; no temperature terms were estimated", (*recorded)[2]);
+  const std::string lowest = Format("%.1f", (*recorded)[0]);
+  const std::string highest = Format("%.1f", (*recorded)[2]);
+  std::string text = "recorded at " + (lowest == highest ? lowest : lowest + " to " + highest) +
+                     " degC; no temperature terms were estimated";
   const double reference = run.options.reference.temperature_degc;
   const bool is_far = std::abs((*recorded)[1] - reference) > kMuchTemperatureDegc;
   if (is_far) {
