@@ -14,9 +14,6 @@
 
 namespace truetriad {
 
-constexpr std::array<std::string_view, 4> kLimitQuantities = {
-    "bias", "scale_error", "misalignment_rad", "residual_rms"};
-
 inline auto Gauges() {
   return Named(GaugeName,
                std::array{Gauge::kAccelX, Gauge::kAccelZ, Gauge::kSymmetric, Gauge::kFixture});

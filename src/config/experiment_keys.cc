@@ -306,20 +306,52 @@ void ReadInitialise(YamlReader reader, Draft* draft) {
   reader.RejectUnknown();
 }
 
+bool IsLimit(YamlReader reader) {
+  return reader.IsScalar() || reader.Child("lower") || reader.Child("upper");
+}
+
+// A number, which is ±, or { lower, target, upper }.
+void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options) {
+  const Result<LimitName> parsed = ParseLimitName(name);
+  if (!parsed) return reader.Fail(parsed.error().message);
+  Limit limit;
+  double number = 0.0;
+  if (reader.IsScalar()) {
+    if (!ReadNumber(reader, kNotNegative, &number)) return;
+    limit = Limit::Within(number);
+  } else {
+    ReadNumber(reader.Child("lower"), kAnyNumber, &limit.lower);
+    ReadNumber(reader.Child("upper"), kAnyNumber, &limit.upper);
+    if (ReadNumber(reader.Child("target"), kAnyNumber, &number)) limit.target = number;
+    reader.RejectUnknown();
+    const double target = limit.target.value_or(limit.lower);
+    if (!(limit.lower <= limit.upper) || (limit.target && !(target <= limit.upper)) ||
+        target < limit.lower) {
+      return reader.Fail("expected lower <= target <= upper");
+    }
+  }
+  options->limits[name] = limit;
+}
+
+// `accelerometer.bias: 0.5` or, as overrides are spelled, `accelerometer: { bias: 0.5 }`.
+void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* options) {
+  for (const std::string& key : reader.Keys()) {
+    if (path.empty() && key == "decision") continue;
+    const std::string name = path.empty() ? key : path + "." + key;
+    YamlReader child = reader.Child(key);
+    if (IsLimit(child)) {
+      ReadLimit(child, name, options);
+    } else if (child.IsMap()) {
+      ReadLimitsBelow(child, name, options);
+    } else {
+      child.Fail("expected a number or { lower, target, upper }");
+    }
+  }
+}
+
 void ReadLimits(YamlReader reader, LimitOptions* options) {
   if (!reader) return;
-  for (const Triad triad : kTriads) {
-    // `accelerometer.bias: 0.5` or, as overrides are spelled, `accelerometer: { bias: 0.5 }`.
-    YamlReader sensor = reader.Child(TriadName(triad));
-    for (const std::string_view quantity : kLimitQuantities) {
-      const std::string name = std::string(TriadName(triad)) + "." + std::string(quantity);
-      double limit = 0.0;
-      for (const YamlReader& value : {reader.Child(name), sensor.Child(quantity)}) {
-        if (ReadNumber(value, kNotNegative, &limit)) options->limits[name] = limit;
-      }
-    }
-    sensor.RejectUnknown();
-  }
+  ReadLimitsBelow(reader, "", options);
   if (YamlReader decision = reader.Child("decision"); IsWord(decision, "simple")) {
     options->guard_band_k = 0.0;
   } else if (decision) {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
+#include <sstream>
 #include <string>
 
 #include "config/experiment_draft.h"
@@ -247,6 +250,20 @@ void WriteExcluded(ResolvedText& out, const ExperimentDraft& draft) {
   out.Line("exclude_poses", "[", numbers.str(), "]");
 }
 
+void WriteLimit(ResolvedText& out, const std::string& name, const Limit& limit) {
+  if (limit.IsAboutZero()) return out.Line(name, limit.upper);
+  std::ostringstream parts;
+  parts.precision(std::numeric_limits<double>::max_digits10);
+  auto part = [&parts, separator = ""](const char* key, double value) mutable {
+    parts << separator << key << ": " << value;
+    separator = ", ";
+  };
+  if (std::isfinite(limit.lower)) part("lower", limit.lower);
+  if (limit.target) part("target", *limit.target);
+  if (std::isfinite(limit.upper)) part("upper", limit.upper);
+  out.Line(name, "{ ", parts.str(), " }");
+}
+
 void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {
   const AttitudeOptions& attitudes = draft.experiment.options.attitudes;
   switch (attitudes.kind) {
@@ -336,7 +353,7 @@ std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& c
   if (!draft.forces_file.empty()) out.Line("forces", Quoted{draft.forces_file});
   out.Close();
   out.Open("limits");
-  for (const auto& [name, limit] : options.limits.limits) out.Line(name, limit);
+  for (const auto& [name, limit] : options.limits.limits) WriteLimit(out, name, limit);
   if (options.limits.guard_band_k > 0.0) {
     out.Line("decision", "{ guard_band_k: ", options.limits.guard_band_k, " }");
   } else {

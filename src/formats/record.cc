@@ -175,10 +175,14 @@ std::string RecordJson(const WriteRequest& request) {
   std::string limits;
   for (const LimitCheck& check : quality.limits) {
     limits += std::string(limits.empty() ? "" : ", ") + "{" + JsonText("name") + ": " +
-              JsonText(check.name) + ", " + JsonText("limit") + ": " + NumberText(check.limit) +
-              ", " + JsonText("worst") + ": " + NumberText(check.worst) + ", " +
-              JsonText("expanded_uncertainty") + ": " + NumberText(kCoverageFactor * check.sigma) +
-              ", " + JsonText("pass") + ": " + (check.pass ? "true" : "false") + "}";
+              JsonText(check.name) + ", " + JsonText("component") + ": " +
+              JsonText(check.component) + ", " + JsonText("lower") + ": " +
+              NumberText(check.limit.lower) + ", " + JsonText("upper") + ": " +
+              NumberText(check.limit.upper) + ", " + JsonText("worst") + ": " +
+              NumberText(check.worst) + ", " + JsonText("expanded_uncertainty") + ": " +
+              NumberText(kCoverageFactor * check.sigma) + ", " + JsonText("probability_outside") +
+              ": " + NumberText(check.outside) + ", " + JsonText("pass") + ": " +
+              (check.pass ? "true" : "false") + "}";
   }
   const std::string conditions =
       Member("    ", "poses", std::to_string(quality.poses)) +

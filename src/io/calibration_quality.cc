@@ -179,8 +179,18 @@ void WriteFields(YamlText& out, const Coverage& coverage) {
 }
 
 void WriteFields(YamlText& out, const LimitCheck& check) {
-  out << "name: " << Quoted{check.name} << ", limit: " << check.limit << ", worst: " << check.worst
-      << ", sigma: " << check.sigma << ", pass: " << check.pass;
+  out << "name: " << Quoted{check.name};
+  if (!check.component.empty()) out << ", component: " << check.component;
+  // One number where it says all, as before limits had two sides.
+  if (check.limit.IsAboutZero()) {
+    out << ", limit: " << check.limit.upper;
+  } else {
+    if (std::isfinite(check.limit.lower)) out << ", lower: " << check.limit.lower;
+    if (check.limit.target) out << ", target: " << *check.limit.target;
+    if (std::isfinite(check.limit.upper)) out << ", upper: " << check.limit.upper;
+  }
+  out << ", worst: " << check.worst << ", sigma: " << check.sigma << ", outside: " << check.outside
+      << ", pass: " << check.pass;
 }
 
 // A list of what WriteFields writes.
@@ -423,7 +433,17 @@ void ReadItem(YamlReader& item, Coverage* coverage) {
 
 void ReadItem(YamlReader& item, LimitCheck* check) {
   item.Require("name", &check->name);
-  ReadNumber(item.RequireChild("limit"), &check->limit);
+  item.Optional("component", &check->component);
+  double most = 0.0;
+  if (YamlReader limit = item.Child("limit")) {
+    if (ReadNumber(limit, &most)) check->limit = Limit::Within(most);
+  } else {
+    ReadNumber(item.Child("lower"), &check->limit.lower);
+    ReadNumber(item.Child("upper"), &check->limit.upper);
+    double target = 0.0;
+    if (ReadNumber(item.Child("target"), &target)) check->limit.target = target;
+  }
+  ReadNumber(item.Child("outside"), &check->outside);  // Not in files of before.
   ReadNumber(item.RequireChild("worst"), &check->worst);
   ReadNumber(item.RequireChild("sigma"), &check->sigma);
   item.Require("pass", &check->pass);

@@ -154,29 +154,44 @@ std::string CorrelationColour(double rho) {
 std::string LimitChart(const std::vector<LimitCheck>& limits) {
   if (limits.empty()) return "";
   constexpr double kLeft = 240.0;
-  constexpr double kAllowed = 320.0;  // Length of the limit itself.
+  constexpr double kAllowed = 320.0;  // Length of what is allowed.
   constexpr double kRow = 24.0;
-  constexpr double kMost = 1.4;  // Of the limit; what is worse ends here.
+  constexpr double kBeyond = 0.2;  // Of what is allowed, on each side; what is worse ends here.
   Svg svg(740.0, 30.0 + kRow * static_cast<double>(limits.size()), "Worst value of each limit");
-  svg.Text(kLeft + kAllowed, 14.0, "limit", "middle");
+  constexpr double kFirst = kLeft + kBeyond * kAllowed;
+  svg.Text(kFirst, 14.0, "lower", "middle");
+  svg.Text(kFirst + kAllowed, 14.0, "upper", "middle");
   double y = 22.0;
   for (const LimitCheck& check : limits) {
+    // A side that is open is as far from zero, or from the other limit, as that is from zero.
+    const Limit& limit = check.limit;
+    const double upper = std::isfinite(limit.upper)
+                             ? limit.upper
+                             : limit.lower + std::max(std::abs(limit.lower), 1.0);
+    const double lower = std::isfinite(limit.lower) ? limit.lower : std::min(0.0, -upper);
     const auto x = [&](double value) {
-      return kLeft + kAllowed * std::clamp(value / check.limit, 0.0, kMost);
+      const double share = (value - lower) / (upper - lower);
+      return kFirst + kAllowed * std::clamp(share, -kBeyond, 1.0 + kBeyond);
     };
-    const double worst = std::abs(check.worst);
     const double centre = y + kRow / 2.0;
-    svg.Text(kLeft - 10.0, centre + 4.0, check.name, "end");
-    if (check.limit > 0.0 && std::isfinite(worst)) {
-      svg.Rectangle(kLeft, y + 4.0, kAllowed * kMost, kRow - 8.0, "track");
-      svg.Rectangle(kLeft, y + 4.0, x(worst) - kLeft, kRow - 8.0, check.pass ? "pass" : "fail");
+    svg.Text(kLeft - 10.0, centre + 4.0, check.FullName(), "end");
+    if (upper > lower && std::isfinite(check.worst)) {
+      const std::string_view style = check.pass ? "pass" : "fail";
+      svg.Rectangle(kLeft, y + 4.0, kAllowed * (1.0 + 2.0 * kBeyond), kRow - 8.0, "track");
+      svg.Rectangle(x(check.worst) - 2.0, y + 4.0, 4.0, kRow - 8.0, style);
       if (check.sigma > 0.0) {
-        svg.Line(
-            x(worst - 2.0 * check.sigma), centre, x(worst + 2.0 * check.sigma), centre, "whisker");
+        svg.Line(x(check.worst - 2.0 * check.sigma),
+                 centre,
+                 x(check.worst + 2.0 * check.sigma),
+                 centre,
+                 "whisker");
       }
-      svg.Text(kLeft + kAllowed * kMost + 8.0, centre + 4.0, Percent(worst / check.limit), "start");
     }
-    svg.Line(kLeft + kAllowed, y, kLeft + kAllowed, y + kRow, "limit");
+    if (limit.target) svg.Line(x(*limit.target), y, x(*limit.target), y + kRow, "whisker");
+    if (std::isfinite(limit.lower)) svg.Line(kFirst, y, kFirst, y + kRow, "limit");
+    if (std::isfinite(limit.upper)) {
+      svg.Line(kFirst + kAllowed, y, kFirst + kAllowed, y + kRow, "limit");
+    }
     y += kRow;
   }
   return svg.Finish();

@@ -99,15 +99,29 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
   return text + ".";
 }
 
-/// The unit in which a limit is stated, by the last part of its name.
+/// The unit in which a limit is stated; empty for a share, and for names of other versions.
 std::string LimitUnit(const std::string& name) {
-  const auto dot = name.find('.');
-  const std::string quantity = dot == std::string::npos ? "" : name.substr(dot + 1);
-  if (quantity == "misalignment_rad") return "rad";
-  if (quantity != "bias" && quantity != "residual_rms") return "";
-  const std::optional<Triad> triad = TriadFromName(name.substr(0, dot));
-  if (triad == Triad::kGyroscope && quantity == "residual_rms") return "rad";
-  return triad ? TruthUnit(*triad) : "";
+  const Result<LimitName> parsed = ParseLimitName(name);
+  return parsed ? DisplayUnit(parsed->Unit()) : "";
+}
+
+/// "± 0.5", "0.98 to 1.02", "at most 3".
+std::string AllowedText(const std::string& name, const Limit& limit) {
+  const Result<LimitName> parsed = ParseLimitName(name);
+  const bool is_never_negative = parsed && parsed->IsNeverNegative();
+  if (std::isinf(limit.lower) || (is_never_negative && limit.lower <= 0.0)) {
+    return "at most " + Significant(limit.upper, 4);
+  }
+  if (limit.lower == -limit.upper) return "± " + Significant(limit.upper, 4);
+  if (std::isinf(limit.upper)) return "at least " + Significant(limit.lower, 4);
+  return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
+}
+
+/// P of a value beyond its limit; what is below one in a million nobody counts.
+std::string OutsideText(const LimitCheck& check) {
+  if (!(check.sigma > 0.0)) return "–";
+  if (check.outside < 1e-6) return "< 1e-6";
+  return Significant(check.outside, 2);
 }
 
 Section LimitsSection(const Calibration& calibration) {
@@ -123,18 +137,22 @@ Section LimitsSection(const Calibration& calibration) {
                     "state `limits:` in the experiment."));
     return section;
   }
-  Table table{{"limit", "allowed", "worst found", "unit", "used", "result"}, "lrrlrl", {}};
+  Table table{{"limit", "allowed", "worst found", "unit", "P outside", "result"}, "lrrlrl", {}};
   for (const LimitCheck& check : limits) {
-    table.rows.push_back({check.name,
-                          Significant(check.limit, 4),
+    table.rows.push_back({check.FullName(),
+                          AllowedText(check.name, check.limit),
                           WithSigma(check.worst, check.sigma),
                           LimitUnit(check.name),
-                          Percent(std::abs(check.worst) / check.limit),
+                          OutsideText(check),
                           check.pass ? "pass" : "FAIL"});
   }
   section.blocks.emplace_back(std::move(table));
+  section.blocks.emplace_back(
+      std::string("P outside: the probability that the true value is beyond its limit, by the "
+                  "worst value found "
+                  "and its σ."));
   if (std::any_of(limits.begin(), limits.end(), [](const LimitCheck& check) {
-        return !check.pass && std::abs(check.worst) <= check.limit;
+        return !check.pass && check.worst <= check.limit.upper && check.worst >= check.limit.lower;
       })) {
     section.blocks.emplace_back(
         std::string("A guard band was set: a value passes only if it is within its limit by a "
@@ -260,7 +278,7 @@ Finding WhyRefused(const Findings& findings) {
 std::string FailedLimits(const Quality& quality) {
   std::string names;
   for (const LimitCheck& check : quality.limits) {
-    if (!check.pass) names += (names.empty() ? "" : ", ") + check.name;
+    if (!check.pass) names += (names.empty() ? "" : ", ") + check.FullName();
   }
   return names.empty() ? "see the limits" : names;
 }

@@ -106,10 +106,12 @@ double ResidualRms(const Calibration& calibration, Triad triad) {
 
 // What is held cannot be judged.
 Status CheckLimits(const CalibrateOptions& options, Triad triad) {
-  const std::string sensor(TriadName(triad));
   for (const auto& [name, limit] : options.limits.limits) {
-    if (!name.starts_with(sensor + ".") || name.ends_with(".residual_rms")) continue;
-    if (triad == Triad::kGyroscope && name.ends_with(".bias")) continue;
+    const auto parsed = ParseLimitName(name);
+    if (!parsed || parsed->triad != triad) continue;
+    const std::string_view what = parsed->quantity.name;
+    if (what == "residual_rms" || what.ends_with("_per_degc")) continue;
+    if (triad == Triad::kGyroscope && what == "bias") continue;
     return UsageError(
         "limits: " + name +
             " is held in a sweep, not measured; give a calibration at one temperature as "

@@ -58,9 +58,4 @@ std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int fold
 // a rest would not be determined.
 std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
-// Judges the wanted limits. Error (usage): an unknown name or one that needs SI units.
-Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
-                                            const PoseSet& poses,
-                                            const LimitOptions& limits);
-
 }  // namespace truetriad

@@ -10,6 +10,7 @@
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
 #include "truetriad/model/mounting.h"
+#include "verdict/limits.h"
 #include "verdict/quality.h"
 
 namespace truetriad {

@@ -399,9 +399,26 @@ TEST_F(ExperimentConfig, RejectsUnknownKeyWithItsLine) {
               AllOf(HasSubstr("experiment.yaml:3: gage"), HasSubstr("gauge")));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n  accelerometer:\n    nois: {}\n"),
               HasSubstr("experiment.yaml:4: sensors.accelerometer.nois"));
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { accelerometer.drift: 1 }\n"),
+              AllOf(HasSubstr("limits.accelerometer.drift"), HasSubstr("misalignment_rad")));
+}
+
+TEST_F(ExperimentConfig, TakesLimitsOfTwoSidesAndOfSingleAxes) {
+  const Experiment experiment =
+      LoadWell(std::string(kMinimal) +
+               "limits:\n"
+               "  accelerometer.bias: 0.5\n"
+               "  accelerometer: { bias: { x: { lower: -0.1, upper: 0.3 } } }\n"
+               "  reference.dip_deg: { lower: 60 }\n");
+  const auto& limits = experiment.options.limits.limits;
+  EXPECT_THAT(limits, SizeIs(3));
+  EXPECT_TRUE(limits.at("accelerometer.bias").IsAboutZero());
+  EXPECT_EQ(limits.at("accelerometer.bias.x").lower, -0.1);
+  EXPECT_EQ(limits.at("accelerometer.bias.x").upper, 0.3);
+  EXPECT_TRUE(std::isinf(limits.at("reference.dip_deg").upper));
   EXPECT_THAT(
-      ErrorOf(std::string(kMinimal) + "limits: { accelerometer.drift: 1 }\n"),
-      AllOf(HasSubstr("limits.accelerometer.drift"), HasSubstr("accelerometer.misalignment_rad")));
+      ErrorOf(std::string(kMinimal) + "limits: { accelerometer.bias: { lower: 2, upper: 1 } }\n"),
+      HasSubstr("lower <= target <= upper"));
 }
 
 TEST_F(ExperimentConfig, RejectsDuplicateKeyWithItsLine) {
@@ -619,7 +636,7 @@ TEST_F(ExperimentConfig, AppliesOverridesOfNestedKeys) {
   EXPECT_FALSE(experiment.options.reference.dip_rad.known());
   EXPECT_EQ(experiment.options.triads[Triad::kAccelerometer].noise_sigma_raw,
             Eigen::Vector3d(4, 5, 6));
-  EXPECT_EQ(experiment.options.limits.limits.at("accelerometer.bias"), 0.25);
+  EXPECT_EQ(experiment.options.limits.limits.at("accelerometer.bias").upper, 0.25);
   EXPECT_EQ(experiment.options.limits.guard_band_k, 0.0);
   EXPECT_TRUE(experiment.options.robust.enabled);
   EXPECT_EQ(experiment.serial, "B=2");

@@ -23,7 +23,7 @@ Calibration Unit() {
   unit.within_limits = true;
   unit.quality.poses = 24;
   unit.quality.effective_dof = 10.0;
-  unit.quality.limits = {{"accelerometer.bias", 0.6, 0.3, 0.0005, true}};
+  unit.quality.limits = {{"accelerometer.bias", "y", Limit::Within(0.6), 0.3, 0.0005, 0.0, true}};
   unit.sensors[Triad::kAccelerometer]->bias_sigma = {0.001, 0.002, 0.003};
   unit.sensors[Triad::kAccelerometer]->model.bias = {0.5, -0.25, 0.125};
   unit.covariance.parameters = {"reference.field_ut"};

@@ -110,7 +110,14 @@ Calibration Awkward() {
   quality.coverage = {{Triad::kAccelerometer, {0.1, 0.2, 0.7}, 33.3}};
   quality.rests.pose_residuals = {
       {1, Triad::kAccelerometer, {0.1, -0.2, 0.3}, 1e-3, kNan, 0.9, 1.0, {0.6, 0.0, -0.8}}};
-  quality.limits = {{"accelerometer.bias", 0.5, 0.1, 0.01, true}};
+  quality.limits = {{"accelerometer.bias", "y", {-0.4, 0.5, 0.05}, 0.1, 0.01, 1e-9, true},
+                    {"accelerometer.residual_rms",
+                     "",
+                     Limit{-std::numeric_limits<double>::infinity(), 0.5, std::nullopt},
+                     0.1,
+                     0.0,
+                     0.0,
+                     true}};
   quality.rests.temperature_settings = {{Triad::kMagnetometer,
                                          -17.0 / 3.0,
                                          12,

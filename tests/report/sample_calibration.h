@@ -135,9 +135,10 @@ inline Calibration SampleCalibration(int poses = 24) {
       pose.norm_error = 3.1;
     }
   }
-  q.limits = {{"accelerometer.bias", 0.5, 0.2046, 0.00051, true},
-              {"accelerometer.scale_error", 0.01, 0.00512, 0.000049, true},
-              {"magnetometer.misalignment_rad", 0.05, 0.0345, 0.0021, true}};
+  q.limits = {
+      {"accelerometer.bias", "x", Limit::Within(0.5), 0.2046, 0.00051, 0.0, true},
+      {"accelerometer.scale_error", "z", Limit::Within(0.01), 0.00512, 0.000049, 0.0, true},
+      {"magnetometer.misalignment_rad", "xy", Limit::Within(0.05), 0.0345, 0.0021, 1e-13, true}};
   c.config_yaml =
       "experiment: 1\ninput: recording.csv\nsensors:\n  accelerometer: { model: full }\n";
   return c;

@@ -169,7 +169,7 @@ TEST(Mounting, OfAMagnetometerIsFound) {
 TEST(Mounting, OfAMagnetometerMustBeStatedWhereItIsJudged) {
   const SyntheticUnit unit = UnitOf(kAll, {{kMag, "+y+x-z"}});
   CalibrateOptions options = OptionsFor(unit);
-  options.limits.limits["magnetometer.misalignment_rad"] = 0.1;
+  options.limits.limits["magnetometer.misalignment_rad"] = Limit::Within(0.1);
   const Calibration found = CalibrationOf(unit, options);
   EXPECT_FALSE(found.IsUsable());
   EXPECT_THAT(found.findings,
@@ -205,7 +205,7 @@ TEST(Mounting, OfAnAccelerometerWithTheWrongSignIsNotTakenForTheMagnetometers) {
   EXPECT_FALSE(finding->sensor);
   EXPECT_THAT(finding->Message(), HasSubstr("the accelerometer's `sign`"));
 
-  options.limits.limits["accelerometer.bias"] = 1.0;
+  options.limits.limits["accelerometer.bias"] = Limit::Within(1.0);
   const Calibration judged = CalibrationOf(unit, options);
   const Finding* refusal = Find(judged.findings, FindingCode::kMountingNotStated);
   ASSERT_NE(refusal, nullptr);

@@ -9,6 +9,7 @@
 
 #include "truetriad/base/triad.h"
 #include "truetriad/model/coverage.h"
+#include "truetriad/model/limits.h"
 
 namespace truetriad {
 
@@ -100,12 +101,18 @@ struct HeldOut {
   std::optional<HeldOutTurns> turns;
 };
 
+/// A limit and the worst of the numbers that it is for, in the unit of its quantity.
 struct LimitCheck {
-  std::string name;  ///< "accelerometer.bias".
-  double limit = 0.0;
-  double worst = 0.0;  ///< Largest |value| judged.
-  double sigma = 0.0;  ///< Its σ.
+  std::string name;  ///< "accelerometer.bias", "accelerometer.bias.x".
+  std::string
+      component;  ///< Of the worst: "x", "xy"; empty where the name has it, or for a scalar.
+  Limit limit;
+  double worst = 0.0;    ///< The value nearest to a limit with its guard band, or furthest beyond.
+  double sigma = 0.0;    ///< Its σ.
+  double outside = 0.0;  ///< Probability that the true value is outside, by the worst and its σ.
   bool pass = false;
+
+  std::string FullName() const { return component.empty() ? name : name + "." + component; }
 };
 
 /// The chosen model of a choice among nested ones, or one that differs from it by one step.

@@ -270,10 +270,9 @@ struct InitialiseOptions {
   std::vector<Eigen::Vector3d> known_forces;
 };
 
-/// "accelerometer.bias" -> largest |value| allowed. Names:
-/// <sensor>.{bias,scale_error,misalignment_rad, residual_rms}, in true units (bias: true unit).
+/// "accelerometer.bias" -> what each axis may be; names: model/limits.h.
 struct LimitOptions {
-  std::map<std::string, double> limits;
+  std::map<std::string, Limit> limits;
   /// 0: a value passes when it is inside. k: when it is inside by k σ.
   double guard_band_k = 0.0;
 };

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "truetriad/base/result.h"
+#include "truetriad/base/triad.h"
+
+namespace truetriad {
+
+/// What a value may be, in the unit of its quantity; a side that is infinite is open.
+struct Limit {
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  std::optional<double> target;  ///< What it is meant to be; not judged.
+
+  /// `most` either way.
+  static Limit Within(double most) { return {-most, most, std::nullopt}; }
+  bool IsAboutZero() const { return lower == -upper && !target; }
+};
+
+/// Which numbers a quantity has.
+enum class LimitShape {
+  kScalar,   ///< one
+  kAxes,     ///< x, y, z
+  kEntries,  ///< xy, xz, yx, yz, zx, zy
+  kPairs,    ///< xy, xz, yz
+};
+
+/// What limits can be set on.
+struct LimitQuantity {
+  std::string_view name;  ///< "bias", of a sensor; "reference.dip_deg".
+  LimitShape shape;
+  std::string_view unit;     ///< "{true}": the sensor's true unit.
+  std::string_view meaning;  ///< For the documentation and messages.
+};
+std::span<const LimitQuantity> SensorLimits();
+std::span<const LimitQuantity> ReferenceLimits();
+
+/// The parts of `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
+struct LimitName {
+  std::optional<Triad> triad;  ///< Unset: of the reference.
+  LimitQuantity quantity;
+  std::string component;  ///< "x", "xy"; empty: each.
+
+  /// An RMS or a σ.
+  bool IsNeverNegative() const;
+  /// "m/s^2", "rad", "1"; of the true unit where the quantity has it.
+  std::string Unit() const;
+};
+/// Error (usage): what is known instead.
+Result<LimitName> ParseLimitName(const std::string& name);
+
+}  // namespace truetriad

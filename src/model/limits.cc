@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/model/limits.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "truetriad/base/units.h"
+
+namespace truetriad {
+namespace {
+
+using enum LimitShape;
+
+constexpr std::string_view kTrueUnit = "{true}";
+
+constexpr std::array<LimitQuantity, 11> kSensorLimits = {{
+    {"bias", kAxes, kTrueUnit, "bias over gain"},
+    {"scale_error", kAxes, "", "scale − 1; not for counts"},
+    {"misalignment_rad", kEntries, "rad", "of a sensing axis (row) towards a body axis (column)"},
+    {"non_orthogonality_rad", kPairs, "rad", "angle between two sensing axes over 90 degrees"},
+    {"bias_per_degc", kAxes, "{true}/degC", "largest slope of the bias over the temperatures"},
+    {"scale_per_degc", kAxes, "1/degC", "largest slope of the scale"},
+    {"bias_sigma", kAxes, kTrueUnit, "σ of the bias"},
+    {"scale_sigma", kAxes, "", "σ of the scale"},
+    {"misalignment_sigma_rad", kEntries, "rad", "σ of the misalignment"},
+    {"residual_rms", kScalar, kTrueUnit, "RMS of |C (y − b)| − reference"},
+    {"held_out_rms", kScalar, kTrueUnit, "the same of poses that were held out"},
+}};
+
+constexpr std::array<LimitQuantity, 3> kReferenceLimits = {{
+    {"reference.gravity_mps2", kScalar, "m/s^2", "gravity, as estimated"},
+    {"reference.field_ut", kScalar, "uT", "field strength, as estimated"},
+    {"reference.dip_deg", kScalar, "deg", "dip of the field, down positive"},
+}};
+
+std::vector<std::string> ComponentsOf(LimitShape shape) {
+  switch (shape) {
+    case kScalar:
+      return {};
+    case kAxes:
+      return {"x", "y", "z"};
+    case kEntries:
+      return {"xy", "xz", "yx", "yz", "zx", "zy"};
+    case kPairs:
+      return {"xy", "xz", "yz"};
+  }
+  return {};
+}
+
+Error Unknown(const std::string& name, const std::string& part, const std::string& known) {
+  return UsageError("limit `" + name + "`: " + part + " is not known; known are " + known,
+                    "limits." + name);
+}
+
+std::string NamesOf(std::span<const LimitQuantity> quantities) {
+  std::string names;
+  for (const LimitQuantity& quantity : quantities) {
+    names += (names.empty() ? "" : ", ") + std::string(quantity.name);
+  }
+  return names;
+}
+
+const LimitQuantity* FindQuantity(std::span<const LimitQuantity> among, std::string_view name) {
+  const auto found = std::find_if(
+      among.begin(), among.end(), [name](const LimitQuantity& each) { return each.name == name; });
+  return found == among.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::span<const LimitQuantity> SensorLimits() { return kSensorLimits; }
+std::span<const LimitQuantity> ReferenceLimits() { return kReferenceLimits; }
+
+bool LimitName::IsNeverNegative() const {
+  return quantity.name.ends_with("_rms") || quantity.name.find("_sigma") != std::string_view::npos;
+}
+
+std::string LimitName::Unit() const {
+  std::string unit(quantity.unit);
+  if (!unit.starts_with(kTrueUnit)) return unit;
+  const bool is_angle = triad == Triad::kGyroscope && quantity.shape == kScalar;
+  const std::string true_unit(is_angle ? "rad" : TruthUnitName(*triad));
+  return true_unit + unit.substr(kTrueUnit.size());
+}
+
+Result<LimitName> ParseLimitName(const std::string& name) {
+  if (const LimitQuantity* found = FindQuantity(kReferenceLimits, name)) {
+    return LimitName{std::nullopt, *found, ""};
+  }
+  const std::size_t dot = name.find('.');
+  const std::optional<Triad> triad = TriadFromName(name.substr(0, dot));
+  if (!triad || dot == std::string::npos) {
+    return Unknown(
+        name,
+        "`" + name.substr(0, dot) + "`",
+        "quantities of the sensors, like accelerometer.bias, and " + NamesOf(kReferenceLimits));
+  }
+  const std::size_t second = name.find('.', dot + 1);
+  const std::string what = name.substr(dot + 1, second - dot - 1);
+  const LimitQuantity* found = FindQuantity(kSensorLimits, what);
+  if (found == nullptr) return Unknown(name, "`" + what + "`", NamesOf(kSensorLimits));
+  LimitName parsed{triad, *found, ""};
+  if (second == std::string::npos) return parsed;
+  parsed.component = name.substr(second + 1);
+  const std::vector<std::string> components = ComponentsOf(found->shape);
+  if (std::find(components.begin(), components.end(), parsed.component) == components.end()) {
+    std::string known = "none: it is one number";
+    for (const std::string& each : components) {
+      known = &each == &components.front() ? each : known + ", " + each;
+    }
+    return Unknown(name, "the part `" + parsed.component + "` of " + what, known);
+  }
+  return parsed;
+}
+
+}  // namespace truetriad
