@@ -194,40 +194,13 @@ int SettleBentAxes(const CalibrateOptions& options,
   return rounds + SettleNoise(options.robust, noise, graph, log, findings);
 }
 
-// Faces that are tilted by more than was stated; said below the first, taken from the second on.
-constexpr double kTiltsShownLevel = 1e-4;
-constexpr double kTiltsTakenLevel = 0.05;
-
-std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph,
-                                           const CalibrateOptions& options) {
-  // Once: what is left is chance.
-  const bool is_asked =
-      options.attitudes.kind == AttitudeKind::kSixFace && !options.attitudes.stated_tilt_sigma_deg;
-  if (!is_asked || !graph.shared.allFinite()) return std::nullopt;
-  const auto tilts = TiltsAgainstStated(graph, ReducedSystem(graph), options.attitudes);
-  const bool is_beyond = tilts && tilts->p_value < kTiltsTakenLevel;
-  return is_beyond ? tilts : std::nullopt;
-}
-
-CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options) {
-  options.attitudes.stated_tilt_sigma_deg = options.attitudes.tilt_sigma_deg;
-  options.attitudes.tilt_sigma_deg = tilts.sigma_deg;
-  return options;
-}
-
-Finding TiltsFinding(const TiltsSeen& tilts, const CalibrateOptions& options) {
-  const double stated_deg = options.attitudes.tilt_sigma_deg;
-  Finding finding(FindingCode::kFacesTilted,
-                  Format("the faces are tilted by up to %.2g deg RMS, ", tilts.sigma_deg) +
-                      Format("not %.2g deg as `tilt_sigma_deg` says; ", stated_deg) +
-                      "σ follow the larger one",
-                  Format("level the block, or state `attitudes: { six_face: { tilt_sigma_deg: "
-                         "%.2g } }`",
-                         tilts.sigma_deg));
-  if (tilts.p_value > kTiltsShownLevel) finding.As(Severity::kNote);
-  return finding.About(Triad::kAccelerometer)
-      .With("tilt_sigma", tilts.sigma_deg, "deg")
-      .With("p_value", tilts.p_value);
+Status CheckRecorded(const PoseSet& poses, const CalibrateOptions& options) {
+  for (const Triad triad : kTriads) {
+    if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
+    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
+                         " is enabled but missing from the recording");
+  }
+  return {};
 }
 
 CalibrationSummary Refuse(Finding refusal, CalibrationSummary summary) {
@@ -256,11 +229,7 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   Calibration& calibration = summary.calibration;
   calibration = StatedCalibration(options);
   calibration.serial = poses.serial;
-  for (const Triad triad : kTriads) {
-    if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
-    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
-                         " is enabled but missing from the recording");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckRecorded(poses, options));
   if (auto refusal = WhyNotAsStated(poses, options)) {
     return Refuse(*std::move(refusal), std::move(summary));
   }
@@ -322,7 +291,7 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   SettleHemisphereOfField(options, &*graph);
   if (const auto tilts = TiltsBeyondStated(*graph, options)) {
     auto with_larger = CalibrateSettled(poses, WithTilts(*tilts, options), settled);
-    if (with_larger) with_larger->calibration.findings.push_back(TiltsFinding(*tilts, options));
+    if (with_larger) with_larger->calibration.findings.push_back(FindingOf(*tilts, options));
     return with_larger;
   }
   summary.iterations = log.iterations;

@@ -325,8 +325,7 @@ void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options
     if (ReadNumber(reader.Child("target"), kAnyNumber, &number)) limit.target = number;
     reader.RejectUnknown();
     const double target = limit.target.value_or(limit.lower);
-    if (!(limit.lower <= limit.upper) || (limit.target && !(target <= limit.upper)) ||
-        target < limit.lower) {
+    if (!(limit.lower <= target && target <= limit.upper)) {
       return reader.Fail("expected lower <= target <= upper");
     }
   }

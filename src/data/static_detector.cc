@@ -172,14 +172,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
 // about how far a mean may move. Then a hundred times the noise stands in for it.
 void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
   std::vector<double> finite;
-  PerTriad<double> noise_variance;
-  noise_variance.items.fill(0.0);
-  for (std::size_t i = 0; i < activity_.size(); ++i) {
-    if (activity_[i] == kNever) continue;
-    finite.push_back(activity_[i]);
-    for (const DetectorTriad& known : all_) {
-      noise_variance[known.triad] += TotalVariance(buffer.windows(known.triad), i, i + 1);
-    }
+  for (const float activity : activity_) {
+    if (activity != kNever) finite.push_back(activity);
   }
   if (finite.empty()) return;
   const auto [low, high] = CentralRange(&finite);
@@ -188,8 +182,12 @@ void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
   if (high - low > 2.25) return;
   for (const DetectorTriad& known : all_) {
     if (known.expected_range_raw > 0.0) continue;
-    const double noise_raw =
-        std::sqrt(noise_variance[known.triad] / static_cast<double>(finite.size()));
+    double noise_variance = 0.0;
+    for (std::size_t i = 0; i < activity_.size(); ++i) {
+      if (activity_[i] == kNever) continue;
+      noise_variance += TotalVariance(buffer.windows(known.triad), i, i + 1);
+    }
+    const double noise_raw = std::sqrt(noise_variance / static_cast<double>(finite.size()));
     double& range = range_raw_[known.triad];
     if (range < 20.0 * noise_raw) range = 100.0 * noise_raw;
   }

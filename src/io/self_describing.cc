@@ -22,7 +22,7 @@ constexpr std::array<Calling, 6> kCallings = {{{"acc", "a", "accel"},
                                                {"omega", "w", "gyro"},
                                                {"mag", "m", "mag"},
                                                {"temp", "", "temperature"},
-                                               {"time", "t", "time"}}};
+                                               {"time", "", "time"}}};
 
 }  // namespace
 

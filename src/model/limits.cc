@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "truetriad/base/units.h"
@@ -14,24 +15,25 @@ using enum LimitShape;
 
 constexpr std::string_view kTrueUnit = "{true}";
 
+// docs/experiments.md, "limits".
 constexpr std::array<LimitQuantity, 11> kSensorLimits = {{
-    {"bias", kAxes, kTrueUnit, "bias over gain"},
-    {"scale_error", kAxes, "", "scale − 1; not for counts"},
-    {"misalignment_rad", kEntries, "rad", "of a sensing axis (row) towards a body axis (column)"},
-    {"non_orthogonality_rad", kPairs, "rad", "angle between two sensing axes over 90 degrees"},
-    {"bias_per_degc", kAxes, "{true}/degC", "largest slope of the bias over the temperatures"},
-    {"scale_per_degc", kAxes, "1/degC", "largest slope of the scale"},
-    {"bias_sigma", kAxes, kTrueUnit, "σ of the bias"},
-    {"scale_sigma", kAxes, "", "σ of the scale"},
-    {"misalignment_sigma_rad", kEntries, "rad", "σ of the misalignment"},
-    {"residual_rms", kScalar, kTrueUnit, "RMS of |C (y − b)| − reference"},
-    {"held_out_rms", kScalar, kTrueUnit, "the same of poses that were held out"},
+    {"bias", kAxes, kTrueUnit},
+    {"scale_error", kAxes, ""},
+    {"misalignment_rad", kEntries, "rad"},
+    {"non_orthogonality_rad", kPairs, "rad"},
+    {"bias_per_degc", kAxes, "{true}/degC"},
+    {"scale_per_degc", kAxes, "1/degC"},
+    {"bias_sigma", kAxes, kTrueUnit},
+    {"scale_sigma", kAxes, ""},
+    {"misalignment_sigma_rad", kEntries, "rad"},
+    {"residual_rms", kScalar, kTrueUnit},
+    {"held_out_rms", kScalar, kTrueUnit},
 }};
 
 constexpr std::array<LimitQuantity, 3> kReferenceLimits = {{
-    {"reference.gravity_mps2", kScalar, "m/s^2", "gravity, as estimated"},
-    {"reference.field_ut", kScalar, "uT", "field strength, as estimated"},
-    {"reference.dip_deg", kScalar, "deg", "dip of the field, down positive"},
+    {"reference.gravity_mps2", kScalar, "m/s^2"},
+    {"reference.field_ut", kScalar, "uT"},
+    {"reference.dip_deg", kScalar, "deg"},
 }};
 
 std::vector<std::string> ComponentsOf(LimitShape shape) {
@@ -68,9 +70,6 @@ const LimitQuantity* FindQuantity(std::span<const LimitQuantity> among, std::str
 }
 
 }  // namespace
-
-std::span<const LimitQuantity> SensorLimits() { return kSensorLimits; }
-std::span<const LimitQuantity> ReferenceLimits() { return kReferenceLimits; }
 
 bool LimitName::IsNeverNegative() const {
   return quantity.name.ends_with("_rms") || quantity.name.find("_sigma") != std::string_view::npos;

@@ -3,16 +3,21 @@
 
 #include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <string>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 
+#include "base/messages.h"
 #include "math/distributions.h"
+#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {
 
-constexpr double kRadPerDegree = std::numbers::pi / 180.0;
+// Tilts beyond the stated ones are said below the first level, and taken from the second on.
+constexpr double kShownLevel = 1e-4;
+constexpr double kTakenLevel = 0.05;
 // Of the prior's variance, that readings take away at least where they tell of a tilt.
 constexpr double kToldShare = 0.01;
 constexpr double kTooSmallByChance = 0.1;
@@ -22,8 +27,6 @@ template <typename Rows>
 Eigen::MatrixXd CovarianceOf(const Rows& rows, const ReducedSystem& system) {
   return rows * system.covariance() * rows.transpose();
 }
-
-}  // namespace
 
 std::optional<TiltsSeen> TiltsAgainstStated(const PoseGraph& graph,
                                             const ReducedSystem& system,
@@ -35,7 +38,7 @@ std::optional<TiltsSeen> TiltsAgainstStated(const PoseGraph& graph,
   }
   const bool is_known = system.size() > 0 && system.rank() == system.size();
   if (tilts.empty() || !is_known) return std::nullopt;
-  const double stated_rad = attitudes.tilt_sigma_deg * kRadPerDegree;
+  const double stated_rad = attitudes.tilt_sigma_deg * kRadPerDeg;
   const Eigen::MatrixXd covariance = CovarianceOf(layout.basis(tilts, Eigen::all), system);
   const auto count = static_cast<Eigen::Index>(tilts.size());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> told(
@@ -53,6 +56,39 @@ std::optional<TiltsSeen> TiltsAgainstStated(const PoseGraph& graph,
   return TiltsSeen{
       1.0 - ChiSquareCdf(chi2, dof),
       attitudes.tilt_sigma_deg * std::sqrt(chi2 / ChiSquareQuantile(kTooSmallByChance, dof))};
+}
+
+}  // namespace
+
+std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph,
+                                           const CalibrateOptions& options) {
+  const bool is_asked =
+      options.attitudes.kind == AttitudeKind::kSixFace && !options.attitudes.stated_tilt_sigma_deg;
+  if (!is_asked || !graph.shared.allFinite()) return std::nullopt;
+  const auto tilts = TiltsAgainstStated(graph, ReducedSystem(graph), options.attitudes);
+  const bool is_beyond = tilts && tilts->p_value < kTakenLevel;
+  return is_beyond ? tilts : std::nullopt;
+}
+
+CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options) {
+  options.attitudes.stated_tilt_sigma_deg = options.attitudes.tilt_sigma_deg;
+  options.attitudes.tilt_sigma_deg = tilts.sigma_deg;
+  return options;
+}
+
+Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options) {
+  const double stated_deg = options.attitudes.tilt_sigma_deg;
+  Finding finding(FindingCode::kFacesTilted,
+                  Format("the faces are tilted by up to %.2g deg RMS, ", tilts.sigma_deg) +
+                      Format("not %.2g deg as `tilt_sigma_deg` says; ", stated_deg) +
+                      "σ follow the larger one",
+                  Format("level the block, or state `attitudes: { six_face: { tilt_sigma_deg: "
+                         "%.2g } }`",
+                         tilts.sigma_deg));
+  if (tilts.p_value > kShownLevel) finding.As(Severity::kNote);
+  return finding.About(Triad::kAccelerometer)
+      .With("tilt_sigma", tilts.sigma_deg, "deg")
+      .With("p_value", tilts.p_value);
 }
 
 Eigen::MatrixXd TiltCurvature(const PoseGraph& graph, const ReducedSystem& system) {

@@ -7,6 +7,7 @@
 
 #include "problem/graph.h"
 #include "solve/reduced_system.h"
+#include "truetriad/model/finding.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {
@@ -21,10 +22,16 @@ struct TiltsSeen {
   double sigma_deg = 0.0;
 };
 
-// Unset without faces, or where readings tell nothing of their tilts.
-std::optional<TiltsSeen> TiltsAgainstStated(const PoseGraph& graph,
-                                            const ReducedSystem& system,
-                                            const AttitudeOptions& attitudes);
+// The tilts where they are evidently larger than was stated. Unset without faces, where readings
+// tell nothing of their tilts, and where `options` have them from here already: what is left then
+// is chance.
+std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph, const CalibrateOptions& options);
+
+// `options` that take them for as large as they were seen.
+CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options);
+
+// Says so. `options`: as stated.
+Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options);
 
 // Covariance of the free shared coordinates by what linearisation leaves out: a face that is
 // tilted by t more than thought reads t^2 / 2 less along its axis.

@@ -12,6 +12,7 @@
 
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
+#include "truetriad/base/units.h"
 #include "truetriad/model/limits.h"
 #include "truetriad/model/mounting.h"
 #include "truetriad/model/thermal.h"
@@ -19,7 +20,6 @@
 namespace truetriad {
 namespace {
 
-constexpr double kDegPerRad = 57.295779513082320877;
 // Temperatures at which terms are judged, both ends among them.
 constexpr int kTemperatures = 21;
 
@@ -137,7 +137,7 @@ JudgedValue Judged(std::string component,
   return judged;
 }
 
-std::string AxisName(int axis) { return {"xyz"[axis]}; }
+std::string AxisName(int axis) { return {AxisLetter(axis)}; }
 
 // Angle between two sensing axes over 90 degrees.
 double OverRightAngle(const Eigen::Matrix3d& sensitivity, int i, int j) {
@@ -235,7 +235,8 @@ Result<std::vector<JudgedValue>> ValuesOfReference(const Calibration& calibratio
   }
   if (name == "reference.field_ut") {
     if (!reference.field_ut || reference.field_nominal) {
-      return lacks("nothing tells the strength of the field here; state it");
+      return lacks(
+          "the field strength is unknown; state `reference: { field: { strength_ut: … } }`");
     }
     return std::vector<JudgedValue>{
         {"", *reference.field_ut, SigmaOf(calibration, "reference.field_ut")}};

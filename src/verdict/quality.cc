@@ -12,7 +12,6 @@
 #include "problem/parameters.h"
 #include "solve/reduced_system.h"
 #include "solve/solve_graph.h"
-#include "truetriad/model/mounting.h"
 
 namespace truetriad {
 

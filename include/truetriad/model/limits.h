@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -35,11 +34,8 @@ enum class LimitShape {
 struct LimitQuantity {
   std::string_view name;  ///< "bias", of a sensor; "reference.dip_deg".
   LimitShape shape;
-  std::string_view unit;     ///< "{true}": the sensor's true unit.
-  std::string_view meaning;  ///< For the documentation and messages.
+  std::string_view unit;  ///< "{true}": the sensor's true unit.
 };
-std::span<const LimitQuantity> SensorLimits();
-std::span<const LimitQuantity> ReferenceLimits();
 
 /// The parts of `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
 struct LimitName {
