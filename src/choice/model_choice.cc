@@ -28,6 +28,10 @@ namespace {
 
 // Share of terms that are not there and yet would stay by the likelihood ratio alone.
 constexpr double kLevel = 0.01;
+// Where chance makes so few runs the verdict would find the term among the residuals and say so, or
+// refuse: it stays, whatever BIC and held-out error say. Not what follows temperature, of which the
+// residuals of one temperature tell more than there is.
+constexpr double kShownLevel = 1e-3;
 // Higher terms are weighed only where as many residual degrees of freedom are left beside them, and
 // nothing at all where the matrices alone leave fewer: no ratio would be too large for chance, and
 // a model that is too small is wrong without saying so, one that is too large has large σ.
@@ -155,8 +159,9 @@ class Candidates {
     return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
   }
 
-  // Whether all three say that the larger of two models is worth its parameters.
-  bool IsWorthIt(Fit* larger, Fit* smaller, double p_value) const {
+  // Whether the larger of two models, to which `step` leads or from which, is worth its parameters.
+  bool IsWorthIt(Fit* larger, Fit* smaller, const Neighbour& step, double p_value) const {
+    if (p_value < kShownLevel && !step.thermal_triad) return true;
     if (p_value >= kLevel || BicOf(*larger) >= BicOf(*smaller)) return false;
     const std::optional<double>& with = HeldOutOf(larger);
     const std::optional<double>& without = HeldOutOf(smaller);
@@ -208,7 +213,7 @@ std::optional<ModelAlternative> Improve(const OpenModels& models,
     if (neighbour.is_larger) continue;
     Fit& smaller = candidates->FitOf(neighbour.choice);
     const double p = candidates->PValue(&present, smaller, neighbour);
-    if (p <= largest_p || candidates->IsWorthIt(&present, &smaller, p)) continue;
+    if (p <= largest_p || candidates->IsWorthIt(&present, &smaller, neighbour, p)) continue;
     largest_p = p;
     worst = &neighbour;
   }
@@ -218,7 +223,7 @@ std::optional<ModelAlternative> Improve(const OpenModels& models,
     if (worst != nullptr || !neighbour.is_larger || !candidates->Holds(neighbour.choice)) continue;
     Fit& larger = candidates->FitOf(neighbour.choice);
     const double p = candidates->PValue(&larger, present, neighbour);
-    if (p >= smallest_p || !candidates->IsWorthIt(&larger, &present, p)) continue;
+    if (p >= smallest_p || !candidates->IsWorthIt(&larger, &present, neighbour, p)) continue;
     smallest_p = p;
     best = &neighbour;
   }

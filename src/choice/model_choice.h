@@ -32,7 +32,8 @@ using CalibrateOnce =
 // term and rate term is there or not. The largest model that the poses determine is calibrated
 // first; its weights and its noise are then those of every candidate, so that they differ in
 // nothing but their terms. From there terms are taken away, the least significant first. One stays
-// only if all three say so:
+// if the likelihood ratio leaves no doubt of it (0.1 %, not of what follows temperature), else only
+// if all three say so:
 //
 //   likelihood ratio   what it lowers -2 log L by cannot be chance: F after Kenward and Roger 1997
 //                      where the noise was estimated, else χ², at 1 %; of how a bias follows

@@ -123,10 +123,10 @@ Section ModelChoiceSection(const Quality& quality) {
   section.blocks.emplace_back("Chosen: " + quality.rests.model_choice.front().description + ".");
   section.blocks.emplace_back(std::string(
       "The table lists the chosen model, then those that differ from it by one step. A term is "
-      "included if three criteria agree: p of the likelihood ratio below 1 % (for thermal terms of "
-      "a bias: p of the F test against the scatter between temperatures), a lower BIC, and a lower "
-      "error on held-out poses and turns (RMS, in units of their noise; for thermal terms, holding "
-      "out one temperature at a time)."));
+      "included if p of the likelihood ratio is below 0.1 % (not so thermal terms), else if three "
+      "criteria agree: p below 1 % (for thermal terms of a bias: p of the F test against the "
+      "scatter between temperatures), a lower BIC, and a lower error on held-out poses and turns "
+      "(RMS, in units of their noise; for thermal terms, holding out one temperature at a time)."));
   section.blocks.emplace_back(ModelTable("model", quality.rests.model_choice));
   if (quality.rests.model_steps.size() > 1) {
     section.blocks.emplace_back("Steps from the largest observable model, " +
