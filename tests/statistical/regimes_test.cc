@@ -31,6 +31,8 @@ Calibration Bound(const Trial& trial, const ReferenceValues& reference) {
   CalibrateOptions options = trial.options;
   for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kNone;
   options.robust.enabled = false;
+  // Of the tilts that the truth was drawn with, however large those of this trial are.
+  options.attitudes.stated_tilt_sigma_deg = options.attitudes.tilt_sigma_deg;
   if (reference.field_nominal) options.reference.field_ut = {reference.field_ut, 0.0};
   const auto summary = Calibrate(ExactPoses(trial), options);
   EXPECT_TRUE(summary && summary->calibration.IsUsable());
@@ -100,10 +102,11 @@ void AddRun(const Trial& trial, const Calibration& calibration, Statistics* stat
   const double nees = trials::Nees(error, calibration.covariance.matrix, &dimension);
   const double d = dimension;
   statistics->nees_of_all += nees / d;
-  // What the residuals show of such a term is independent of the estimate's error, so that the
-  // other runs are as they would be without those.
-  if (Find(calibration.findings, FindingCode::kTermInDoubt) != nullptr ||
-      Find(calibration.findings, FindingCode::kLeftOutTerm) != nullptr) {
+  // What the residuals show of such a term, or the lengths of readings of tilts, is independent of
+  // the estimate's error, so that the other runs are as they would be without those.
+  const auto has = [&](FindingCode code) { return Find(calibration.findings, code) != nullptr; };
+  if (has(FindingCode::kTermInDoubt) || has(FindingCode::kLeftOutTerm) ||
+      has(FindingCode::kFacesTilted)) {
     ++statistics->widened;
     return;
   }
