@@ -40,27 +40,32 @@ std::string Number(double value, int digits = 4) { return RoundedText(value, dig
 
 Status CheckOptions(const RecordingInfo& info, const AllanOptions& options) {
   if (!(options.rate_hz >= 0.0) || !std::isfinite(options.rate_hz)) {
-    return UsageError("a rate of " + Number(options.rate_hz) + " Hz; expected one above zero");
+    return Error(ErrorCode::kInvalidArgument,
+                 "a rate of " + Number(options.rate_hz) + " Hz; expected one above zero");
   }
   if (options.points_per_decade < 1 || options.points_per_decade > 100) {
-    return UsageError(std::to_string(options.points_per_decade) +
-                      " points per decade; expected 1 to 100");
+    return Error(
+        ErrorCode::kInvalidArgument,
+        std::to_string(options.points_per_decade) + " points per decade; expected 1 to 100");
   }
   if (options.white_range_s) {
     const auto [low, high] = *options.white_range_s;
     if (!(low > 0.0 && low < high) || !std::isfinite(high)) {
-      return UsageError("white noise over tau from " + Number(low) + " s to " + Number(high) +
-                        " s; expected two numbers above zero, the smaller first");
+      return Error(ErrorCode::kInvalidArgument,
+                   "white noise over tau from " + Number(low) + " s to " + Number(high) +
+                       " s; expected two numbers above zero, the smaller first");
     }
   }
   if (info.has_time && options.rate_hz > 0.0) {
-    return UsageError(info.path + ": has its own times; remove the rate of " +
-                      Number(options.rate_hz) + " Hz");
+    return Error(ErrorCode::kConflictingArguments,
+                 {info.path},
+                 "has its own times; remove the rate of " + Number(options.rate_hz) + " Hz");
   }
   if (!info.has_time && options.rate_hz == 0.0) {
-    return UsageError(info.path +
-                      ": has no time, so tau is unknown; give the rate (--rate_hz=100), or state "
-                      "it in a manifest: `time: { unit: samples, rate_hz: 100 }`");
+    return Error(ErrorCode::kMissingArgument,
+                 {info.path},
+                 "has no time, so tau is unknown; give the rate (--rate_hz=100), or state "
+                 "it in a manifest: `time: { unit: samples, rate_hz: 100 }`");
   }
   return {};
 }
@@ -155,19 +160,23 @@ void StreamAnalysis::Take(const SpacedStream::Readings& readings, std::int64_t s
 Status StreamAnalysis::CheckCurves() const {
   const std::vector<AllanFactor> factors = curves_[0].factors();
   if (curves_[0].longest_stretch() < kFewestSamples) {
-    return NotEnoughError(info_.file + ": the longest stretch of the " + Name() +
-                          " without a gap has " + std::to_string(curves_[0].longest_stretch()) +
-                          " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
-                          ", and about an hour at rest to be useful");
+    return Error(ErrorCode::kNotEnoughData,
+                 {info_.file},
+                 "the longest stretch of the " + Name() + " without a gap has " +
+                     std::to_string(curves_[0].longest_stretch()) +
+                     " samples; an Allan deviation needs " + std::to_string(kFewestSamples) +
+                     ", and about an hour at rest to be useful");
   }
   if (!(SpacingSeconds() > 0.0)) {
-    return BadInputError(info_.file + ": all samples of the " + Name() +
-                         " have the same time; expected increasing times");
+    return Error(ErrorCode::kTimeGoesBack,
+                 {info_.file},
+                 "all samples of the " + Name() + " have the same time; expected increasing times");
   }
   for (int axis = 0; axis < 3; ++axis) {
     if (!curves_[static_cast<std::size_t>(axis)].variances().allFinite()) {
-      return BadInputError(info_.file + ": the " + Name(axis) +
-                           " has readings too large to compute with; check its unit");
+      return Error(ErrorCode::kValueOutOfRange,
+                   {info_.file},
+                   "the " + Name(axis) + " has readings too large to compute with; check its unit");
     }
   }
   return {};
@@ -325,11 +334,12 @@ Status StreamAnalysis::FitDensity(const Eigen::VectorXd& variances,
     const Eigen::Index begin = index(low);
     const Eigen::Index end = index(high);
     if (begin == end) {
-      return UsageError("white noise over tau from " + Number(options_.white_range_s->front()) +
-                        " s to " + Number(options_.white_range_s->back()) +
-                        " s: the curve of the " + Name() + " has no points there; it covers " +
-                        Number(result->points.front().tau_s) + " s to " +
-                        Number(result->points.back().tau_s) + " s");
+      return Error(ErrorCode::kInvalidArgument,
+                   "white noise over tau from " + Number(options_.white_range_s->front()) +
+                       " s to " + Number(options_.white_range_s->back()) + " s: the curve of the " +
+                       Name() + " has no points there; it covers " +
+                       Number(result->points.front().tau_s) + " s to " +
+                       Number(result->points.back().tau_s) + " s");
     }
     strength = FitWhite(factors, variances, covariance, {begin, end});
     result->white_range_s = options_.white_range_s;

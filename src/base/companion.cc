@@ -48,10 +48,11 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
     if (fs::is_regular_file(candidate, error)) return candidate.string();
     tried += (tried.empty() ? "" : " and ") + place.string();
   }
-  return BadInputError("truetriad's data file " + std::string(file_name) + " is missing from " +
-                       (tried.empty() ? "its folder" : tried) +
-                       "; reinstall truetriad, or set the environment variable TRUETRIAD_SHARE to "
-                       "the folder that contains it");
+  return Error(ErrorCode::kBrokenInstallation,
+               "truetriad's data file " + std::string(file_name) + " is missing from " +
+                   (tried.empty() ? "its folder" : tried) +
+                   "; reinstall truetriad, or set the environment variable TRUETRIAD_SHARE to "
+                   "the folder that contains it");
 }
 
 }  // namespace truetriad

@@ -76,7 +76,7 @@ Result<Unit> ParseTriadUnit(Triad triad, std::string_view name) {
     if (name == unit.name) return Unit{std::string(name), unit.truth_per_raw, false};
     message.append(unit.name).append(", ");
   }
-  return BadInputError(message.append("counts"));
+  return Error(ErrorCode::kUnknownUnit, message.append("counts"));
 }
 
 std::string_view TruthUnitName(Triad triad) { return UnitsOf(triad).front().name; }

@@ -91,7 +91,7 @@ Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const Calibrat
     return FindStarts(same_bias, options);
   }
   auto starts = FindStartValues(poses, options);
-  const bool is_wrong = !starts && starts.error().code != ErrorCode::kNotEnough;
+  const bool is_wrong = !starts && starts.error().kind() != ErrorKind::kNotEnough;
   if (!options.HasThermal() || is_wrong) return starts;
   const PoseSet same = AtOneTemperature(poses);
   if (!CheckPoseCounts(same, options)) return starts;
@@ -197,8 +197,10 @@ int SettleBentAxes(const CalibrateOptions& options,
 Status CheckRecorded(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Triad triad : kTriads) {
     if (!options.triads[triad].enabled || poses.Find(triad) != nullptr) continue;
-    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
-                         " is enabled but missing from the recording");
+    return Error(
+        ErrorCode::kMissingSensor,
+        {poses.source},
+        "the " + std::string(TriadName(triad)) + " is enabled but missing from the recording");
   }
   return {};
 }
@@ -252,7 +254,7 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
   }
   const auto starts = FindStarts(poses, options);
   if (!starts) {
-    if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
+    if (starts.error().kind() != ErrorKind::kNotEnough) return starts.error();
     calibration.quality.weak_directions = WeakDirectionsOfReadings(poses, options);
     return Refuse(RefusalOf(starts.error()), std::move(summary));
   }
@@ -280,8 +282,9 @@ Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                   std::move(summary));
   }
   if (graph->layout.free_size() == 0) {
-    return UsageError("every parameter is fixed by `fixed:`; nothing is left to estimate",
-                      "sensors");
+    return Error(ErrorCode::kNothingToEstimate,
+                 "every parameter is fixed by `fixed:`; nothing is left to estimate")
+        .About("sensors");
   }
   // The earth's rate knows north from south: it is to be solved on the right side.
   if (graph->layout.CountsEarthRate()) SettleHemisphereOfField(options, &*graph);

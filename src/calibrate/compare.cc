@@ -59,12 +59,13 @@ bool HaveOneFrame(const Calibration& a, const Calibration& b) {
 
 Status CheckComparable(const Calibration& a, const Calibration& b) {
   if (!a.IsUsable() || !b.IsUsable()) {
-    return BadInputError("both calibrations must be usable: a is " +
-                         std::string(OutcomeName(a.outcome)) + ", b is " +
-                         std::string(OutcomeName(b.outcome)));
+    return Error(ErrorCode::kCalibrationNotUsable,
+                 "both calibrations must be usable: a is " + std::string(OutcomeName(a.outcome)) +
+                     ", b is " + std::string(OutcomeName(b.outcome)));
   }
   if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
-    return BadInputError(
+    return Error(
+        ErrorCode::kDamagedFile,
         "a covariance lists parameters that its calibration does not hold; the file was changed "
         "by hand");
   }
@@ -73,17 +74,17 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
     const auto& thermal_a = a.sensors[triad]->thermal;
     const auto& thermal_b = b.sensors[triad]->thermal;
     if (thermal_a && thermal_b && thermal_a->reference_degc != thermal_b->reference_degc) {
-      return BadInputError(std::string(TriadName(triad)) +
-                           ": the temperature terms of a are about " +
-                           std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
-                           std::to_string(thermal_b->reference_degc) +
-                           " degC, and cannot be moved; calibrate both with the same "
-                           "reference.temperature_degc");
+      return Error(ErrorCode::kDoesNotMatch,
+                   std::string(TriadName(triad)) + ": the temperature terms of a are about " +
+                       std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
+                       std::to_string(thermal_b->reference_degc) +
+                       " degC, and cannot be moved; calibrate both with the same "
+                       "reference.temperature_degc");
     }
     if (a.sensors[triad]->input_unit != b.sensors[triad]->input_unit) {
-      return BadInputError(std::string(TriadName(triad)) + ": a takes " +
-                           a.sensors[triad]->input_unit + ", b takes " +
-                           b.sensors[triad]->input_unit);
+      return Error(ErrorCode::kUnitMismatch,
+                   std::string(TriadName(triad)) + ": a takes " + a.sensors[triad]->input_unit +
+                       ", b takes " + b.sensors[triad]->input_unit);
     }
   }
   return {};
@@ -231,6 +232,17 @@ void AddChiSquare(const ComparedValues& in_a,
 
 }  // namespace
 
+const ComparisonEntry* LargestOf(const Comparison& comparison) {
+  const auto in_sigmas = [](const ComparisonEntry& entry) {
+    return entry.sigma > 0.0 ? std::abs(entry.difference) / entry.sigma : -1.0;
+  };
+  const auto largest = std::max_element(
+      comparison.entries.begin(),
+      comparison.entries.end(),
+      [&](const auto& one, const auto& other) { return in_sigmas(one) < in_sigmas(other); });
+  return largest == comparison.entries.end() || in_sigmas(*largest) < 0.0 ? nullptr : &*largest;
+}
+
 Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   Calibration b = stated_b;
   if (const auto degc = ReferenceOfTerms(a); degc && ReferenceOfTerms(b)) StateAbout(*degc, &b);
@@ -287,7 +299,8 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
     common.push_back({at_a, at_b, entry.difference});
   }
   if (comparison.entries.empty()) {
-    return BadInputError("the two calibrations have no parameter with an uncertainty in common");
+    return Error(ErrorCode::kDoesNotMatch,
+                 "the two calibrations have no parameter with an uncertainty in common");
   }
 
   // Entries that the gauge fixes.

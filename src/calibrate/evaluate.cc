@@ -27,13 +27,16 @@ Status CheckStreams(const Calibration& calibration, const PoseSet& poses) {
     if (!calibration.sensors[triad] || stream == nullptr) continue;
     any = true;
     if (stream->unit.name != calibration.sensors[triad]->input_unit) {
-      return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) + " is in " +
-                           stream->unit.name + ", but the calibration takes " +
-                           calibration.sensors[triad]->input_unit);
+      return Error(ErrorCode::kUnitMismatch,
+                   {poses.source},
+                   "the " + std::string(TriadName(triad)) + " is in " + stream->unit.name +
+                       ", but the calibration takes " + calibration.sensors[triad]->input_unit);
     }
   }
   if (!any) {
-    return BadInputError(poses.source + ": holds none of the sensors that the calibration covers");
+    return Error(ErrorCode::kMissingSensor,
+                 {poses.source},
+                 "holds none of the sensors that the calibration covers");
   }
   return {};
 }
@@ -200,9 +203,9 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,
                                    bool is_own) {
   if (!calibration.IsUsable()) {
-    return BadInputError("this calibration is not usable (" +
-                         std::string(calibration.ReasonNotUsable()) +
-                         "): there is nothing to evaluate");
+    return Error(ErrorCode::kCalibrationNotUsable,
+                 "this calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
+                     "): there is nothing to evaluate");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckStreams(calibration, poses));
   EvaluationSummary summary;

@@ -72,10 +72,11 @@ Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor,
   if (!has_lags) return felt;
   const TemperatureTrack& track = poses.sweep.temperature;
   if (track.empty()) {
-    return BadInputError(poses.source +
-                         ": the calibration follows the temperature with a lag, and rests alone do "
-                         "not tell what the temperature was before; evaluate it with "
-                         "`--poses=sweep` on a recording in one attitude");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {poses.source},
+                 "the calibration follows the temperature with a lag, and rests alone do "
+                 "not tell what the temperature was before; evaluate it with "
+                 "`--poses=sweep` on a recording in one attitude");
   }
   TemperatureFilter filter(*sensor.thermal);
   std::vector<ThermalState> along;
@@ -98,9 +99,11 @@ Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
                              const ThermalState* felt,
                              const std::string& source) {
   if (sensor.thermal && !pose.temperature_degc) {
-    return BadInputError(source + ": pose " + std::to_string(pose.number) +
-                         " has no temperature, but the calibration depends on it; give a recording "
-                         "with a temperature column");
+    return Error(ErrorCode::kMissingTemperature,
+                 {source},
+                 "pose " + std::to_string(pose.number) +
+                     " has no temperature, but the calibration depends on it; give a recording "
+                     "with a temperature column");
   }
   if (felt != nullptr) return ModelAtTemperatureOf(sensor, *felt);
   return ModelAtTemperatureOf(

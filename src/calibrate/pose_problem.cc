@@ -27,14 +27,15 @@ PoseProblem::~PoseProblem() = default;
 Result<PoseProblem> PoseProblem::Create(const PoseSet& poses, const CalibrateOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
   if (options.motion || options.sweep || options.HasChoice() || options.initialise.only) {
-    return NotEnoughError(
-        "only a calibration from rests, with every model stated, is a problem of poses");
+    return Error(ErrorCode::kNotEnoughData,
+                 "only a calibration from rests, with every model stated, is a problem of poses");
   }
   SettledModel settled;
   const auto summary = CalibrateSettled(poses, options, &settled);
   TRUETRIAD_RETURN_IF_ERROR(summary);
   if (!summary->calibration.IsUsable()) {
-    return NotEnoughError(poses.source + ": these poses do not give a usable calibration");
+    return Error(
+        ErrorCode::kNotEnoughData, {poses.source}, "these poses do not give a usable calibration");
   }
   auto state = std::make_unique<State>();
   state->graph = std::move(settled.graph);

@@ -20,7 +20,8 @@ Result<YamlReader> ParseOverride(const std::string& text) {
   const std::string name = std::string(kOverride) + text;
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || text.find_first_of("\n\r") != std::string::npos) {
-    return UsageError(name + ": expected one line of the form key.sub=value");
+    return Error(
+        ErrorCode::kInvalidArgument, {name}, "expected one line of the form key.sub=value");
   }
   std::string yaml;
   std::string indent;
@@ -39,20 +40,15 @@ Result<YamlReader> ParseOverride(const std::string& text) {
 /// override itself has no lines to name.
 void CollectDocumentErrors(const YamlReader& document,
                            const std::vector<std::string>& overridden,
-                           std::vector<std::string>* errors) {
-  const Status status = document.status();
-  if (status) return;
+                           std::vector<Error>* errors) {
   const std::string& file = document.file();
-  std::istringstream lines(status.error().message);
-  for (std::string error; std::getline(lines, error);) {
-    // "file:line: key.sub: message"
-    const std::size_t key = error.starts_with(file) ? error.find(": ", file.size()) : 0;
-    const std::string about = error.substr(key == 0 ? 0 : key + 2);
-    const auto concerns = [&about](const std::string& name) {
-      return about.starts_with(name + ":") || about.starts_with(name + ".");
+  for (const Error& error : document.errors()) {
+    const auto concerns = [&error](const std::string& name) {
+      return error.key == name || error.key.starts_with(name + ".");
     };
     if (std::any_of(overridden.begin(), overridden.end(), concerns)) continue;
-    errors->push_back(file.starts_with(kOverride) ? file + ": " + about : error);
+    errors->push_back(file.starts_with(kOverride) ? Error(error.code, {file}, error.What())
+                                                  : error);
   }
 }
 
@@ -75,7 +71,7 @@ std::set<std::string> Documents::Names() const {
   return names;
 }
 
-void Documents::CollectErrors(std::vector<std::string>* errors) const {
+void Documents::CollectErrors(std::vector<Error>* errors) const {
   CollectDocumentErrors(documents_[0], overridden_, errors);
   for (std::size_t i = 1; i < documents_.size(); ++i) {
     CollectDocumentErrors(documents_[i], {}, errors);
@@ -121,12 +117,6 @@ void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::st
     names->insert(prefix + child.name());
     CollectNames(child, prefix, names);
   }
-}
-
-std::string Joined(const std::vector<std::string>& errors) {
-  std::string text;
-  for (const std::string& error : errors) text += (text.empty() ? "" : "\n") + error;
-  return text;
 }
 
 std::string Resolve(const std::string& path, const std::string& file) {

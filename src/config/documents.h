@@ -30,7 +30,7 @@ class Documents {
 
   /// Adds the errors of all documents, without those of the file about keys whose value an override
   /// replaces. An override itself has no lines to name.
-  void CollectErrors(std::vector<std::string>* errors) const;
+  void CollectErrors(std::vector<Error>* errors) const;
 
  private:
   std::vector<YamlReader> documents_;
@@ -43,9 +43,6 @@ void CollectNames(YamlReader reader, const std::string& prefix, std::set<std::st
 /// The place of a key, or of the longest part of it that is there: of a, a.b and a.b.c for a.b.c;
 /// else empty.
 std::string PlaceOf(std::string key, const std::map<std::string, std::string>& places);
-
-/// One message of several lines.
-std::string Joined(const std::vector<std::string>& errors);
 
 /// `path` as seen from the folder of `file`; empty stays empty.
 std::string Resolve(const std::string& path, const std::string& file);

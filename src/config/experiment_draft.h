@@ -119,7 +119,7 @@ void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.
-void Settle(ExperimentDraft* draft, std::vector<std::string>* errors);
+void Settle(ExperimentDraft* draft, std::vector<Error>* errors);
 
 /// The experiment with every default written out and marked; reads back with the same options.
 /// Where `chosen` differs in what was `auto`, it has the models and terms of that, marked too.

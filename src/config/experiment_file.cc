@@ -33,9 +33,7 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
 }
 
 /// Reads the presets that the documents name, the last word of each sensor.
-void ReadPresets(std::vector<YamlReader>& documents,
-                 Draft* draft,
-                 std::vector<std::string>* errors) {
+void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
     std::string file;
@@ -45,7 +43,7 @@ void ReadPresets(std::vector<YamlReader>& documents,
     if (file.empty()) continue;
     Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft->experiment.path));
     if (!preset) {
-      errors->push_back(preset.error().message);
+      errors->push_back(preset.error());
       continue;
     }
     ReadVersion(preset->RequireChild("sensor_preset"));
@@ -56,7 +54,7 @@ void ReadPresets(std::vector<YamlReader>& documents,
       ReadSensor(sensor, triad, draft);
       CollectNames(sensor, "sensors.", &draft->given);
     }
-    if (const Status status = preset->status(); !status) errors->push_back(status.error().message);
+    errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
   }
 }
 
@@ -65,9 +63,9 @@ Result<Experiment> ReadOpened(YamlReader main,
                               const std::vector<std::string>& overrides) {
   main.RequireChild("experiment");
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
-  std::vector<std::string> errors;
+  std::vector<Error> errors;
   documents.CollectErrors(&errors);
-  if (!errors.empty()) return BadInputError(Joined(errors));
+  if (!errors.empty()) return Joined(errors);
 
   Draft draft;
   draft.experiment.path = path;
@@ -77,7 +75,7 @@ Result<Experiment> ReadOpened(YamlReader main,
   for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
   documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);
-  if (!errors.empty()) return BadInputError(Joined(errors));
+  if (!errors.empty()) return Joined(errors);
   draft.experiment.resolved_yaml = ResolvedYaml(draft, draft.experiment.options);
   Experiment experiment = draft.experiment;
   experiment.draft = std::make_shared<const ExperimentDraft>(std::move(draft));
@@ -134,9 +132,10 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
 }
 
 Error AtItsKey(const Experiment& experiment, const Error& error) {
-  if (error.code != ErrorCode::kUsage || experiment.draft == nullptr) return error;
+  if (error.kind() != ErrorKind::kUsage || experiment.draft == nullptr) return error;
   const std::string place = PlaceOf(error.key, experiment.draft->places);
-  return {error.code, (place.empty() ? experiment.path : place) + ": " + error.message};
+  return ErrorIn(error.code, place.empty() ? experiment.path : place, error.message)
+      .About(error.key);
 }
 
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen) {

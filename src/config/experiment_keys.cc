@@ -23,15 +23,22 @@ using Draft = ExperimentDraft;
 
 void ReadDevice(YamlReader reader, Experiment* experiment) {
   if (!reader) return;
-  reader.Optional("serial", &experiment->serial);
-  reader.Optional("model", &experiment->model);
-  for (const TagKey& tag : kDeviceTags) reader.Optional(tag.key, &(experiment->tags.*tag.value));
+  reader.Child("serial").ReadName(&experiment->serial);
+  reader.Child("model").ReadName(&experiment->model);
+  for (const TagKey& tag : kDeviceTags) {
+    reader.Child(tag.key).ReadName(&(experiment->tags.*tag.value));
+  }
   reader.RejectUnknown();
 }
 
 void ReadRun(YamlReader reader, Tags* tags) {
   if (!reader) return;
-  for (const TagKey& tag : kRunTags) reader.Optional(tag.key, &(tags->*tag.value));
+  constexpr std::size_t kLongestNote = 2000;
+  for (const TagKey& tag : kRunTags) {
+    const bool is_note = tag.value == &Tags::note;
+    reader.Child(tag.key).ReadName(&(tags->*tag.value),
+                                   is_note ? kLongestNote : YamlReader::kLongestName);
+  }
   reader.RejectUnknown();
 }
 
@@ -313,7 +320,7 @@ bool IsLimit(YamlReader reader) {
 // A number, which is ±, or { lower, target, upper }.
 void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options) {
   const Result<LimitName> parsed = ParseLimitName(name);
-  if (!parsed) return reader.Fail(parsed.error().message);
+  if (!parsed) return reader.Fail(parsed.error().message, ErrorCode::kUnknownKey);
   Limit limit;
   double number = 0.0;
   if (reader.IsScalar()) {

@@ -239,12 +239,15 @@ void ResolvePaths(Draft* draft) {
 
 }  // namespace
 
-void Settle(Draft* draft, std::vector<std::string>* errors) {
+void Settle(Draft* draft, std::vector<Error>* errors) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
   const auto fail = [&](const std::string& key, const std::string& problem) {
     const std::string place = PlaceOf(key, draft->places);
-    errors->push_back((place.empty() ? experiment.path : place) + ": " + key + ": " + problem);
+    errors->push_back(ErrorIn(ErrorCode::kConflictingKeys,
+                              place.empty() ? experiment.path : place,
+                              key + ": " + problem)
+                          .About(key));
   };
   const std::string motions_key = draft->turns_file.empty() ? "rates" : "turns";
   SettleGravity(draft);

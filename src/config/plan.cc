@@ -70,7 +70,7 @@ void ReadNominalSensor(YamlReader reader, Triad triad, NominalSensor* nominal) {
     if (const Result<Unit> parsed = ParseTriadUnit(triad, name)) {
       nominal->unit = *parsed;
     } else {
-      unit.Fail(parsed.error().message);
+      unit.Fail(parsed.error().message, parsed.error().code);
     }
   }
   YamlReader sensitivity = reader.Child("sensitivity");

@@ -24,13 +24,13 @@ struct ScenarioDraft {
   PerTriad<std::optional<ScenarioSensor>> sensors;
   /// Where the sensors and the items of lists stand, "file:line: ", by the words with which
   /// Scenario::Validate() names them.
-  std::map<std::string, std::string> places;
+  std::map<std::string, FilePlace> places;
 };
 
-/// "file:line: "; an override has no lines.
-std::string PlaceOf(const YamlReader& reader) {
+/// An override has no lines.
+FilePlace PlaceOf(const YamlReader& reader) {
   const bool is_override = reader.file().starts_with("--set");
-  return reader.file() + (is_override ? "" : ":" + std::to_string(reader.line())) + ": ";
+  return {reader.file(), is_override ? 0 : reader.line()};
 }
 
 void NotePlaces(YamlReader list, const std::string& word, ScenarioDraft* draft) {
@@ -129,10 +129,10 @@ void ReadDocument(YamlReader root, const std::string& file, ScenarioDraft* draft
 }
 
 /// Reads the scenario that the documents name as their base, if any does.
-void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<std::string>* errors) {
+void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<Error>* errors) {
   Result<YamlReader> base = YamlReader::FromFile(file);
   if (!base) {
-    errors->push_back(base.error().message);
+    errors->push_back(base.error());
     return;
   }
   base->RequireChild("scenario");
@@ -140,21 +140,21 @@ void ReadBase(const std::string& file, ScenarioDraft* draft, std::vector<std::st
     further.Fail("this scenario is the base of another, so it cannot have a base itself");
   }
   ReadDocument(*base, file, draft);
-  if (const Status status = base->status(); !status) errors->push_back(status.error().message);
+  errors->insert(errors->end(), base->errors().begin(), base->errors().end());
 }
 
 /// Each line of `message` after the place of what it is about, or else `path`.
 void AddLines(const std::string& message,
               const std::string& path,
               const ScenarioDraft& draft,
-              std::vector<std::string>* errors) {
+              std::vector<Error>* errors) {
   std::istringstream lines(message);
   for (std::string line; std::getline(lines, line);) {
-    std::string place = path + ": ";
+    FilePlace place{path};
     for (const auto& [word, where] : draft.places) {
       if (line.starts_with(word)) place = where;
     }
-    errors->push_back(place + line);
+    errors->push_back(Error(ErrorCode::kInvalidValue, place, line));
   }
 }
 
@@ -166,7 +166,7 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
   TRUETRIAD_ASSIGN_OR_RETURN(Documents documents, Documents::Of(main, overrides));
 
   ScenarioDraft draft;
-  std::vector<std::string> errors;
+  std::vector<Error> errors;
   std::string base;
   for (YamlReader& document : documents.all()) document.Optional("base", &base);
   if (!base.empty()) ReadBase(Resolve(base, path), &draft, &errors);
@@ -176,15 +176,18 @@ Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::st
     for (const Triad triad : kTriads) {
       if (!draft.sensors[triad]) continue;
       const std::string name(TriadName(triad));
-      const std::string place = draft.places[name] + "sensors." + name + ": ";
-      draft.scenario.sensors[triad] = SettledSensor(*draft.sensors[triad], place, &errors);
+      const auto fail = [&, place = draft.places[name]](const std::string& problem) {
+        errors.push_back(
+            Error(ErrorCode::kInvalidValue, place, "sensors." + name + ": " + problem));
+      };
+      draft.scenario.sensors[triad] = SettledSensor(*draft.sensors[triad], fail);
     }
   }
   if (errors.empty()) {
     const Status valid = draft.scenario.Validate();
     if (!valid) AddLines(valid.error().message, path, draft, &errors);
   }
-  if (!errors.empty()) return BadInputError(Joined(errors));
+  if (!errors.empty()) return Joined(errors);
   return std::move(draft.scenario);
 }
 

@@ -28,7 +28,7 @@ void ReadUnit(YamlReader& sensor, Triad triad, ScenarioSensor* draft) {
     if (parsed) {
       draft->unit = *parsed;
     } else {
-      unit.Fail(parsed.error().message);
+      unit.Fail(parsed.error().message, parsed.error().code);
     }
   }
   double value = 0.0;
@@ -251,14 +251,13 @@ void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSe
 }
 
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
-                             const std::string& place,
-                             std::vector<std::string>* errors) {
+                             const std::function<void(const std::string&)>& fail) {
   SimulatedTriad triad = sensor.settled;
   if (sensor.unit.is_counts && !sensor.si_per_count) {
-    errors->push_back(place + "readings are in counts; add `si_per_count` or `counts_per_…`");
+    fail("readings are in counts; add `si_per_count` or `counts_per_…`");
   } else if (!sensor.unit.is_counts && sensor.si_per_count) {
-    errors->push_back(place + "a count size is stated, but the readings are in " +
-                      sensor.unit.name + "; add `unit: counts` or remove it");
+    fail("a count size is stated, but the readings are in " + sensor.unit.name +
+         "; add `unit: counts` or remove it");
   }
   triad.unit = sensor.unit;
   triad.si_per_count = sensor.si_per_count;
@@ -288,9 +287,9 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
   const double counts = sensor.resolution ? gain * *sensor.resolution : 1.0;
   if (sensor.unit.is_counts && !sensor.resolution_raw &&
       (std::abs(counts - std::round(counts)) > 1e-6 * counts || counts < 0.5)) {
-    errors->push_back(place + "the resolution is " + std::to_string(counts) +
-                      " counts, but counts are whole numbers; state `resolution_raw: 1`, or no "
-                      "resolution in the base");
+    fail("the resolution is " + std::to_string(counts) +
+         " counts, but counts are whole numbers; state `resolution_raw: 1`, or no "
+         "resolution in the base");
   }
   // Counts are whole numbers.
   const double finest_raw = sensor.unit.is_counts ? 1.0 : 0.0;
@@ -299,9 +298,7 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
   triad.range_raw = sensor.range_raw;
   if (!triad.range_raw && sensor.range) {
     if ((sensor.zero_raw.array() != sensor.zero_raw[0]).any()) {
-      errors->push_back(
-          place +
-          "the range is ambiguous, because `zero_raw` differs between axes; give `range_raw`");
+      fail("the range is ambiguous, because `zero_raw` differs between axes; give `range_raw`");
     }
     const double zero = sensor.zero_raw[0];
     triad.range_raw = Eigen::Vector2d(zero - gain * *sensor.range, zero + gain * *sensor.range);

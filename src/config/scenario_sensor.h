@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,9 +45,8 @@ struct ScenarioSensor {
 /// Reads one document's word on a sensor on top of what was said before. `none` removes it.
 void ReadScenarioSensor(YamlReader reader, Triad triad, std::optional<ScenarioSensor>* sensor);
 
-/// Adds to `errors` what contradicts itself, each after `place`.
+/// Says to `fail` what contradicts itself.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
-                             const std::string& place,
-                             std::vector<std::string>* errors);
+                             const std::function<void(const std::string&)>& fail);
 
 }  // namespace truetriad

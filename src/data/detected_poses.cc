@@ -72,16 +72,17 @@ DetectedPoses::DetectedPoses(const StaticDetectorOptions& options,
 
 Status DetectedPoses::Validate() const {
   if (!info_.has_time) {
-    return BadInputError(info_.path +
-                         ": has no time, so rests cannot be detected; add a time column, state the "
-                         "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
-                         "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
+    return Error(ErrorCode::kMissingTime,
+                 {info_.path},
+                 "has no time, so rests cannot be detected; add a time column, state the "
+                 "rate in a manifest (`time: {unit: samples, rate_hz: 100}`), or state the "
+                 "poses (`poses: every_row`, `poses: { every: 100 }`, …)");
   }
   if (!(options_.min_duration_s > 0.0) || !(options_.max_knock_s >= 0.0)) {
-    return BadInputError("static detection: min_duration_s is " +
-                         std::to_string(options_.min_duration_s) + " and max_knock_s is " +
-                         std::to_string(options_.max_knock_s) +
-                         "; expected a positive and a non-negative number");
+    return Error(ErrorCode::kInvalidValue,
+                 "static detection: min_duration_s is " + std::to_string(options_.min_duration_s) +
+                     " and max_knock_s is " + std::to_string(options_.max_knock_s) +
+                     "; expected a positive and a non-negative number");
   }
   return {};
 }

@@ -44,9 +44,11 @@ Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
     readings += static_cast<double>(readings_[i]);
     seconds += 1e-9 * static_cast<double>(times.end_ns - times.start_ns);
     if (readings_[i] > 0) continue;
-    return BadInputError(ranges_[i].stated_in + ": no reading of " + info.path +
-                         " lies in it, or another range has them already; expected seconds from "
-                         "the recording's first sample");
+    return ErrorIn(ErrorCode::kNotInRecording,
+                   ranges_[i].stated_in,
+                   "no reading of " + info.path +
+                       " lies in it, or another range has them already; expected seconds from "
+                       "the recording's first sample");
   }
   findings->push_back(Finding(FindingCode::kExcluded,
                               Format("%.0f readings", readings) + Format(" in %.6g s", seconds) +

@@ -38,25 +38,29 @@ GivenPoses::GivenPoses(const PoseSelection& selection,
 
 Status GivenPoses::Validate() const {
   if (selection_.kind == PoseSelectionKind::kEveryN && selection_.every < 1) {
-    return BadInputError("poses: { every: " + std::to_string(selection_.every) +
-                         " }: expected a number of rows of at least 1");
+    return Error(ErrorCode::kInvalidValue,
+                 "poses: { every: " + std::to_string(selection_.every) +
+                     " }: expected a number of rows of at least 1");
   }
   if (selection_.kind == PoseSelectionKind::kColumn && !info_.Find(leading_)->has_pose_column) {
-    return BadInputError(info_.path +
-                         ": has no column with pose numbers; expected a column `pose` (0 = "
-                         "moving), or name yours with `poses: { column: NAME }`");
+    return Error(ErrorCode::kMissingColumn,
+                 {info_.path},
+                 "has no column with pose numbers; expected a column `pose` (0 = "
+                 "moving), or name yours with `poses: { column: NAME }`");
   }
   if (selection_.kind != PoseSelectionKind::kRanges) return {};
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
     const bool follows = i > 0 ? Begin(i) > End(i - 1) : IsByTime() || Begin(i) >= 0;
     if (follows && End(i) >= Begin(i)) continue;
     if (IsByTime()) {
-      return BadInputError(Spoken(i) + " overlaps with " + Spoken(i - 1) +
-                           "; expected times without overlap");
+      return Error(
+          ErrorCode::kInvalidValue,
+          Spoken(i) + " overlaps with " + Spoken(i - 1) + "; expected times without overlap");
     }
-    return BadInputError(Spoken(i) + " is not a range" +
-                         (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
-                         "; expected first <= last, both 0-based, in file order, without overlap");
+    return Error(ErrorCode::kInvalidValue,
+                 Spoken(i) + " is not a range" +
+                     (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
+                     "; expected first <= last, both 0-based, in file order, without overlap");
   }
   return {};
 }
@@ -200,11 +204,12 @@ Status GivenPoses::CheckRowsAreRests() const {
       poses_.size() <= kMostRowsAsRests) {
     return {};
   }
-  return BadInputError(info_.path + ": `poses: every_row` gives more than " +
-                       std::to_string(kMostRowsAsRests) +
-                       " rests, with no turns between them for the gyroscope; state `poses: { "
-                       "detect: auto }` if the unit rests now and then, `poses: { motion: { "
-                       "spacing_s: 0.1 } }` if it is tumbled, or disable the gyroscope");
+  return Error(ErrorCode::kTooMany,
+               {info_.path},
+               "`poses: every_row` gives more than " + std::to_string(kMostRowsAsRests) +
+                   " rests, with no turns between them for the gyroscope; state `poses: { "
+                   "detect: auto }` if the unit rests now and then, `poses: { motion: { "
+                   "spacing_s: 0.1 } }` if it is tumbled, or disable the gyroscope");
 }
 
 Status GivenPoses::Add(const std::vector<SampleBlock>& blocks) {
@@ -287,11 +292,12 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
     // early.
     const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
     if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
-    return BadInputError(Spoken(i) + " has " + (range_used_[i] ? "few readings" : "no reading") +
-                         " of the " + std::string(TriadName(leading_)) + "; " +
-                         info_.Find(leading_)->file +
-                         (IsByTime() ? " ends at " + SecondsText(last) + " s"
-                                     : " has data rows 0 to " + std::to_string(last)));
+    return Error(ErrorCode::kNotInRecording,
+                 Spoken(i) + " has " + (range_used_[i] ? "few readings" : "no reading") +
+                     " of the " + std::string(TriadName(leading_)) + "; " +
+                     info_.Find(leading_)->file +
+                     (IsByTime() ? " ends at " + SecondsText(last) + " s"
+                                 : " has data rows 0 to " + std::to_string(last)));
   }
   // A short last block is no pose of its own: it would weigh little and look like the others.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&

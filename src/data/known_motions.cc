@@ -19,11 +19,12 @@ std::vector<StaticPose>::iterator FindPose(int number, std::vector<StaticPose>* 
 }
 
 Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& set) {
-  return BadInputError((at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source + ": " + key +
-                       " name pose " + std::to_string(at.pose) + ", which is not among the " +
-                       std::to_string(set.poses.size()) + " rests (" + set.how +
-                       "; `truetriad inspect` lists them); give a listed pose, or " +
-                       "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
+  return ErrorIn(ErrorCode::kNotInRecording,
+                 (at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source,
+                 key + " name pose " + std::to_string(at.pose) + ", which is not among the " +
+                     std::to_string(set.poses.size()) + " rests (" + set.how +
+                     "; `truetriad inspect` lists them); give a listed pose, or " +
+                     "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
 }
 
 // A turn that the log has only a part of, or nothing.
@@ -31,18 +32,22 @@ Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const P
   const std::string where = at.stated_in.empty() ? "turns" : at.stated_in;
   if (at.times.empty()) {
     if (at.rows.last <= recorder.last_row()) return {};
-    return BadInputError(where + ": a turn takes rows " + std::to_string(at.rows.first) + " to " +
-                         std::to_string(at.rows.last) + ", but the last row with readings of " +
-                         set.source + " is " + std::to_string(recorder.last_row()) +
-                         "; rows count from 0, without the header");
+    return ErrorIn(ErrorCode::kNotInRecording,
+                   where,
+                   "a turn takes rows " + std::to_string(at.rows.first) + " to " +
+                       std::to_string(at.rows.last) + ", but the last row with readings of " +
+                       set.source + " is " + std::to_string(recorder.last_row()) +
+                       "; rows count from 0, without the header");
   }
   if (at.times.start_ns >= recorder.first_ns() && at.times.end_ns <= recorder.last_ns()) return {};
   const auto seconds = [](std::int64_t time_ns) {
     return std::to_string(1e-9 * static_cast<double>(time_ns));
   };
-  return BadInputError(where + ": a turn takes " + seconds(at.times.start_ns) + " to " +
-                       seconds(at.times.end_ns) + " s, but " + set.source + " has readings from " +
-                       seconds(recorder.first_ns()) + " to " + seconds(recorder.last_ns()) + " s");
+  return ErrorIn(ErrorCode::kNotInRecording,
+                 where,
+                 "a turn takes " + seconds(at.times.start_ns) + " to " + seconds(at.times.end_ns) +
+                     " s, but " + set.source + " has readings from " +
+                     seconds(recorder.first_ns()) + " to " + seconds(recorder.last_ns()) + " s");
 }
 
 bool Overlap(const StaticPose& pose, const StaticPose& other) {
@@ -83,12 +88,12 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
     char text[160];
     std::snprintf(text,
                   sizeof text,
-                  ": the %s eighth of its time differs from the middle by %.2g %% of the rate, so "
+                  "the %s eighth of its time differs from the middle by %.2g %% of the rate, so "
                   "the table is not at constant speed there; %s",
                   is_first ? "first" : "last",
                   100.0 * missed / held,
                   is_first ? "begin it later" : "end it earlier");
-    return BadInputError(WhereOf(rate, set) + text);
+    return ErrorIn(ErrorCode::kNotInRecording, WhereOf(rate, set), text);
   }
   return {};
 }
@@ -118,12 +123,14 @@ Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const 
     const double dof = 3.0 * static_cast<double>(rates.size()) - 4.0;
     const double sigma = std::sqrt(std::max(square - share * product, 0.0) / (dof * held));
     if (std::abs(share) <= std::max(kRampShare, kRampFactor * sigma)) continue;
-    return BadInputError(
-        set.source + ": rates: the " + (is_first ? "first" : "last") +
-        Format(" eighths of all stretches differ from their middles by %.2g %% of the rate, ",
-               100.0 * std::abs(share)) +
-        "so the table is not at constant speed there, or the sensor has not settled; " +
-        (is_first ? "begin them later" : "end them earlier"));
+    return Error(
+        ErrorCode::kDoesNotMatch,
+        {set.source},
+        std::string("rates: the ") + (is_first ? "first" : "last") +
+            Format(" eighths of all stretches differ from their middles by %.2g %% of the rate, ",
+                   100.0 * std::abs(share)) +
+            "so the table is not at constant speed there, or the sensor has not settled; " +
+            (is_first ? "begin them later" : "end them earlier"));
   }
   return {};
 }
@@ -163,9 +170,11 @@ Status RateMeans::Validate() const {
     (rates_[i].at.times.empty() ? by_rows : by_time) = &rates_[i].at;
   }
   if (by_rows != nullptr && by_time != nullptr) {
-    return BadInputError(by_time->stated_in + ": is stated by time, but " +
-                         (by_rows->stated_in.empty() ? "another rate" : by_rows->stated_in) +
-                         " by rows; state all rates the same way");
+    return ErrorIn(ErrorCode::kDoesNotMatch,
+                   by_time->stated_in,
+                   "is stated by time, but " +
+                       (by_rows->stated_in.empty() ? "another rate" : by_rows->stated_in) +
+                       " by rows; state all rates the same way");
   }
   return means_->Validate();
 }
@@ -202,11 +211,12 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckRamps(turning_moments, *set));
     for (const FlatPoses& flat : FindFlatPoses(resolution_raw, turning_moments, set->streams)) {
-      return BadInputError(
-          WhereOf(rates_[stretches_[flat.poses.front()]], *set) + ": " + flat.words +
-          " throughout; leave the rate out, or " +
-          (flat.is_clipped ? "set a larger full-scale range" : "check the sensor and its bus") +
-          " and record again");
+      return ErrorIn(
+          ErrorCode::kStuckSensor,
+          WhereOf(rates_[stretches_[flat.poses.front()]], *set),
+          flat.words + " throughout; leave the rate out, or " +
+              (flat.is_clipped ? "set a larger full-scale range" : "check the sensor and its bus") +
+              " and record again");
     }
     FillCovariances(turning_moments, resolution_raw, &turning);
     for (std::size_t i = 0; i < stretches_.size(); ++i) {
@@ -250,9 +260,10 @@ Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set) {
                                     ? "rows " + std::to_string(rate.at.rows.first) + " to " +
                                           std::to_string(rate.at.rows.last)
                                     : "a time";
-      return BadInputError((rate.at.stated_in.empty() ? "" : rate.at.stated_in + ": ") +
-                           set->source + ": is a pose table, but a rate is stated for " + where +
-                           "; state each rate for one row, as `pose: N`, counted from 1");
+      return ErrorIn(ErrorCode::kDoesNotMatch,
+                     (rate.at.stated_in.empty() ? "" : rate.at.stated_in + ": ") + set->source,
+                     "is a pose table, but a rate is stated for " + where +
+                         "; state each rate for one row, as `pose: N`, counted from 1");
     }
     const auto pose = FindPose(rate.at.pose, &set->poses);
     if (pose == set->poses.end()) return NoSuchPose("rates", rate.at, *set);

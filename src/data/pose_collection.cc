@@ -62,9 +62,11 @@ std::string HowOf(const PoseSelection& selection) {
 Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selection) {
   for (const Triad triad : kTriads) {
     if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
-    return BadInputError(info.path + ": a time offset of the " + std::string(TriadName(triad)) +
-                         " is stated, but the recording has no time; remove `time_offset_s`, or "
-                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+    return Error(ErrorCode::kMissingTime,
+                 {info.path},
+                 "a time offset of the " + std::string(TriadName(triad)) +
+                     " is stated, but the recording has no time; remove `time_offset_s`, or "
+                     "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
 }
@@ -97,13 +99,15 @@ class TimeShift {
 Status CheckKnownMotions(const RecordingInfo& info, const PoseSelection& selection) {
   if (selection.turns.empty() && selection.rates.empty()) return {};
   if (info.Find(Triad::kGyroscope) == nullptr) {
-    return BadInputError(info.path +
-                         ": turns or rates are stated, but the recording has no gyroscope");
+    return Error(ErrorCode::kMissingSensor,
+                 {info.path},
+                 "turns or rates are stated, but the recording has no gyroscope");
   }
   if (!selection.turns.empty() && !info.has_time) {
-    return BadInputError(
-        info.path +
-        ": turns are stated, but the recording has no time to integrate them; add a time column, "
+    return Error(
+        ErrorCode::kMissingTime,
+        {info.path},
+        "turns are stated, but the recording has no time to integrate them; add a time column, "
         "or state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   return {};
@@ -116,17 +120,18 @@ class MotionCollector : public Collector {
 
   Status Validate() const override {
     if (!info_.has_time) {
-      return BadInputError(
-          info_.path +
-          ": has no time, so motion cannot be tracked; add a time column, or state "
-          "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+      return Error(ErrorCode::kMissingTime,
+                   {info_.path},
+                   "has no time, so motion cannot be tracked; add a time column, or state "
+                   "the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
     }
     const bool sees_vector =
         info_.Find(Triad::kAccelerometer) != nullptr || info_.Find(Triad::kMagnetometer) != nullptr;
     if (info_.Find(Triad::kGyroscope) == nullptr || !sees_vector) {
-      return BadInputError(info_.path +
-                           ": motion needs the gyroscope, and accelerometer or magnetometer, to "
-                           "track the attitude; add the missing columns");
+      return Error(ErrorCode::kMissingSensor,
+                   {info_.path},
+                   "motion needs the gyroscope, and accelerometer or magnetometer, to "
+                   "track the attitude; add the missing columns");
     }
     return {};
   }
@@ -263,7 +268,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
                              const ProgressCallback& progress) {
   const RecordingInfo& info = source.info();
   const std::optional<Triad> leading = LeadingTriad(info, selection.kind);
-  if (!leading) return BadInputError(info.path + ": has no sensor columns");
+  if (!leading) return Error(ErrorCode::kMissingSensor, {info.path}, "has no sensor columns");
 
   PerTriad<std::optional<StreamMonitor>> monitors;
   Monitors monitor_of;
@@ -302,9 +307,10 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     if (progress) progress(source.progress());
   }
   if (monitor_of[*leading]->samples() == 0) {
-    return BadInputError(info.Find(*leading)->file + ": has no readings of the " +
-                         std::string(TriadName(*leading)) +
-                         "; expected rows of numbers: check the columns and the separator");
+    return Error(ErrorCode::kNoReadings,
+                 info.Find(*leading)->file + ": has no readings of the " +
+                     std::string(TriadName(*leading)) +
+                     "; expected rows of numbers: check the columns and the separator");
   }
 
   PoseSet set;

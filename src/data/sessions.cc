@@ -62,21 +62,26 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
 Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   const std::string& source = first.sessions.front().source;
   if (!first.serial.empty() && !more.serial.empty() && first.serial != more.serial) {
-    return BadInputError(more.source + ": is a recording of unit `" + more.serial + "`, but " +
-                         source + " is of unit `" + first.serial +
-                         "`; sessions are of one unit: give that unit's recording");
+    return Error(ErrorCode::kOtherDevice,
+                 {more.source},
+                 "is a recording of unit `" + more.serial + "`, but " + source + " is of unit `" +
+                     first.serial + "`; sessions are of one unit: give that unit's recording");
   }
   if (first.has_time != more.has_time) {
-    return BadInputError(more.source + ": has " + (more.has_time ? "" : "no ") + "times, but " +
-                         source + " has " + (first.has_time ? "some" : "none") +
-                         "; sessions either all have times or none");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {more.source},
+                 std::string("has ") + (more.has_time ? "" : "no ") + "times, but " + source +
+                     " has " + (first.has_time ? "some" : "none") +
+                     "; sessions either all have times or none");
   }
   for (const StreamSummary& stream : more.streams) {
     const StreamSummary* other = first.Find(stream.triad);
     if (other == nullptr || other->unit.name == stream.unit.name) continue;
-    return BadInputError(more.source + ": the " + std::string(TriadName(stream.triad)) + " is in " +
-                         stream.unit.name + ", but in " + other->unit.name + " in " + source +
-                         "; record all sessions in one unit, or convert");
+    return Error(ErrorCode::kUnitMismatch,
+                 {more.source},
+                 "the " + std::string(TriadName(stream.triad)) + " is in " + stream.unit.name +
+                     ", but in " + other->unit.name + " in " + source +
+                     "; record all sessions in one unit, or convert");
   }
   return {};
 }

@@ -60,10 +60,11 @@ Status StreamMonitor::CheckFinite(const SampleBlock& block) const {
     if (std::isfinite(block.x[i]) && std::isfinite(block.y[i]) && std::isfinite(block.z[i])) {
       continue;
     }
-    return BadInputError(info_.file + ": data row " + std::to_string(block.row[i]) + " of the " +
-                         Name(info_.triad) +
-                         " has a reading that is not finite; expected a number, or an empty field "
-                         "if there is no reading");
+    return Error(ErrorCode::kUnreadableNumber,
+                 {info_.file},
+                 "data row " + std::to_string(block.row[i]) + " of the " + Name(info_.triad) +
+                     " has a reading that is not finite; expected a number, or an empty field "
+                     "if there is no reading");
   }
   return {};
 }
@@ -102,11 +103,13 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   for (std::size_t i = samples_ == 0 ? 1 : 0; i < size; ++i) {
     const std::int64_t spacing_ns = block.time_ns[i] - last_ns;
     if (spacing_ns < 0) {
-      return BadInputError(info_.file + ": the time of the " + Name(info_.triad) +
-                           " goes back by " + Seconds(block.time_ns[i], last_ns) + " at data row " +
-                           std::to_string(block.row[i]) +
-                           "; expected times that never decrease: sort the rows, or split the file "
-                           "where the clock was set");
+      return Error(ErrorCode::kTimeGoesBack,
+                   {info_.file},
+                   "the time of the " + Name(info_.triad) + " goes back by " +
+                       Seconds(block.time_ns[i], last_ns) + " at data row " +
+                       std::to_string(block.row[i]) +
+                       "; expected times that never decrease: sort the rows, or split the file "
+                       "where the clock was set");
     }
     last_ns = block.time_ns[i];
     duplicate_times_ += static_cast<int>(spacing_ns == 0);
@@ -182,11 +185,12 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   summary.length_scatter = half.scatter;
   summary.length_extent = half.extent;
   if (samples_ >= kFewestStuckSamples && minimum_raw_ == maximum_raw_) {
-    return BadInputError(info_.file + ": all " + std::to_string(samples_) + " readings of the " +
-                         Name(info_.triad) + " are (" + Number(minimum_raw_.x()) + ", " +
-                         Number(minimum_raw_.y()) + ", " + Number(minimum_raw_.z()) + ") " +
-                         info_.unit.name +
-                         ": the sensor is stuck; check its wiring, its power-up and the columns");
+    return Error(ErrorCode::kStuckSensor,
+                 {info_.file},
+                 "all " + std::to_string(samples_) + " readings of the " + Name(info_.triad) +
+                     " are (" + Number(minimum_raw_.x()) + ", " + Number(minimum_raw_.y()) + ", " +
+                     Number(minimum_raw_.z()) + ") " + info_.unit.name +
+                     ": the sensor is stuck; check its wiring, its power-up and the columns");
   }
   if (!has_time_) return summary;
   summary.duplicate_times = duplicate_times_;
@@ -234,7 +238,8 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
     if (samples_ >= kFewestStuckSamples && minimum_raw_[axis] == maximum_raw_[axis]) {
       findings.push_back(Finding(FindingCode::kConstantAxis,
                                  name + ": the " + AxisLetter(axis) + " axis reads " +
-                                     Number(minimum_raw_[axis]) + " " + info_.unit.name + " throughout")
+                                     Number(minimum_raw_[axis]) + " " + info_.unit.name +
+                                     " throughout")
                              .About(triad, axis)
                              .With("reading", minimum_raw_[axis], info_.unit.name));
     }
@@ -456,11 +461,13 @@ Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
   if (2 * lost.size() > moments->size()) {
     const std::string share =
         std::to_string(lost.size()) + " of " + std::to_string(moments->size()) + " poses are ";
-    return BadInputError(set->source + ": " + share +
-                         (clipped.poses.empty()
-                              ? "useless (" + stuck.words + "); check the sensor and its bus"
-                              : "clipped (" + clipped.words + "); set a larger full-scale range") +
-                         " and record again");
+    return Error(ErrorCode::kStuckSensor,
+                 {set->source},
+                 share +
+                     (clipped.poses.empty()
+                          ? "useless (" + stuck.words + "); check the sensor and its bus"
+                          : "clipped (" + clipped.words + "); set a larger full-scale range") +
+                     " and record again");
   }
   const auto state = [set](FindingCode code, const std::string& what, const Kind& kind) {
     if (kind.poses.empty()) return;

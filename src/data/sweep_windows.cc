@@ -71,45 +71,51 @@ SweepCutter::SweepCutter(const PoseSelection& selection, const RecordingInfo& in
 
 Status SweepCutter::Validate() const {
   if (!info_.has_time) {
-    return BadInputError(info_.path +
-                         ": has no time, so the temperature rate is unknown; add a time column, or "
-                         "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
+    return Error(ErrorCode::kMissingTime,
+                 {info_.path},
+                 "has no time, so the temperature rate is unknown; add a time column, or "
+                 "state the rate in a manifest (`time: {unit: samples, rate_hz: 100}`)");
   }
   const bool has_temperature =
       std::any_of(info_.streams.begin(), info_.streams.end(), [](const StreamInfo& stream) {
         return stream.has_temperature;
       });
   if (!has_temperature) {
-    return BadInputError(info_.path +
-                         ": has no temperature, but a sweep needs it; add a column "
-                         "`temperature[degC]`, or `temperature:` to a stream in a manifest");
+    return Error(ErrorCode::kMissingTemperature,
+                 {info_.path},
+                 "has no temperature, but a sweep needs it; add a column "
+                 "`temperature[degC]`, or `temperature:` to a stream in a manifest");
   }
   const bool has_ambient = std::any_of(info_.streams.begin(),
                                        info_.streams.end(),
                                        [](const StreamInfo& stream) { return stream.has_ambient; });
   if (selection_.sweep.ambient && !has_ambient) {
-    return BadInputError(info_.path +
-                         ": has no ambient temperature, but it is a factor of `thermal: { "
-                         "regression }`; add a column `ambient_temperature[degC]`, or "
-                         "`ambient_temperature:` to a stream in a manifest, or remove that factor");
+    return Error(ErrorCode::kMissingTemperature,
+                 {info_.path},
+                 "has no ambient temperature, but it is a factor of `thermal: { "
+                 "regression }`; add a column `ambient_temperature[degC]`, or "
+                 "`ambient_temperature:` to a stream in a manifest, or remove that factor");
   }
   std::int64_t previous = -1;
   for (std::size_t i = 0; i < selection_.ranges.size(); ++i) {
     const PoseRange& range = selection_.ranges[i];
     if (range.first <= previous || range.last < range.first) {
-      return BadInputError("poses.sweep.attitudes: range " + std::to_string(i + 1) + " is rows " +
-                           std::to_string(range.first) + " to " + std::to_string(range.last) +
-                           "; expected first <= last, both 0-based, in file order, without "
-                           "overlap");
+      return Error(ErrorCode::kInvalidValue,
+                   "poses.sweep.attitudes: range " + std::to_string(i + 1) + " is rows " +
+                       std::to_string(range.first) + " to " + std::to_string(range.last) +
+                       "; expected first <= last, both 0-based, in file order, without "
+                       "overlap");
     }
     previous = range.last;
   }
   if (selection_.ranges.empty() && cell_samples_ == 0) return {};
   for (const StreamInfo& stream : info_.streams) {
     if (stream.file == info_.Find(leading_)->file) continue;
-    return BadInputError(info_.path + ": " + stream.file + " and " + info_.Find(leading_)->file +
-                         " have separate rows, so row numbers are ambiguous for windows and "
-                         "attitudes; state `window_s`, or put all sensors into one file");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {info_.path},
+                 stream.file + " and " + info_.Find(leading_)->file +
+                     " have separate rows, so row numbers are ambiguous for windows and "
+                     "attitudes; state `window_s`, or put all sensors into one file");
   }
   return {};
 }
@@ -308,9 +314,10 @@ Status SweepCutter::CheckRangesUsed() const {
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
     if (range_used_[i]) continue;
     const PoseRange& range = selection_.ranges[i];
-    return BadInputError("poses.sweep.attitudes: range " + std::to_string(i + 1) + " (rows " +
-                         std::to_string(range.first) + " to " + std::to_string(range.last) +
-                         ") has no reading in " + info_.Find(leading_)->file);
+    return Error(ErrorCode::kNotInRecording,
+                 "poses.sweep.attitudes: range " + std::to_string(i + 1) + " (rows " +
+                     std::to_string(range.first) + " to " + std::to_string(range.last) +
+                     ") has no reading in " + info_.Find(leading_)->file);
   }
   return {};
 }
@@ -397,11 +404,12 @@ Status SweepCutter::Finish(PoseSet* set) {
                                      set->sweep.ambient.degc.end(),
                                      [](double value) { return std::isfinite(value); });
     if (2 * known < std::ssize(set->sweep.ambient.degc)) {
-      return BadInputError(set->source + ": the ambient temperature has values in only " +
-                           std::to_string(known) + " of " +
-                           std::to_string(set->sweep.ambient.degc.size()) +
-                           " windows of the sweep; record it throughout, or remove it from the "
-                           "factors of `regression`");
+      return Error(ErrorCode::kMissingTemperature,
+                   {set->source},
+                   "the ambient temperature has values in only " + std::to_string(known) + " of " +
+                       std::to_string(set->sweep.ambient.degc.size()) +
+                       " windows of the sweep; record it throughout, or remove it from the "
+                       "factors of `regression`");
     }
   }
   set->sweep.temperature = *std::move(track);

@@ -112,10 +112,11 @@ Status WindowBuffer::Add(const SampleBlock& block) {
     std::size_t end = begin + 1;
     while (end < block.x.size() && block.time_ns[end] < end_ns) ++end;
     if (index < dropped_before_) {
-      return BadInputError("the streams of the recording are out of step: the " +
-                           std::string(TriadName(block.triad)) + " at row " +
-                           std::to_string(block.row[begin]) +
-                           " is far behind the others; sort each file by time");
+      return Error(ErrorCode::kTimeGoesBack,
+                   "the streams of the recording are out of step: the " +
+                       std::string(TriadName(block.triad)) + " at row " +
+                       std::to_string(block.row[begin]) +
+                       " is far behind the others; sort each file by time");
     }
     const std::size_t slot = Slot(index, cursor_[block.triad]);
     windows_[block.triad][slot].Merge(Summarize(block, begin, end));

@@ -75,9 +75,10 @@ struct CompassNames {
 Result<int> ArduPilotInstance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(1);
   if (instance < 1 || instance > kArduPilotInstances) {
-    return UsageError("--instance=" + std::to_string(instance) + ": ardupilot has IMUs 1 to " +
-                      std::to_string(kArduPilotInstances) + " and compasses 1 to " +
-                      std::to_string(kCompasses));
+    return Error(ErrorCode::kInvalidArgument,
+                 "--instance=" + std::to_string(instance) + ": ardupilot has IMUs 1 to " +
+                     std::to_string(kArduPilotInstances) + " and compasses 1 to " +
+                     std::to_string(kCompasses));
   }
   return instance;
 }
@@ -125,12 +126,13 @@ Result<Eigen::Vector2d> CommonRange(const Calibration& calibration) {
     if (!sensor || !sensor->thermal) continue;
     const double reference = sensor->thermal->reference_degc;
     if (!(range[0] <= reference && reference <= range[1])) {
-      return BadInputError("ardupilot needs the reference temperature (" +
-                           RoundedText(reference, 4) + " degC for the " +
-                           std::string(TriadName(triad)) + ") within the calibrated range (" +
-                           RoundedText(range[0], 4) + " to " + RoundedText(range[1], 4) +
-                           " degC, common to accelerometer and gyroscope); calibrate with another "
-                           "reference.temperature_degc");
+      return Error(ErrorCode::kNotRepresentable,
+                   "ardupilot needs the reference temperature (" + RoundedText(reference, 4) +
+                       " degC for the " + std::string(TriadName(triad)) +
+                       ") within the calibrated range (" + RoundedText(range[0], 4) + " to " +
+                       RoundedText(range[1], 4) +
+                       " degC, common to accelerometer and gyroscope); calibrate with another "
+                       "reference.temperature_degc");
     }
   }
   return range;
@@ -197,8 +199,9 @@ Status WriteCompass(const WriteRequest& request,
   const std::optional<TriadCalibration>& sensor = request.calibration.sensors[Triad::kMagnetometer];
   if (!sensor) return {};
   if (instance > kCompasses) {
-    return UsageError("--instance=" + std::to_string(instance) + ": ardupilot has compasses 1 to " +
-                      std::to_string(kCompasses));
+    return Error(ErrorCode::kInvalidArgument,
+                 "--instance=" + std::to_string(instance) + ": ardupilot has compasses 1 to " +
+                     std::to_string(kCompasses));
   }
   const CompassNames names(instance);
   const Eigen::Matrix3d D = sensor->model.Correction();

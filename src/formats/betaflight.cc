@@ -33,8 +33,9 @@ constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetome
 Result<int> Whole(const std::string& what, double value, int low, int high) {
   const double rounded = std::round(value);
   if (!(rounded >= low && rounded <= high)) {
-    return BadInputError(what + " would be " + RoundedText(value, 6) + ", outside " +
-                         std::to_string(low) + " to " + std::to_string(high));
+    return Error(ErrorCode::kNotRepresentable,
+                 what + " would be " + RoundedText(value, 6) + ", outside " + std::to_string(low) +
+                     " to " + std::to_string(high));
   }
   return static_cast<int>(rounded);
 }
@@ -116,8 +117,9 @@ Result<std::map<std::string, std::vector<int>>> Settings(const ExportedFile& fil
       int value = 0;
       const auto [end, failure] = std::from_chars(item.data(), item.data() + item.size(), value);
       if (failure != std::errc() || end != item.data() + item.size()) {
-        return BadInputError(file.suffix + ":" + std::to_string(number) + ": `" + item +
-                             "` is not a whole number");
+        return Error(ErrorCode::kUnreadableNumber,
+                     {file.suffix, number},
+                     "`" + item + "` is not a whole number");
       }
       values.push_back(value);
     }

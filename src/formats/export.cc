@@ -82,8 +82,10 @@ Result<Export> ExportCalibration(const Calibration& calibration,
     const std::string text = LossText(triad, loss);
     comment.push_back(text + ".");
     if (options.max_loss && !(loss.share() <= *options.max_loss)) {
-      return BadInputError(text + ": more than --max-loss=" + RoundedText(*options.max_loss, 6) +
-                           " allows; nothing was written");
+      return Error(ErrorCode::kNotRepresentable,
+                   {text},
+                   "more than --max-loss=" + RoundedText(*options.max_loss, 6) +
+                       " allows; nothing was written");
     }
     if (loss.in_sigmas && *loss.in_sigmas > 1.0) {
       result.warnings.push_back(text + ": " + std::string(format.info.name) +

@@ -43,8 +43,9 @@ Result<const Format*> FindFormat(std::string_view name) {
     names.push_back(format.info.name);
     list.append(list.empty() ? "" : ", ").append(format.info.name);
   }
-  return UsageError("`" + std::string(name) + "` is not a format" + DidYouMean(wanted, names) +
-                    "; expected one of " + list);
+  return Error(ErrorCode::kUnknownName,
+               "`" + std::string(name) + "` is not a format" + DidYouMean(wanted, names) +
+                   "; expected one of " + list);
 }
 
 }  // namespace truetriad

@@ -23,8 +23,9 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   TriadCalibration sensor = carried;
   if (carried.input_unit.empty()) {
     if (!wanted) {
-      return UsageError("the file does not state the unit of the " + name +
-                        "'s readings; state it, as in --units=g,deg/s,uT or --units=counts");
+      return Error(ErrorCode::kMissingArgument,
+                   "the file does not state the unit of the " + name +
+                       "'s readings; state it, as in --units=g,deg/s,uT or --units=counts");
     }
     sensor.input_unit = *wanted;
     return sensor;
@@ -37,8 +38,9 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   TRUETRIAD_ASSIGN_OR_RETURN(const Unit result, ParseTriadUnit(triad, carried.output_unit));
   TRUETRIAD_ASSIGN_OR_RETURN(const Unit to, ParseTriadUnit(triad, unit_name));
   if (from.is_counts != to.is_counts) {
-    return UsageError("--units: the " + name + " in the file is in " + carried.input_unit +
-                      ", which cannot be converted to " + unit_name);
+    return Error(ErrorCode::kInvalidArgument,
+                 "--units: the " + name + " in the file is in " + carried.input_unit +
+                     ", which cannot be converted to " + unit_name);
   }
   sensor = InUnits(carried, from.truth_per_raw / to.truth_per_raw, result.truth_per_raw);
   sensor.input_unit = unit_name;
@@ -88,9 +90,10 @@ Result<Import> ImportCalibration(std::string_view format_name,
     for (const Format& other : AllFormats()) {
       if (other.info.can_import) list += (list.empty() ? "" : ", ") + std::string(other.info.name);
     }
-    return UsageError("`" + std::string(format_name) + "` " +
-                      (found ? "cannot be imported" : "is not a format") + "; expected one of " +
-                      list);
+    return Error(ErrorCode::kUnknownName,
+                 "`" + std::string(format_name) + "` " +
+                     (found ? "cannot be imported" : "is not a format") + "; expected one of " +
+                     list);
   }
   const Format& format = **found;
   Import import;
@@ -102,7 +105,8 @@ Result<Import> ImportCalibration(std::string_view format_name,
     calibration.inputs.push_back({path, Sha256Hex(text), 0});
     request.files.push_back({path, std::move(text)});
   }
-  if (request.files.empty()) return UsageError("no file to import; give --input");
+  if (request.files.empty())
+    return Error(ErrorCode::kMissingArgument, "no file to import; give --input");
   TRUETRIAD_ASSIGN_OR_RETURN(const Carried carried, format.read(request));
   import.notes = carried.notes;
 
@@ -113,16 +117,18 @@ Result<Import> ImportCalibration(std::string_view format_name,
         TriadCalibration sensor,
         InWantedUnits(triad, *carried.sensors[triad], format, options.units[triad]));
     if (!sensor.model.sensitivity.allFinite() || !sensor.model.bias.allFinite()) {
-      return BadInputError(paths[0] + ": the matrix of the " + std::string(TriadName(triad)) +
-                           " is singular");
+      return Error(ErrorCode::kSingularMatrix,
+                   {paths[0]},
+                   "the matrix of the " + std::string(TriadName(triad)) + " is singular");
     }
     calibration.sensors[triad] = std::move(sensor);
     if (!leading) leading = triad;
   }
   if (!leading) {
-    return BadInputError(paths[0] + ": contains no sensor calibration in the format " +
-                         std::string(format.info.name) +
-                         (options.instance ? " with that --instance" : ""));
+    return Error(ErrorCode::kWrongFormat,
+                 {paths[0]},
+                 "contains no sensor calibration in the format " + std::string(format.info.name) +
+                     (options.instance ? " with that --instance" : ""));
   }
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];

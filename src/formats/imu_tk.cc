@@ -67,8 +67,8 @@ Result<std::vector<double>> Numbers(const ExportedFile& file) {
       double value = 0.0;
       const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
       if (failure != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
-        return BadInputError(file.suffix + ":" + std::to_string(number) + ": `" + word +
-                             "` is not a number");
+        return Error(
+            ErrorCode::kUnreadableNumber, {file.suffix, number}, "`" + word + "` is not a number");
       }
       numbers.push_back(value);
     }
@@ -86,20 +86,24 @@ Result<Carried> ReadImuTk(const ReadRequest& request) {
       if (file.suffix.ends_with(candidate.suffix)) kind = &candidate;
     }
     if (kind == nullptr) {
-      return BadInputError(file.suffix +
-                           ": cannot tell the sensor from the name; expected names ending in "
-                           "_acc.calib and _gyro.calib, as written by imu_tk");
+      return Error(ErrorCode::kWrongFormat,
+                   {file.suffix},
+                   "cannot tell the sensor from the name; expected names ending in "
+                   "_acc.calib and _gyro.calib, as written by imu_tk");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, Numbers(file));
     if (numbers.size() != kNumbers) {
-      return BadInputError(file.suffix + ": contains " + std::to_string(numbers.size()) +
-                           " numbers; expected T (9), K (9) and B (3)");
+      return Error(ErrorCode::kWrongFormat,
+                   {file.suffix},
+                   "contains " + std::to_string(numbers.size()) +
+                       " numbers; expected T (9), K (9) and B (3)");
     }
     const Eigen::Matrix3d T = Eigen::Map<const RowMajor>(numbers.data());
     const Eigen::Matrix3d K = Eigen::Map<const RowMajor>(numbers.data() + 9);
     const Eigen::Vector3d B = Eigen::Map<const Eigen::Vector3d>(numbers.data() + 18);
     const Eigen::Matrix3d TK = T * K;
-    if (TK.determinant() == 0.0) return BadInputError(file.suffix + ": T K is singular");
+    if (TK.determinant() == 0.0)
+      return Error(ErrorCode::kSingularMatrix, {file.suffix}, "T K is singular");
     carried.equations[kind->triad] = [=](const Eigen::Vector3d& reading,
                                          const Eigen::Vector3d& /*force_mps2*/,
                                          double /*temperature_degc*/) -> Eigen::Vector3d {

@@ -54,7 +54,8 @@ Result<Chain> ChainOf(const Calibration& calibration) {
   }
   if (const auto& sensor = calibration.sensors[Triad::kGyroscope]) {
     if (sensor->model.sensitivity.determinant() < 0.0) {
-      return BadInputError(
+      return Error(
+          ErrorCode::kNotRepresentable,
           "the gyroscope is mirrored (the determinant of its sensitivity is negative), which a "
           "rotation and positive gains cannot express; reverse one axis of its readings and "
           "calibrate again");
@@ -197,7 +198,7 @@ YamlReader FirstImu(YamlReader* root) {
 
 Status CheckRegular(const Chain& chain, const ExportedFile& file) {
   if (chain.M_a.determinant() != 0.0 && chain.gyroscope.M.determinant() != 0.0) return {};
-  return BadInputError(file.suffix + ": a matrix of the IMU is singular");
+  return Error(ErrorCode::kSingularMatrix, {file.suffix}, "a matrix of the IMU is singular");
 }
 
 Result<Carried> ReadKalibr(const ReadRequest& request) {

@@ -84,7 +84,8 @@ Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables
   if (variable == nullptr) return Found();
   if (variable->numbers.rows() != 3 || variable->numbers.cols() != 3 ||
       !variable->numbers.allFinite()) {
-    return BadInputError(file + ": `" + name + "` is not a 3x3 matrix of finite numbers");
+    return Error(
+        ErrorCode::kInvalidValue, {file}, "`" + name + "` is not a 3x3 matrix of finite numbers");
   }
   return Found(variable->numbers);
 }
@@ -113,12 +114,14 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     if (!*C) continue;
     const MatlabVariable* const bias = FindVariable(*variables, prefix + "b");
     if (bias == nullptr || bias->numbers.size() != 3 || !bias->numbers.allFinite()) {
-      return BadInputError(file.suffix + ": `" + prefix + "b` is not three finite numbers");
+      return Error(
+          ErrorCode::kInvalidValue, {file.suffix}, "`" + prefix + "b` is not three finite numbers");
     }
     const Eigen::Matrix3d correction = **C;
     if (correction.determinant() == 0.0) {
-      return BadInputError(file.suffix + ": the matrix of the " + std::string(TriadName(triad)) +
-                           " is singular");
+      return Error(ErrorCode::kSingularMatrix,
+                   {file.suffix},
+                   "the matrix of the " + std::string(TriadName(triad)) + " is singular");
     }
     const Eigen::Vector3d b = bias->numbers.reshaped();
     TRUETRIAD_ASSIGN_OR_RETURN(const auto G, MatrixOf(*variables, prefix + "G", file.suffix));

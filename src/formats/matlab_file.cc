@@ -31,14 +31,17 @@ constexpr char kHowToHaveIt[] = "; install libmatio-dev and build truetriad agai
 Result<std::string> MatFileBytes(const MatlabVariables& variables,
                                  const std::vector<std::string>& comment) {
   if (Module() != nullptr) return Module()->write(variables, comment);
-  return UsageError(
+  return Error(
+      ErrorCode::kMissingProgram,
       std::string("writing a .mat needs ") + kMatlabModuleFile + kHowToHaveIt +
-      ". Or write a script, which does not need it: give --output a name ending in .m");
+          ". Or write a script, which does not need it: give --output a name ending in .m");
 }
 
 Result<MatlabVariables> ParseMatFile(const std::string& bytes, const std::string& name) {
   if (Module() != nullptr) return Module()->parse(bytes, name);
-  return BadInputError(name + ": reading a .mat needs " + kMatlabModuleFile + kHowToHaveIt);
+  return Error(ErrorCode::kMissingProgram,
+               {name},
+               std::string("reading a .mat needs ") + kMatlabModuleFile + kHowToHaveIt);
 }
 
 }  // namespace truetriad

@@ -110,8 +110,8 @@ void TakeStruct(matvar_t* variable, MatlabVariables* variables) {
 
 Result<std::string> Write(const MatlabVariables& variables,
                           const std::vector<std::string>& comment) {
-  const Error failed =
-      BadInputError("cannot create the .mat file in the folder for temporary files");
+  const Error failed = Error(ErrorCode::kCannotWrite,
+                             "cannot create the .mat file in the folder for temporary files");
   const TemporaryFile temporary;
   if (!temporary.usable()) return failed;
   {
@@ -152,10 +152,12 @@ Result<std::string> Write(const MatlabVariables& variables,
 
 Result<MatlabVariables> Parse(const std::string& bytes, const std::string& name) {
   const TemporaryFile temporary;
-  if (!temporary.usable()) return BadInputError(name + ": there is no folder for temporary files");
+  if (!temporary.usable())
+    return Error(ErrorCode::kCannotWrite, {name}, "there is no folder for temporary files");
   std::ofstream(temporary.path(), std::ios::binary) << bytes;
   const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(temporary.path().c_str(), MAT_ACC_RDONLY));
-  if (!file) return BadInputError(name + ": is not a .mat file that libmatio can read");
+  if (!file)
+    return Error(ErrorCode::kWrongFormat, {name}, "is not a .mat file that libmatio can read");
   MatlabVariables variables;
   while (const VariableOwner variable{Mat_VarReadNext(file.get())}) {
     if (variable->name == nullptr) continue;

@@ -14,9 +14,10 @@ Result<std::optional<NoiseDensities>> NoiseOf(const ExportOptions& options, Tria
   const AllanTriad* const found = options.allan ? options.allan->Find(triad) : nullptr;
   if (found == nullptr) return Found();
   if (found->unit.is_counts && !found->si_per_count) {
-    return BadInputError("the Allan deviation of the " + std::string(TriadName(triad)) +
-                         " is in counts of unknown size; state `si_per_count:` in the recording's "
-                         "manifest and run `allan` again");
+    return Error(ErrorCode::kCountsOfUnknownSize,
+                 "the Allan deviation of the " + std::string(TriadName(triad)) +
+                     " is in counts of unknown size; state `si_per_count:` in the recording's "
+                     "manifest and run `allan` again");
   }
   const double truth_per_raw =
       found->unit.is_counts ? *found->si_per_count : found->unit.truth_per_raw;

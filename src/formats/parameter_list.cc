@@ -11,7 +11,6 @@
 namespace truetriad {
 namespace {
 
-
 std::vector<std::string> Fields(std::string line) {
   line.resize(std::min(line.find('#'), line.size()));
   for (char& c : line) {
@@ -33,19 +32,23 @@ Result<ParameterList> ParameterList::Parse(const ExportedFile& file, std::size_t
     ++number;
     const std::vector<std::string> fields = Fields(line);
     if (fields.empty()) continue;
-    const std::string place = file.suffix + ":" + std::to_string(number) + ": ";
+    const FilePlace place{file.suffix, number};
     if (fields.size() < name_field + 2) {
-      return BadInputError(place + "`" + line +
-                           "` is not a parameter; expected a name and a value");
+      return Error(ErrorCode::kWrongFormat,
+                   place,
+                   "`" + line + "` is not a parameter; expected a name and a value");
     }
     const std::string& text = fields[name_field + 1];
     float value = 0.0F;
     const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (failure != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-      return BadInputError(place + fields[name_field] + ": `" + text + "` is not a number");
+      return Error(ErrorCode::kUnreadableNumber,
+                   place,
+                   fields[name_field] + ": `" + text + "` is not a number");
     }
     if (!list.values_.emplace(fields[name_field], value).second) {
-      return BadInputError(place + fields[name_field] + " occurs twice; remove one");
+      return Error(
+          ErrorCode::kDuplicateKey, place, fields[name_field] + " occurs twice; remove one");
     }
   }
   return list;

@@ -44,8 +44,9 @@ std::string ThermalPrefix(const Px4Triad& names, int instance) {
 Result<int> Px4Instance(const std::optional<int>& wanted) {
   const int instance = wanted.value_or(0);
   if (instance < 0 || instance >= kPx4Instances) {
-    return UsageError("--instance=" + std::to_string(instance) + ": px4 has sensors 0 to " +
-                      std::to_string(kPx4Instances - 1));
+    return Error(ErrorCode::kInvalidArgument,
+                 "--instance=" + std::to_string(instance) + ": px4 has sensors 0 to " +
+                     std::to_string(kPx4Instances - 1));
   }
   return instance;
 }

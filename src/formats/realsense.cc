@@ -41,7 +41,7 @@ Result<Carried> ReadRealSense(const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(file.text, file.suffix));
   std::vector<YamlReader> imus = root.RequireChild("imus").Items();
-  if (imus.empty()) return BadInputError(file.suffix + ": `imus` is empty");
+  if (imus.empty()) return Error(ErrorCode::kMissingKey, {file.suffix}, "`imus` is empty");
   Carried carried;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     YamlReader sensor = imus[0].Child(TriadName(triad));

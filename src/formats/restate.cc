@@ -32,10 +32,11 @@ Result<double> ConstantTemperature(Triad triad,
   if (!options.temperature_degc) return thermal.reference_degc;
   const double temperature = *options.temperature_degc;
   if (!(temperature >= thermal.range_degc[0] && temperature <= thermal.range_degc[1])) {
-    return UsageError("--temperature=" + RoundedText(temperature, 6) + " is outside " +
-                      RoundedText(thermal.range_degc[0], 4) + " to " +
-                      RoundedText(thermal.range_degc[1], 4) + " degC, where the " + Name(triad) +
-                      " was calibrated");
+    return Error(ErrorCode::kInvalidArgument,
+                 "--temperature=" + RoundedText(temperature, 6) + " is outside " +
+                     RoundedText(thermal.range_degc[0], 4) + " to " +
+                     RoundedText(thermal.range_degc[1], 4) + " degC, where the " + Name(triad) +
+                     " was calibrated");
   }
   return temperature;
 }
@@ -219,10 +220,10 @@ Status HoldMatrix(Triad triad,
   const std::string feed =
       "remap its readings to " + AxisMapText(map) + " of the present axes and calibrate again";
   if (form == MatrixForm::kSymmetric ? mirrored : form == MatrixForm::kDiagonal && !straight) {
-    return BadInputError("the " + Name(triad) +
-                         (mirrored ? " is mirrored" : "'s axes are swapped") +
-                         (mirrored ? " (the determinant of its correction is negative)" : "") +
-                         ", which " + target + " cannot represent; " + feed);
+    return Error(ErrorCode::kNotRepresentable,
+                 "the " + Name(triad) + (mirrored ? " is mirrored" : "'s axes are swapped") +
+                     (mirrored ? " (the determinant of its correction is negative)" : "") +
+                     ", which " + target + " cannot represent; " + feed);
   }
   if (!straight) {
     warnings->emplace_back("the " + Name(triad) + "'s axes are swapped: set its mounting in " +
@@ -289,8 +290,9 @@ Status HoldUnits(Triad triad,
   std::string chosen(capacity.reading_unit);
   if (const std::optional<std::string>& wanted = options.units[triad]) {
     if (!capacity.free_unit) {
-      return UsageError("--units: the " + Name(triad) + " of " + target + " is in " +
-                        (chosen.empty() ? sensor.input_unit : chosen) + " and cannot be changed");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--units: the " + Name(triad) + " of " + target + " is in " +
+                       (chosen.empty() ? sensor.input_unit : chosen) + " and cannot be changed");
     }
     chosen = *wanted;
   }
@@ -306,16 +308,16 @@ Status HoldUnits(Triad triad,
     TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, reading));
     const std::optional<double> truth_per_raw = TruthPerRaw(triad, sensor);
     if (unit.is_counts) {
-      return BadInputError(target + " corrects counts, but the " + Name(triad) +
-                           " was calibrated in " + sensor.input_unit +
-                           "; calibrate it from a recording in counts");
+      return Error(ErrorCode::kNotRepresentable,
+                   target + " corrects counts, but the " + Name(triad) + " was calibrated in " +
+                       sensor.input_unit + "; calibrate it from a recording in counts");
     }
     if (!truth_per_raw) {
-      return BadInputError("the " + Name(triad) +
-                           " was calibrated in counts of unknown size, and " + target +
-                           " corrects readings in " + reading +
-                           "; state `si_per_count:` of the stream in the recording's manifest and "
-                           "calibrate again");
+      return Error(ErrorCode::kCountsOfUnknownSize,
+                   "the " + Name(triad) + " was calibrated in counts of unknown size, and " +
+                       target + " corrects readings in " + reading +
+                       "; state `si_per_count:` of the stream in the recording's manifest and "
+                       "calibrate again");
     }
     reading_per_raw = *truth_per_raw / unit.truth_per_raw;
   }
@@ -402,9 +404,9 @@ Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options) {
   if (!calibration.IsUsable()) {
-    return BadInputError("this calibration is not usable (" +
-                         std::string(calibration.ReasonNotUsable()) +
-                         "), so it has no parameters to export");
+    return Error(ErrorCode::kCalibrationNotUsable,
+                 "this calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
+                     "), so it has no parameters to export");
   }
   Restated restated;
   restated.whole = restated.held = calibration;
@@ -427,8 +429,9 @@ Result<Restated> Restate(const Calibration& calibration,
     }
   }
   if (!any) {
-    return BadInputError("the calibration includes no sensor that " +
-                         std::string(format.info.name) + " supports");
+    return Error(
+        ErrorCode::kMissingSensor,
+        "the calibration includes no sensor that " + std::string(format.info.name) + " supports");
   }
   if (format.gauge) TurnIntoGauge(*format.gauge, &restated);
   for (const Triad triad : kTriads) {

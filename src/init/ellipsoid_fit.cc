@@ -200,8 +200,9 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   Vector3d mean = Vector3d::Zero();
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (!points[k].allFinite()) {
-      return BadInputError("reading " + std::to_string(k + 1) + " of " +
-                           std::to_string(points.size()) + " is not finite");
+      return Error(ErrorCode::kUnreadableNumber,
+                   "reading " + std::to_string(k + 1) + " of " + std::to_string(points.size()) +
+                       " is not finite");
     }
     mean += points[k] / static_cast<double>(points.size());
   }

@@ -108,11 +108,12 @@ Result<std::vector<FacePose>> AssignFaces(const std::vector<Vector3d>& readings)
     const double angle_rad = std::acos(std::min(1.0, std::abs(direction(axis))));
     const double next_angle_rad = std::acos(std::min(1.0, others.maxCoeff(&next)));
     if (next_angle_rad - angle_rad < kMinFaceMarginRad) {
-      return BadInputError("reading " + std::to_string(faces.size()) + " of " +
-                           std::to_string(readings.size()) + " lies between the faces " +
-                           FaceName(faces.back()) + " and " +
-                           FaceName({next, direction(next) > 0.0 ? 1 : -1}) +
-                           "; state the face of each pose, or place the unit on its faces");
+      return Error(ErrorCode::kDoesNotMatch,
+                   "reading " + std::to_string(faces.size()) + " of " +
+                       std::to_string(readings.size()) + " lies between the faces " +
+                       FaceName(faces.back()) + " and " +
+                       FaceName({next, direction(next) > 0.0 ? 1 : -1}) +
+                       "; state the face of each pose, or place the unit on its faces");
     }
   }
   if (const std::string missing = MissingFaces(faces); !missing.empty()) {

@@ -317,17 +317,20 @@ Status WriteFileAtomically(const std::string& path, const std::string& text) {
 
 Status EnsureWritableDirectory(const std::string& directory) {
   std::error_code failure;
+  if (std::filesystem::exists(directory, failure) &&
+      !std::filesystem::is_directory(directory, failure)) {
+    return Error(ErrorCode::kOutputInTheWay, {directory}, "is a file; name a folder");
+  }
   std::filesystem::create_directories(directory, failure);
   if (failure) {
-    return BadInputError(directory + ": cannot be created: " + failure.message());
-  }
-  if (!std::filesystem::is_directory(directory, failure)) {
-    return BadInputError(directory + ": is not a folder");
+    return Error(ErrorCode::kCannotWrite, {directory}, "cannot be created: " + failure.message());
   }
   // Trying is the only sure way: permissions alone do not know about read-only disks.
   const WholeFile probe((std::filesystem::path(directory) / ".probe").string());
   if (probe.failure() != 0) {
-    return BadInputError(directory + ": cannot be written to: " + std::strerror(probe.failure()));
+    return Error(ErrorCode::kCannotWrite,
+                 {directory},
+                 std::string("cannot be written to: ") + std::strerror(probe.failure()));
   }
   return {};
 }

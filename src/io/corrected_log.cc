@@ -29,23 +29,27 @@ class Corrector {
     TRUETRIAD_ASSIGN_OR_RETURN(const Unit calibrated,
                                ParseTriadUnit(stream.triad, calibration.input_unit));
     if (calibrated.is_counts != stream.unit.is_counts) {
-      return BadInputError(stream.file + ": the " + name + " is in " + stream.unit.name +
-                           ", but it was calibrated in " + calibrated.name +
-                           "; record it in the same unit");
+      return Error(ErrorCode::kUnitMismatch,
+                   {stream.file},
+                   "the " + name + " is in " + stream.unit.name + ", but it was calibrated in " +
+                       calibrated.name + "; record it in the same unit");
     }
     if (calibration.thermal) {
       const ThermalTerms& thermal = *calibration.thermal;
       if (!stream.has_temperature) {
-        return BadInputError(stream.file + ": has no temperature, but the calibration of the " +
-                             name + " depends on it; add a temperature column");
+        return Error(ErrorCode::kMissingTemperature,
+                     {stream.file},
+                     "has no temperature, but the calibration of the " + name +
+                         " depends on it; add a temperature column");
       }
       const bool tells_rate =
           thermal.rate_lag_s || thermal.element_lag_s || thermal.smoothing_s > 0.0;
       if (thermal.rate.any() && !tells_rate) {
-        return BadInputError("the calibration of the " + name +
-                             " depends on the temperature rate, but does not state how to compute "
-                             "it from a log; calibrate from a sweep (`poses: { sweep: auto }`), or "
-                             "state `smoothing_s:` in the sensor's `thermal:`");
+        return Error(ErrorCode::kMissingTemperature,
+                     "the calibration of the " + name +
+                         " depends on the temperature rate, but does not state how to compute "
+                         "it from a log; calibrate from a sweep (`poses: { sweep: auto }`), or "
+                         "state `smoothing_s:` in the sensor's `thermal:`");
       }
     }
     return Corrector(calibration, stream.unit.truth_per_raw / calibrated.truth_per_raw);
@@ -212,9 +216,10 @@ class RowWriter {
       if (next == nullptr) break;
       const std::int64_t time_ns = next->waiting.front().time_ns;
       if (time_ns < last_time_ns_) {
-        return BadInputError("the " + std::string(TriadName(next->triad)) +
-                             " appears too late in the log to sort its rows by time; sort the log, "
-                             "or put each sensor into its own file");
+        return Error(ErrorCode::kTimeGoesBack,
+                     "the " + std::string(TriadName(next->triad)) +
+                         " appears too late in the log to sort its rows by time; sort the log, "
+                         "or put each sensor into its own file");
       }
       last_time_ns_ = time_ns;
       AppendRow(time_ns, text, summary);
@@ -290,8 +295,9 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                                           const Calibration& calibration,
                                           CorrectedLogSummary* summary) {
   if (!calibration.IsUsable()) {
-    return BadInputError("the calibration is not usable (" +
-                         std::string(calibration.ReasonNotUsable()) + ")");
+    return Error(
+        ErrorCode::kCalibrationNotUsable,
+        "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) + ")");
   }
   std::vector<Channel> channels;
   for (const Triad triad : kTriads) {
@@ -305,9 +311,10 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
                                Corrector::Create(*calibration.sensors[triad], *stream));
     if (corrector.needs_force() &&
         (channels.empty() || channels[0].triad != Triad::kAccelerometer)) {
-      return BadInputError(
-          info.path + ": the calibration of the " + std::string(TriadName(triad)) +
-          " has g-sensitivity, which needs the accelerometer too; add its columns");
+      return Error(ErrorCode::kMissingSensor,
+                   {info.path},
+                   "the calibration of the " + std::string(TriadName(triad)) +
+                       " has g-sensitivity, which needs the accelerometer too; add its columns");
     }
     channels.push_back({triad, std::move(corrector), {}});
   }
@@ -316,8 +323,9 @@ Result<std::vector<Channel>> MakeChannels(const RecordingInfo& info,
     for (const Triad triad : summary->left_out) {
       names += (names.empty() ? "" : ", ") + std::string(TriadName(triad));
     }
-    return BadInputError(info.path + ": contains " + names +
-                         ", but the calibration includes none of these sensors");
+    return Error(ErrorCode::kMissingSensor,
+                 {info.path},
+                 "contains " + names + ", but the calibration includes none of these sensors");
   }
   return channels;
 }
@@ -338,7 +346,8 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
   std::string text = rows.Header();
   std::vector<SampleBlock> blocks;
   for (bool at_end = false; !at_end;) {
-    if (stop && stop()) return BadInputError(path + ": not written: stopped before the end");
+    if (stop && stop())
+      return Error(ErrorCode::kStopped, {path}, "not written: stopped before the end");
     TRUETRIAD_ASSIGN_OR_RETURN(const bool more, source.Next(&blocks));
     at_end = !more;
     for (const SampleBlock& block : blocks) rows.Add(block);

@@ -197,10 +197,12 @@ Status CsvReader::ReadHeader() {
     lines.erase(lines.begin());
   }
   if (lines.empty()) {
-    return BadInputError(
+    return Error(
+        ErrorCode::kNoReadings,
         path() +
-        (header.number > 0 ? ": has a header but no rows of numbers" : ": has no rows of numbers") +
-        " in its first lines; check for an empty log or a `skip_lines` that is too large");
+            (header.number > 0 ? ": has a header but no rows of numbers"
+                               : ": has no rows of numbers") +
+            " in its first lines; check for an empty log or a `skip_lines` that is too large");
   }
   const Line& data = lines[0];
   if (layout_.separator == '\0') layout_.separator = FindSeparator(data.text);
@@ -226,9 +228,10 @@ std::string CsvReader::ColumnName(std::size_t column) const {
 Status CsvReader::Map(std::size_t column, Kind kind, int power) {
   Column& mapped = columns_[column];
   if (mapped.kind != Kind::kSkip && (mapped.kind != kind || mapped.power != power)) {
-    return BadInputError(
-        path() + ": " + ColumnName(column) +
-        " is mapped twice, as time and as a reading or with two units; map it once");
+    return Error(ErrorCode::kDuplicateColumn,
+                 {path()},
+                 ColumnName(column) +
+                     " is mapped twice, as time and as a reading or with two units; map it once");
   }
   mapped.kind = kind;
   mapped.power = power;
@@ -377,16 +380,21 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
   const std::string_view field = column < fields.size() ? fields[column] : std::string_view();
   if (IsCutOff(line)) return CutOffError();
-  std::string message = Place() + ColumnName(column) + ": " + ShownField(field);
+  const int number = static_cast<int>(column) + 1;
+  std::string message = ColumnName(column) + ": " + ShownField(field);
   std::string_view word = field;
   if (!word.empty() && (word[0] == '-' || word[0] == '+')) word.remove_prefix(1);
   if (EqualsIgnoringCase(word, "inf") || EqualsIgnoringCase(word, "infinity")) {
-    return BadInputError(message + " is not a reading; leave the field empty if there is none");
+    return Fail(ErrorCode::kUnreadableNumber,
+                number,
+                message + " is not a reading; leave the field empty if there is none");
   }
   if (IsNumber(field)) {
-    return BadInputError(message + (columns_[column].kind == Kind::kTime
-                                        ? " is out of range for a time; check its unit"
-                                        : " is too large for a reading"));
+    return Fail(ErrorCode::kValueOutOfRange,
+                number,
+                message + (columns_[column].kind == Kind::kTime
+                               ? " is out of range for a time; check its unit"
+                               : " is too large for a reading"));
   }
   message += " is not a number";
   if (field.find('\0') != std::string_view::npos) {
@@ -394,19 +402,20 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   } else if (layout_.separator != ',' && field.find(',') != std::string_view::npos) {
     message += "; use a decimal point, not a comma";
   }
-  return BadInputError(message);
+  return Fail(ErrorCode::kUnreadableNumber, number, message);
 }
 
 Error CsvReader::FieldCountError(const char* line_begin) const {
   const std::string_view line(
       line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
   if (IsCutOff(line)) return CutOffError();
-  return BadInputError(
-      Place() + "has " + std::to_string(SplitFields(line, layout_.separator).size()) +
-      " fields; expected " + std::to_string(columns_.size()) + " as in " +
-      (header_.empty() ? "the first row"
-                       : "the header (line " + std::to_string(header_line_) + ")") +
-      "; if this is intended, state `ragged: allow` in a manifest");
+  return Fail(ErrorCode::kWrongFieldCount,
+              0,
+              "has " + std::to_string(SplitFields(line, layout_.separator).size()) +
+                  " fields; expected " + std::to_string(columns_.size()) + " as in " +
+                  (header_.empty() ? "the first row"
+                                   : "the header (line " + std::to_string(header_line_) + ")") +
+                  "; if this is intended, state `ragged: allow` in a manifest");
 }
 
 bool CsvReader::IsHeader(const char* line_begin) const {
@@ -422,10 +431,14 @@ bool CsvReader::IsCutOff(std::string_view line) const {
 }
 
 Error CsvReader::CutOffError() const {
-  return BadInputError(path() + ": looks truncated at line " + std::to_string(line_) +
-                       ": the last line is incomplete; copy the log again, or delete that line");
+  return Error(
+      ErrorCode::kDamagedFile,
+      {path(), line_},
+      "looks truncated: the last line is incomplete; copy the log again, or delete that line");
 }
 
-std::string CsvReader::Place() const { return path() + ":" + std::to_string(line_) + ": "; }
+Error CsvReader::Fail(ErrorCode code, int column, const std::string& message) const {
+  return Error(code, {path(), line_, column}, message);
+}
 
 }  // namespace truetriad

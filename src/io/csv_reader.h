@@ -101,7 +101,7 @@ class CsvReader {
   bool IsHeader(const char* line_begin) const;
   /// True for a last line without its end: half-written, when it is also malformed.
   bool IsCutOff(std::string_view line) const;
-  std::string Place() const;  ///< "file:line: "
+  Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
 
   std::unique_ptr<TextFile> file_;
   CsvLayout layout_;

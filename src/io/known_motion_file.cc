@@ -186,7 +186,8 @@ auto ReadList(const std::string& path, std::string_view key, Read read)
   file.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(file.status());
   if (values.empty()) {
-    return BadInputError(path + ": `" + std::string(key) + "` is empty; list at least one");
+    return Error(
+        ErrorCode::kMissingKey, {path}, "`" + std::string(key) + "` is empty; list at least one");
   }
   return values;
 }

@@ -16,14 +16,14 @@ namespace {
 
 /// A column as a manifest names it, and where it does.
 struct ColumnReference {
-  std::string text;   ///< A header name or a 0-based index.
-  std::string place;  ///< "recording.yaml:7: streams.gyroscope.x: "
+  std::string text;                  ///< A header name or a 0-based index.
+  std::optional<YamlReader> stated;  ///< Unset where the call names it.
 };
 
 struct ManifestStream {
   StreamLayout layout;  ///< Columns not resolved yet.
   CsvLayout csv;
-  std::string place;
+  std::optional<YamlReader> stated;
   std::optional<ColumnReference> time;
   std::array<ColumnReference, 3> axes;
   std::optional<ColumnReference> temperature, ambient;
@@ -46,7 +46,7 @@ ColumnReference ReadColumn(YamlReader* yaml, std::string_view key) {
   ColumnReference column;
   YamlReader value = yaml->RequireChild(key);
   value.Read(&column.text);
-  column.place = value.Place();
+  column.stated = value;
   return column;
 }
 
@@ -125,7 +125,7 @@ std::optional<ColumnReference> ReadTemperature(YamlReader reader,
 ManifestStream ReadStream(YamlReader yaml, Triad triad) {
   ManifestStream stream;
   StreamInfo& info = stream.layout.info;
-  stream.place = yaml.Place();
+  stream.stated = yaml;
   info.triad = triad;
   std::string file;
   if (yaml.Require("file", &file)) info.file = Resolved(yaml.file(), file);
@@ -217,10 +217,12 @@ Result<Manifest> ReadManifest(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader file, YamlReader::FromText(text, path));
   YamlReader& yaml = file;
   if (yaml.IsMap() && yaml.Child("experiment")) {
-    return BadInputError(path + ": is an experiment, not a recording; give it with --config");
+    return Error(ErrorCode::kWrongFormat,
+                 {path},
+                 "is an experiment, not a recording; give it with --config");
   }
   if (yaml.IsMap() && yaml.Child("format")) {
-    return BadInputError(path + ": is a result of truetriad, not a recording");
+    return Error(ErrorCode::kWrongFormat, {path}, "is a result of truetriad, not a recording");
   }
   Manifest manifest;
   manifest.sha256 = Sha256Hex(text);
@@ -228,7 +230,7 @@ Result<Manifest> ReadManifest(const std::string& path) {
   if (yaml.Require("recording", &version) && version != 1) {
     yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
   }
-  yaml.Optional("serial", &manifest.serial);
+  yaml.Child("serial").ReadName(&manifest.serial);
   yaml.Child("source");  // For people; nothing depends on them.
   yaml.Child("frame");
   YamlReader applied = yaml.Child("applied");
@@ -276,11 +278,14 @@ Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& r
   if (found.size() == 1) return found[0];
   std::string names;
   for (const std::string& name : csv.header()) names += (names.empty() ? "" : ", ") + name;
-  return BadInputError(reference.place + csv.path() + " has " +
-                       (found.empty() ? "no" : "more than one") + " column `" + reference.text +
-                       "`; " + (names.empty() ? "it has no header" : "its header is " + names) +
-                       "; use one of these names, or a column number from 0 to " +
-                       std::to_string(csv.column_count() - 1));
+  const std::string text = (found.empty() ? "has no column `" : "has more than one column `") +
+                           reference.text + "`; " +
+                           (names.empty() ? "it has no header" : "its header is " + names) +
+                           "; use one of these names, or a column number from 0 to " +
+                           std::to_string(csv.column_count() - 1);
+  return reference.stated
+             ? reference.stated->ErrorHere(ErrorCode::kMissingColumn, csv.path() + " " + text)
+             : Error(ErrorCode::kMissingColumn, {csv.path()}, text);
 }
 
 /// Fills in the columns of `stream`, now that its file is open.
@@ -291,8 +296,8 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
     layout.axes[axis] = column;
     for (std::size_t other = 0; other < axis; ++other) {
       if (layout.axes[other] == column) {
-        return BadInputError(stream->axes[axis].place +
-                             "is the same column as another axis; correct one of them");
+        return stream->axes[axis].stated->ErrorHere(
+            ErrorCode::kDuplicateColumn, "is the same column as another axis; correct one of them");
       }
     }
   }
@@ -317,14 +322,16 @@ Result<FileLayout*> FileOf(const ManifestStream& stream,
     FileLayout& file = (*files)[i];
     if (file.csv->path() != stream.layout.info.file) continue;
     if ((*stated)[i] != stream.csv) {
-      return BadInputError(
-          stream.place + "shares " + file.csv->path() +
-          " with another stream; state the same separator, skip_lines, header and ragged for both");
+      return stream.stated->ErrorHere(
+          ErrorCode::kDoesNotMatch,
+          "shares " + file.csv->path() +
+              " with another stream; state the same separator, skip_lines, header and "
+              "ragged for both");
     }
     return &file;
   }
   Result<std::unique_ptr<CsvReader>> csv = CsvReader::Open(stream.layout.info.file, stream.csv);
-  if (!csv) return BadInputError(stream.place + csv.error().message);
+  if (!csv) return stream.stated->ErrorHere(csv.error().code, csv.error().message);
   stated->push_back(stream.csv);
   files->push_back({std::move(*csv), {}});
   return &files->back();
@@ -356,7 +363,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
 
   // Not every file of a recording needs to number the poses, but one has to.
   std::optional<ColumnReference> pose = manifest.pose_column;
-  if (!pose_column.empty()) pose = ColumnReference{pose_column, path + ": "};
+  if (!pose_column.empty()) pose = ColumnReference{pose_column, std::nullopt};
   bool found = false;
   for (FileLayout& file : layout.files) {
     for (StreamLayout& stream : file.streams) {
@@ -400,7 +407,8 @@ Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path) {
   }
   file.RejectUnknown();
   TRUETRIAD_RETURN_IF_ERROR(file.status());
-  if (ranges.empty()) return BadInputError(path + ": `poses` is empty; list at least one pose");
+  if (ranges.empty())
+    return Error(ErrorCode::kMissingKey, {path}, "`poses` is empty; list at least one pose");
   return ranges;
 }
 

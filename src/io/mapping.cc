@@ -112,8 +112,9 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
   if (lines.starts_with(expected)) return {};
   constexpr std::size_t kShownOfLine = 80;
   const std::string_view seen = lines.substr(0, std::min(lines.find('\n'), kShownOfLine));
-  return BadInputError(path + ":1: `" + std::string(seen) +
-                       "` is not the expected first line of this format, `" + expected + "…`");
+  return Error(ErrorCode::kWrongFormat,
+               path + ":1: `" + std::string(seen) +
+                   "` is not the expected first line of this format, `" + expected + "…`");
 }
 
 /// Whether the file has the candidate's columns.
@@ -158,9 +159,10 @@ Result<std::string> ManifestFromMapping(const std::string& text,
     for (const std::string& input : mapping.info.inputs) {
       expected += (expected.empty() ? "" : ",") + input;
     }
-    return UsageError("--input: " + name + " needs " + std::to_string(mapping.info.inputs.size()) +
-                      (mapping.info.inputs.size() == 1 ? " file" : " files, separated by a comma") +
-                      ": " + expected);
+    return Error(ErrorCode::kMissingArgument,
+                 "--input: " + name + " needs " + std::to_string(mapping.info.inputs.size()) +
+                     (mapping.info.inputs.size() == 1 ? " file" : " files, separated by a comma") +
+                     ": " + expected);
   }
   if (!mapping.first_line.empty()) {
     TRUETRIAD_RETURN_IF_ERROR(CheckFirstLine(mapping.first_line, inputs[0]));
@@ -188,7 +190,9 @@ Result<std::string> ManifestFromMapping(const std::string& text,
     }
   }
   if (!any) {
-    return BadInputError(inputs[0] + ": has none of the columns of " + name + ": " + wanted);
+    return Error(ErrorCode::kMissingColumn,
+                 {inputs[0]},
+                 "has none of the columns of " + name + ": " + wanted);
   }
   return yaml.str();
 }

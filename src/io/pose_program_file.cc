@@ -74,10 +74,11 @@ Result<PoseProgram> ReadPoseProgram(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path));
   if (!root.Child("program")) {
     // Each entry of a file of another kind would be wrong in several ways.
-    return BadInputError(path + ":" + std::to_string(root.line()) +
-                         ": program: is missing, so this is not a pose program; expected `program: "
-                         "1` and poses with attitudes, as written by `plan` (the poses.yaml of "
-                         "`simulate` has the rows of poses instead)");
+    return Error(ErrorCode::kWrongFormat,
+                 {path, root.line()},
+                 "program: is missing, so this is not a pose program; expected `program: "
+                 "1` and poses with attitudes, as written by `plan` (the poses.yaml of "
+                 "`simulate` has the rows of poses instead)");
   }
   PoseProgram program;
   int version = 0;

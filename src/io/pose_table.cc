@@ -41,13 +41,15 @@ Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
                              header->TakeAxes(triad->triad, prefix));
   if (!common && !axes) return {};
   if (common && axes) {
-    return header->Fail(*common, "is given together with `" + prefix + "_x`; keep one of the two");
+    return header->Fail(ErrorCode::kDuplicateColumn,
+                        *common,
+                        "is given together with `" + prefix + "_x`; keep one of the two");
   }
   Unit sigma_unit;
   if (common) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, header->UnitOf(*common, unit.name));
     const Result<Unit> parsed = ParseTriadUnit(triad->triad, name);
-    if (!parsed) return header->Fail(*common, parsed.error().message);
+    if (!parsed) return header->Fail(parsed.error().code, *common, parsed.error().message);
     sigma_unit = *parsed;
     triad->sigma = {*common, *common, *common};
   } else {
@@ -55,7 +57,8 @@ Status TakeSigma(HeaderColumns* header, const Unit& unit, TriadColumns* triad) {
     triad->sigma = axes->columns;
   }
   if (sigma_unit.is_counts != unit.is_counts) {
-    return header->Fail((*triad->sigma)[0],
+    return header->Fail(ErrorCode::kUnitMismatch,
+                        (*triad->sigma)[0],
                         "is in " + sigma_unit.name + ", but the readings are in " + unit.name);
   }
   triad->raw_per_sigma_unit = sigma_unit.truth_per_raw / unit.truth_per_raw;
@@ -83,7 +86,9 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   if (attitude_columns == attitude.size()) {
     columns.attitude = attitude;
   } else if (attitude_columns > 0) {
-    return header.Fail(attitude[0], "is incomplete: an attitude needs all of qw, qx, qy, qz");
+    return header.Fail(ErrorCode::kMissingColumn,
+                       attitude[0],
+                       "is incomplete: an attitude needs all of qw, qx, qy, qz");
   }
   for (const Triad triad : kTriads) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<HeaderColumns::Axes> axes,
@@ -101,10 +106,12 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   if (auto finding = IgnoredColumns(ignored)) poses->findings.push_back(*std::move(finding));
   // A table of attitudes alone is what a turntable or a robot leaves behind.
   if (columns.triads.empty() && !columns.attitude) {
-    return BadInputError(
-        csv.path() + ": has no sensor columns, but " + header.Names() +
-        "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
-        "them, or map them in a manifest recording.yaml");
+    return Error(
+        ErrorCode::kMissingColumn,
+        {csv.path()},
+        "has no sensor columns, but " + header.Names() +
+            "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
+            "them, or map them in a manifest recording.yaml");
   }
   return columns;
 }
@@ -146,12 +153,15 @@ class Row {
     if (columns_.face) {
       pose.face_up = csv_.Texts(*columns_.face)[row_];
       if (!pose.face_up.empty() && !IsFace(pose.face_up)) {
-        return Fail(*columns_.face, "`" + pose.face_up + "` is not among +x -x +y -y +z -z");
+        return Fail(ErrorCode::kInvalidValue,
+                    *columns_.face,
+                    "`" + pose.face_up + "` is not among +x -x +y -y +z -z");
       }
     }
     if (columns_.time.kind == TimeColumn::Kind::kColumn) {
       pose.start_ns = pose.end_ns = csv_.Times(columns_.time.column)[row_];
-      if (pose.start_ns == CsvReader::kMissingTime) return Fail(columns_.time.column, "is empty");
+      if (pose.start_ns == CsvReader::kMissingTime)
+        return Fail(ErrorCode::kMissingTime, columns_.time.column, "is empty");
     }
     if (columns_.temperature && !std::isnan(Number(columns_.temperature->column))) {
       const TemperatureUnit& unit = columns_.temperature->unit;
@@ -167,7 +177,9 @@ class Row {
       const Eigen::Vector3d sigma = Numbers(*triad.sigma) * triad.raw_per_sigma_unit;
       if (sigma.hasNaN()) continue;
       if (!(sigma.array() > 0.0).all()) {
-        return Fail((*triad.sigma)[0], "must be above zero; leave it empty where it is unknown");
+        return Fail(ErrorCode::kInvalidValue,
+                    (*triad.sigma)[0],
+                    "must be above zero; leave it empty where it is unknown");
       }
       reading.mean_covariance_raw = sigma.array().square().matrix().asDiagonal();
       reading.has_covariance = true;
@@ -185,7 +197,8 @@ class Row {
     // Quaternions are written with four digits or more.
     constexpr double kAttitudeLengthTolerance = 1e-3;
     if (!(std::abs(wxyz.norm() - 1.0) < kAttitudeLengthTolerance)) {
-      return Fail((*columns_.attitude)[0],
+      return Fail(ErrorCode::kInvalidValue,
+                  (*columns_.attitude)[0],
                   "the attitude qw,qx,qy,qz is not a unit quaternion; expected four numbers whose "
                   "squares sum to 1");
     }
@@ -198,9 +211,10 @@ class Row {
   Eigen::Vector3d Numbers(const std::array<std::size_t, 3>& columns) const {
     return {Number(columns[0]), Number(columns[1]), Number(columns[2])};
   }
-  Error Fail(std::size_t column, const std::string& message) const {
-    return BadInputError(csv_.path() + ":" + std::to_string(line()) + ": " +
-                         csv_.ColumnName(column) + ": " + message);
+  Error Fail(ErrorCode code, std::size_t column, const std::string& message) const {
+    return Error(code,
+                 {csv_.path(), line(), static_cast<int>(column) + 1},
+                 csv_.ColumnName(column) + ": " + message);
   }
 
   const CsvReader& csv_;
@@ -286,12 +300,12 @@ Status RejectClipped(const PoseSet& poses) {
             static_cast<double>(rows) < kLeastShare * static_cast<double>(poses.poses.size())) {
           continue;
         }
-        std::string message = poses.source + ": " + std::string(TriadName(stream.triad)) + " axis ";
+        std::string message = std::string(TriadName(stream.triad)) + " axis ";
         message += AxisLetter(axis);
         message += " is clipped: it reads exactly " + std::to_string(limit) + " in " +
                    std::to_string(rows) + " of " + std::to_string(poses.poses.size()) +
                    " rows; set a larger full-scale range and record again";
-        return BadInputError(std::move(message));
+        return Error(ErrorCode::kStuckSensor, {poses.source}, message);
       }
     }
   }
@@ -346,15 +360,18 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
       poses.poses.push_back(std::move(pose));
     }
     if (poses.poses.size() > kMaxPoses) {
-      return BadInputError(
-          path + ": has more than " + std::to_string(kMaxPoses) +
-          " rows but no time column; add `time[s]`, or state the rate in a manifest");
+      return Error(ErrorCode::kTooMany,
+                   {path},
+                   "has more than " + std::to_string(kMaxPoses) +
+                       " rows but no time column; add `time[s]`, or state the rate in a manifest");
     }
   }
   if (duplicates.count() > 0) {
     if (3 * duplicates.count() > static_cast<std::int64_t>(poses.poses.size())) {
-      return BadInputError(path + ": " + duplicates.Describe() +
-                           " These are too many to be readings; check how the table was made");
+      return Error(ErrorCode::kRepeatedRows,
+                   {path},
+                   duplicates.Describe() +
+                       " These are too many to be readings; check how the table was made");
     }
     poses.findings.push_back(Finding(FindingCode::kRepeatedRows, duplicates.Describe())
                                  .With("rows", static_cast<double>(duplicates.count())));

@@ -135,12 +135,12 @@ class Stream {
   Status CheckTimeOrder(const CsvReader& csv, std::span<const std::int64_t> times_ns) {
     for (std::size_t i = 0; i < times_ns.size(); ++i) {
       if (times_ns[i] < last_time_ns_) {
-        return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
-                             csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
-                             RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) +
-                             " s after " +
-                             RoundedText(1e-9 * static_cast<double>(last_time_ns_), 14) +
-                             " s; sort the log, or split it where the clock was set");
+        return Error(ErrorCode::kTimeGoesBack,
+                     {csv.path(), csv.Line(SelectedRow(i))},
+                     "" + csv.ColumnName(layout_.time.column) + ": time goes backwards to " +
+                         RoundedText(1e-9 * static_cast<double>(times_ns[i]), 14) + " s after " +
+                         RoundedText(1e-9 * static_cast<double>(last_time_ns_), 14) +
+                         " s; sort the log, or split it where the clock was set");
       }
       last_time_ns_ = times_ns[i];
     }
@@ -192,9 +192,10 @@ class Stream {
       if (thermal) {
         const double temperature_degc = temperature_.values[i];
         if (std::isnan(temperature_degc)) {
-          return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) +
-                               ": no temperature yet, so the `thermal` part of `applied` cannot be "
-                               "undone; remove the rows before the first temperature");
+          return Error(ErrorCode::kMissingTemperature,
+                       {csv.path(), csv.Line(SelectedRow(i))},
+                       "no temperature yet, so the `thermal` part of `applied` cannot be "
+                       "undone; remove the rows before the first temperature");
         }
         raw += thermal->At(temperature_degc) - thermal->at_calibration;
       }
@@ -215,9 +216,10 @@ class Stream {
       const double value = stated[SelectedRow(i)];
       if (!(value >= 0.0) || value > std::numeric_limits<std::int32_t>::max() ||
           value != std::floor(value)) {
-        return BadInputError(csv.path() + ":" + std::to_string(csv.Line(SelectedRow(i))) + ": " +
-                             csv.ColumnName(*layout_.pose) +
-                             " is not a pose number; expected whole numbers, 0 while moving");
+        return Error(ErrorCode::kUnreadableNumber,
+                     {csv.path(), csv.Line(SelectedRow(i))},
+                     "" + csv.ColumnName(*layout_.pose) +
+                         " is not a pose number; expected whole numbers, 0 while moving");
       }
       poses_[i] = static_cast<std::int32_t>(value);
     }

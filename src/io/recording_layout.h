@@ -99,7 +99,7 @@ class HeaderColumns {
   Result<std::string> CommonUnitOf(const std::vector<std::size_t>& columns,
                                    std::string_view example) const;
   /// "file:line: column `accel_x`: " + message.
-  Error Fail(std::size_t column, const std::string& message) const;
+  Error Fail(ErrorCode code, std::size_t column, const std::string& message) const;
   /// The columns that nobody took, without that of row numbers. Error: one that may be a reading,
   /// time or temperature which the table otherwise lacks; proposes a header, or lists the names
   /// that were asked for.
@@ -122,7 +122,7 @@ class HeaderColumns {
   /// The header with the names that its columns seem to mean; empty where that is not clear.
   std::string Understandable() const;
 
-  std::string place_;  ///< "file:line: "
+  FilePlace place_;
   std::vector<HeaderColumn> columns_;
   std::vector<bool> taken_;
   std::vector<std::string> asked_;

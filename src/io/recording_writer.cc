@@ -160,8 +160,9 @@ class CsvFile {
     file_.Write({text_.data(), filled});
     text_.clear();
     if (went_back_) {
-      return BadInputError(
-          name_ + ": samples of the recording are too far out of order to sort its rows by time");
+      return Error(ErrorCode::kTimeGoesBack,
+                   {name_},
+                   "samples of the recording are too far out of order to sort its rows by time");
     }
     return file_.status();
   }

@@ -70,19 +70,22 @@ std::optional<int> TimePower(std::string_view unit) {
 
 Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
   HeaderColumns header;
-  header.place_ = csv.path() + ":" + std::to_string(csv.header_line()) + ": ";
+  header.place_ = {csv.path(), csv.header_line()};
   if (csv.header().empty()) {
-    return BadInputError(
-        csv.path() +
-        ": has no header; name the columns with their units in the first line, like "
-        "`time[s],accel_x[m/s^2],…`, or map them in a manifest recording.yaml");
+    return Error(ErrorCode::kNoHeader,
+                 {csv.path()},
+                 "has no header; name the columns with their units in the first line, like "
+                 "`time[s],accel_x[m/s^2],…`, or map them in a manifest recording.yaml");
   }
   for (const std::string& field : csv.header()) {
     HeaderColumn column = ParseHeaderColumn(field);
     for (const HeaderColumn& other : header.columns_) {
       if (LowerCase(other.name) == LowerCase(column.name)) {
-        return BadInputError(header.place_ + "column `" + column.name +
-                             "` occurs twice; rename one of them");
+        FilePlace place = header.place_;
+        place.column = static_cast<int>(header.columns_.size()) + 1;
+        return Error(ErrorCode::kDuplicateColumn,
+                     std::move(place),
+                     "column `" + column.name + "` occurs twice; rename one of them");
       }
     }
     header.columns_.push_back(std::move(column));
@@ -102,14 +105,17 @@ std::optional<std::size_t> HeaderColumns::Take(const std::string& name) {
   return std::nullopt;
 }
 
-Error HeaderColumns::Fail(std::size_t column, const std::string& message) const {
-  return BadInputError(place_ + "column `" + columns_[column].name + "`: " + message);
+Error HeaderColumns::Fail(ErrorCode code, std::size_t column, const std::string& message) const {
+  FilePlace place = place_;
+  place.column = static_cast<int>(column) + 1;
+  return Error(code, std::move(place), "column `" + columns_[column].name + "`: " + message);
 }
 
 Result<std::string> HeaderColumns::UnitOf(std::size_t column, std::string_view example) const {
   const HeaderColumn& stated = columns_[column];
   if (stated.unit.empty()) {
-    return Fail(column,
+    return Fail(ErrorCode::kMissingUnit,
+                column,
                 "has no unit; state it in the header, like `" + stated.name + "[" +
                     std::string(example) + "]`");
   }
@@ -122,7 +128,8 @@ Result<std::string> HeaderColumns::CommonUnitOf(const std::vector<std::size_t>& 
   for (const std::size_t column : columns) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string unit, UnitOf(column, example));
     if (unit != *common) {
-      return Fail(column,
+      return Fail(ErrorCode::kUnitMismatch,
+                  column,
                   "is in " + unit + ", but `" + columns_[columns.front()].name + "` is in " +
                       *common + "; one sensor has one unit");
     }
@@ -143,11 +150,13 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
   }
   if (found.empty()) return std::optional<Axes>();
   if (!missing.empty()) {
-    return Fail(found.front(), "has no matching `" + missing + "`; all three axes are needed");
+    return Fail(ErrorCode::kMissingColumn,
+                found.front(),
+                "has no matching `" + missing + "`; all three axes are needed");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string name, CommonUnitOf(found, ExampleUnit(triad)));
   const Result<Unit> unit = ParseTriadUnit(triad, name);
-  if (!unit) return Fail(found.front(), unit.error().message);
+  if (!unit) return Fail(unit.error().code, found.front(), unit.error().message);
   return std::optional<Axes>({{found[0], found[1], found[2]}, *unit});
 }
 
@@ -202,7 +211,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
     (MayBeNeeded(columns_[column]) ? unknown : ignored).push_back(name);
   }
   if (unknown.empty()) return ignored;
-  std::string text = place_ + (unknown.size() == 1 ? "column " : "columns ");
+  std::string text = unknown.size() == 1 ? "column " : "columns ";
   for (const std::string& name : unknown) {
     text += (&name == &unknown.front() ? "`" : ", `") + name + "`";
   }
@@ -214,7 +223,8 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
     text += "rename to " + known + " (each with its unit), or remove what is no reading";
   }
-  return BadInputError(text + ", or map columns in a manifest recording.yaml");
+  return Error(
+      ErrorCode::kUnknownColumn, place_, text + ", or map columns in a manifest recording.yaml");
 }
 
 std::string HeaderColumns::Names() const {
@@ -229,7 +239,9 @@ Result<TimeColumn> TakeTime(HeaderColumns* header) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string unit, header->UnitOf(*column, "s"));
   const std::optional<int> power = TimePower(unit);
   if (!power) {
-    return header->Fail(*column, "`" + unit + "` is not a unit of time; expected s, ms, us or ns");
+    return header->Fail(ErrorCode::kUnknownUnit,
+                        *column,
+                        "`" + unit + "` is not a unit of time; expected s, ms, us or ns");
   }
   return TimeColumn{TimeColumn::Kind::kColumn, *column, *power, 1.0};
 }
@@ -241,7 +253,8 @@ Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string stated, header->UnitOf(*column, "degC"));
   const std::optional<TemperatureUnit> unit = ParseTemperatureUnit(stated);
   if (!unit) {
-    return header->Fail(*column,
+    return header->Fail(ErrorCode::kUnknownUnit,
+                        *column,
                         "`" + stated + "` is not a unit of temperature; expected degC or K");
   }
   return std::optional<TemperatureColumn>({*column, *unit});
@@ -264,7 +277,8 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   const std::string pose = pose_column.empty() ? "pose" : pose_column;
   common.pose = header.Take(pose);
   if (!common.pose && !pose_column.empty()) {
-    return BadInputError(path + ": has no column `" + pose_column + "` with pose numbers");
+    return Error(
+        ErrorCode::kMissingColumn, {path}, "has no column `" + pose_column + "` with pose numbers");
   }
   common.info.file = path;
   common.info.has_temperature = common.temperature.has_value();
@@ -288,10 +302,12 @@ Result<RecordingLayout> OpenSelfDescribing(const std::string& path,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(layout.info.ignored_columns, header.Ignored());
   if (file.streams.empty()) {
-    return BadInputError(
-        path + ": has no sensor columns, but " + header.Names() +
-        "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
-        "them, or map them in a manifest recording.yaml");
+    return Error(
+        ErrorCode::kMissingColumn,
+        {path},
+        "has no sensor columns, but " + header.Names() +
+            "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
+            "them, or map them in a manifest recording.yaml");
   }
   file.csv = std::move(csv);
   layout.files.push_back(std::move(file));

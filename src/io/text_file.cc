@@ -32,7 +32,7 @@ struct Magic {
 using std::string_view_literals::operator""sv;
 
 /// First bytes of formats that people have at hand and may give by mistake.
-constexpr std::array<Magic, 17> kForeignFormats = {{
+constexpr std::array<Magic, 20> kForeignFormats = {{
     {"ULog\x01\x12\x35"sv, "a PX4 ULog file", "ulog"},
     {"\xA3\x95"sv, "an ArduPilot DataFlash log", "dataflash"},
     {"#ROSBAG V"sv, "a ROS 1 bag", "ros1"},
@@ -50,6 +50,9 @@ constexpr std::array<Magic, 17> kForeignFormats = {{
     {"\xFE\xFF"sv, "UTF-16 text (save it as UTF-8)"},
     {"{"sv, "a JSON file"},
     {"["sv, "a JSON file"},
+    {"<!DOCTYPE"sv, "a web page (HTML)"},
+    {"<html"sv, "a web page (HTML)"},
+    {"<?xml"sv, "an XML file"},
 }};
 
 }  // namespace
@@ -127,17 +130,20 @@ class TextFile::Inflater {
 
   /// Fills `data` from `bytes`; fewer than `capacity` only at the end.
   Result<std::size_t> Read(Bytes* bytes, char* data, std::size_t capacity) {
-    if (!ready_) return BadInputError("cannot be decompressed: no memory for zlib");
+    if (!ready_)
+      return Error(ErrorCode::kUnreadableFile, "cannot be decompressed: no memory for zlib");
     stream_.next_out = reinterpret_cast<Bytef*>(data);
     stream_.avail_out = static_cast<unsigned>(capacity);
     while (stream_.avail_out > 0) {
       if (stream_.avail_in == 0) {
         const ssize_t count = bytes->Read(input_.data(), input_.size());
-        if (count < 0) return BadInputError(std::string("cannot be read: ") + std::strerror(errno));
+        if (count < 0)
+          return Error(ErrorCode::kUnreadableFile,
+                       std::string("cannot be read: ") + std::strerror(errno));
         if (count == 0) {
           if (!between_members_) {
-            return BadInputError(
-                "is an incomplete gzip file; copy it again, or close the log properly");
+            return Error(ErrorCode::kDamagedFile,
+                         "is an incomplete gzip file; copy it again, or close the log properly");
           }
           break;
         }
@@ -147,8 +153,9 @@ class TextFile::Inflater {
       if (between_members_) inflateReset(&stream_);
       const int status = inflate(&stream_, Z_NO_FLUSH);
       if (status != Z_OK && status != Z_STREAM_END) {
-        return BadInputError(std::string("is a damaged gzip file: ") +
-                             (stream_.msg != nullptr ? stream_.msg : zError(status)));
+        return Error(ErrorCode::kDamagedFile,
+                     std::string("is a damaged gzip file: ") +
+                         (stream_.msg != nullptr ? stream_.msg : zError(status)));
       }
       between_members_ = status == Z_STREAM_END;
     }
@@ -166,15 +173,21 @@ class TextFile::Inflater {
 
 Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (descriptor < 0) return BadInputError(path + ": cannot be opened: " + std::strerror(errno));
+  if (descriptor < 0)
+    return Error(ErrorCode::kUnreadableFile,
+                 {path},
+                 std::string("cannot be opened: ") + std::strerror(errno));
   struct stat about {};
   const bool known = fstat(descriptor, &about) == 0;
   auto bytes = std::make_unique<Bytes>(descriptor, known ? about.st_size : 0);
   if (known && S_ISDIR(about.st_mode)) {
-    return BadInputError(path + ": is a folder; give a CSV file or a recording.yaml in it");
+    return Error(ErrorCode::kUnreadableFile,
+                 {path},
+                 "is a folder; give a CSV file or a recording.yaml in it");
   }
   if (!known || !S_ISREG(about.st_mode)) {
-    return BadInputError(path + ": is not a regular file; write the log to a file first");
+    return Error(
+        ErrorCode::kUnreadableFile, {path}, "is not a regular file; write the log to a file first");
   }
   posix_fadvise(descriptor, 0, 0, POSIX_FADV_SEQUENTIAL);  // A hint; its failure does no harm.
   std::unique_ptr<TextFile> file(new TextFile(path, std::move(bytes)));
@@ -197,19 +210,21 @@ Status TextFile::RecogniseContent() {
     TRUETRIAD_RETURN_IF_ERROR(Fill());
   }
   const std::string_view start(buffer_.data(), filled_);
-  if (start.empty()) return BadInputError(path_ + ": is empty; expected a log with a header");
+  if (start.empty())
+    return Error(ErrorCode::kEmptyFile, {path_}, "is empty; expected a log with a header");
   for (const Magic& magic : kForeignFormats) {
     if (start.starts_with(magic.bytes)) {
-      return BadInputError(path_ + ": is " + std::string(magic.format) +
-                           ", not CSV; convert it first" +
-                           (magic.convert_from.empty()
-                                ? ""
-                                : ": truetriad convert --from=" + std::string(magic.convert_from)));
+      return Error(ErrorCode::kWrongFormat,
+                   {path_},
+                   "is " + std::string(magic.format) + ", not CSV; convert it first" +
+                       (magic.convert_from.empty()
+                            ? ""
+                            : ": truetriad convert --from=" + std::string(magic.convert_from)));
     }
   }
   constexpr std::size_t kSample = 4096;  // Later ones are met, with their line, by the parser.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
-    return BadInputError(path_ + ": is a binary file; expected CSV text");
+    return Error(ErrorCode::kWrongFormat, {path_}, "is a binary file; expected CSV text");
   }
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (start.starts_with(kByteOrderMark)) handed_over_ = kByteOrderMark.size();
@@ -222,11 +237,14 @@ Status TextFile::Fill() {
   if (inflater_ != nullptr) {
     const Result<std::size_t> inflated =
         inflater_->Read(bytes_.get(), buffer_.data() + filled_, wanted);
-    if (!inflated) return BadInputError(path_ + ": " + inflated.error().message);
+    if (!inflated) return Error(inflated.error().code, {path_}, inflated.error().message);
     count = *inflated;
   } else {
     const ssize_t read = bytes_->Read(buffer_.data() + filled_, wanted);
-    if (read < 0) return BadInputError(path_ + ": cannot be read: " + std::strerror(errno));
+    if (read < 0)
+      return Error(ErrorCode::kUnreadableFile,
+                   {path_},
+                   std::string("cannot be read: ") + std::strerror(errno));
     count = static_cast<std::size_t>(read);
   }
   filled_ += count;
@@ -259,8 +277,10 @@ Result<std::string_view> TextFile::Next() {
     }
     searched = filled_;
     if (filled_ > kMaxLineBytes) {
-      return BadInputError(path_ + ": has a line of more than " + std::to_string(kMaxLineBytes) +
-                           " bytes; expected a text log");
+      return Error(ErrorCode::kWrongFormat,
+                   {path_},
+                   "has a line of more than " + std::to_string(kMaxLineBytes) +
+                       " bytes; expected a text log");
     }
     if (buffer_.size() - filled_ < kChunkBytes) buffer_.resize(filled_ + 2 * kChunkBytes);
     TRUETRIAD_RETURN_IF_ERROR(Fill());

@@ -111,15 +111,19 @@ void WholeFile::Write(std::string_view text) {
 Status WholeFile::status() const {
   if (failure_ == 0) return {};
   if (failure_ == EISDIR) {
-    return BadInputError(path_ + ": is a folder; give a file name");
+    return Error(ErrorCode::kOutputInTheWay, {path_}, "is a folder; give a file name");
   }
   const fs::path parent = fs::path(path_).parent_path();
   std::error_code ignored;
   if (!parent.empty() && !fs::is_directory(parent, ignored)) {
-    return BadInputError(path_ + ": cannot be written: there is no folder " + parent.string() +
-                         "; create it or choose another");
+    return Error(ErrorCode::kCannotWrite,
+                 {path_},
+                 "cannot be written: there is no folder " + parent.string() +
+                     "; create it or choose another");
   }
-  return BadInputError(path_ + ": cannot be written: " + std::strerror(failure_));
+  return Error(ErrorCode::kCannotWrite,
+               {path_},
+               std::string("cannot be written: ") + std::strerror(failure_));
 }
 
 Status WholeFile::Commit() {

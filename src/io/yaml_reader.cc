@@ -30,6 +30,18 @@ std::string Join(const std::set<std::string, std::less<>>& words) {
   return joined;
 }
 
+/// The first, from 1; 0 where there is none.
+int LineIndentedByTab(const std::string& text) {
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.substr(0, line.find_first_not_of(" \t")).find('\t') != std::string::npos)
+      return number;
+  }
+  return 0;
+}
+
 }  // namespace
 
 Result<std::string> ReadSmallFile(const std::string& path) {
@@ -37,21 +49,24 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   constexpr std::uintmax_t kMaxBytes = 64U << 20;
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) {
-    return BadInputError(path + ": is a folder; give a file");
+    return Error(ErrorCode::kUnreadableFile, {path}, "is a folder; give a file");
   }
   // Opening a pipe would wait for somebody to write.
   if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure)) {
-    return BadInputError(path + ": is not a regular file");
+    return Error(ErrorCode::kUnreadableFile, {path}, "is not a regular file");
   }
   const std::uintmax_t size = std::filesystem::file_size(path, failure);
   std::ifstream file(path, std::ios::binary);
   if (failure || !file) {
-    return BadInputError(
-        path + ": cannot be read: " + (failure ? failure.message() : std::strerror(errno)));
+    return Error(ErrorCode::kUnreadableFile,
+                 {path},
+                 "cannot be read: " + (failure ? failure.message() : std::strerror(errno)));
   }
   if (size > kMaxBytes) {
-    return BadInputError(path + ": has " + std::to_string(size) +
-                         " bytes, too many for a YAML file written by hand; is it a log?");
+    return Error(ErrorCode::kWrongFormat,
+                 {path},
+                 "has " + std::to_string(size) +
+                     " bytes, too many for a YAML file written by hand; is it a log?");
   }
   std::ostringstream text;
   text << file.rdbuf();
@@ -71,14 +86,16 @@ Result<YamlReader> YamlReader::FromFile(const std::string& path) {
 
 Result<YamlReader> YamlReader::FromText(const std::string& text, const std::string& name) {
   if (text.find('\0') != std::string::npos) {
-    return BadInputError(name + ": is a binary file; expected YAML text");
+    return Error(ErrorCode::kWrongFormat, {name}, "is a binary file; expected YAML text");
   }
   auto shared = std::make_shared<Shared>();
   shared->file = name;
   try {
     YamlReader reader(YAML::Load(text), true, "", shared);
     if (!reader.IsMap()) {
-      return BadInputError(name + ": is not a YAML map; expected lines of the form `key: value`");
+      return Error(ErrorCode::kBadYaml,
+                   {name},
+                   "is not a YAML map; expected lines of the form `key: value`");
     }
     std::set<int> visited;
     std::set<int> ancestors;
@@ -86,8 +103,14 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
     TRUETRIAD_RETURN_IF_ERROR(reader.status());
     return reader;
   } catch (const YAML::Exception& exception) {
-    return BadInputError(name + ":" + std::to_string(exception.mark.line + 1) +
-                         ": is not valid YAML: " + exception.msg);
+    if (const int line = LineIndentedByTab(text); line > 0) {
+      return Error(ErrorCode::kBadYaml,
+                   {name, line},
+                   "is indented by a tab, which YAML forbids; use spaces");
+    }
+    return Error(ErrorCode::kBadYaml,
+                 {name, exception.mark.line + 1, exception.mark.column + 1},
+                 "is not valid YAML: " + exception.msg);
   }
 }
 
@@ -116,7 +139,7 @@ void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancesto
       }
       const std::string& text = entry.first.Scalar();
       key.name_ += (name_.empty() ? "" : ".") + text;
-      if (!seen.insert(text).second) key.Fail("is given twice; keep one");
+      if (!seen.insert(text).second) key.Fail("is given twice; keep one", ErrorCode::kDuplicateKey);
       YamlReader(entry.second, true, key.name_, shared_).RejectDuplicates(visited, ancestors);
     }
   }
@@ -137,7 +160,7 @@ YamlReader YamlReader::Child(std::string_view key) {
 YamlReader YamlReader::RequireChild(std::string_view key) {
   YamlReader child = Child(key);
   // A parent that is missing itself, or not a map, has been or is being complained about already.
-  if (!child && IsMap()) child.Fail("is missing");
+  if (!child && IsMap()) child.Fail("is missing", ErrorCode::kMissingKey);
   if (present_ && !IsMap()) Fail("expected a map with the key `" + std::string(key) + "`");
   return child;
 }
@@ -154,6 +177,23 @@ bool YamlReader::ReadScalar(std::string_view expected, std::string* text) {
 }
 
 bool YamlReader::Read(std::string* value) { return ReadScalar("text", value); }
+
+bool YamlReader::ReadName(std::string* value, std::size_t longest) {
+  std::string text;
+  if (!ReadScalar("text", &text)) return false;
+  if (std::any_of(
+          text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; })) {
+    Fail("has a line break or another control character; expected one line of text");
+    return false;
+  }
+  if (text.size() > longest) {
+    Fail("has " + std::to_string(text.size()) + " characters; expected at most " +
+         std::to_string(longest));
+    return false;
+  }
+  *value = std::move(text);
+  return true;
+}
 
 bool YamlReader::Read(double* value) {
   std::string text;
@@ -263,11 +303,21 @@ void YamlReader::RejectUnknown() {
     if (asked_.contains(key)) continue;
     YamlReader(entry.first, true, name_ + (name_.empty() ? "" : ".") + key, shared_)
         .Fail("is not a known key; expected one of " + Join(asked_) +
-              DidYouMean(key, {asked_.begin(), asked_.end()}));
+                  DidYouMean(key, {asked_.begin(), asked_.end()}),
+              ErrorCode::kUnknownKey);
   }
 }
 
-void YamlReader::Fail(const std::string& message) { shared_->errors.push_back(Place() + message); }
+void YamlReader::Fail(const std::string& message, ErrorCode code) {
+  shared_->errors.push_back(ErrorHere(code, message));
+}
+
+Error YamlReader::ErrorHere(ErrorCode code, const std::string& message) const {
+  return Error(code,
+               {shared_->file, line(), node_.Mark().column + 1},
+               (name_.empty() ? "" : name_ + ": ") + message)
+      .About(name_);
+}
 
 std::string YamlReader::Place() const {
   return shared_->file + ":" + std::to_string(line()) + ": " + (name_.empty() ? "" : name_ + ": ");
@@ -275,9 +325,7 @@ std::string YamlReader::Place() const {
 
 Status YamlReader::status() const {
   if (shared_->errors.empty()) return {};
-  std::string text;
-  for (const std::string& error : shared_->errors) text += (text.empty() ? "" : "\n") + error;
-  return BadInputError(std::move(text));
+  return Joined(shared_->errors);
 }
 
 }  // namespace truetriad

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <set>
@@ -62,6 +63,10 @@ class YamlReader {
   bool Read(std::vector<double>* value);
   bool Read(Eigen::Vector3d* value);
 
+  /// A text of one line that is not longer than that: a serial number, what a lot is called.
+  bool ReadName(std::string* value, std::size_t longest = kLongestName);
+  static constexpr std::size_t kLongestName = 200;
+
   /// The members of a list, the keys of a map; empty (an error) when it is something else.
   std::vector<YamlReader> Items();
   std::vector<std::string> Keys();
@@ -69,13 +74,16 @@ class YamlReader {
   /// Records as errors all keys of this map that nobody asked for.
   void RejectUnknown();
 
-  /// Records an error at this value's place.
-  void Fail(const std::string& message);
+  /// An error at this value's place.
+  Error ErrorHere(ErrorCode code, const std::string& message) const;
+  /// Records one.
+  void Fail(const std::string& message, ErrorCode code = ErrorCode::kInvalidValue);
   /// "file:line: streams.gyroscope.unit: ", for messages.
   std::string Place() const;
 
-  /// All errors of the whole file so far.
+  /// All errors of the whole file so far: at once, and each with the key that it is about.
   Status status() const;
+  const std::vector<Error>& errors() const { return shared_->errors; }
 
   explicit operator bool() const { return present_; }
   bool IsMap() const { return present_ && node_.IsMap(); }
@@ -89,7 +97,7 @@ class YamlReader {
  private:
   struct Shared {
     std::string file;
-    std::vector<std::string> errors;
+    std::vector<Error> errors;
   };
 
   YamlReader(const YAML::Node& node,

@@ -32,20 +32,6 @@ Json OfEachTriad(const PerTriad<std::optional<T>>& values) {
   return map;
 }
 
-// Until errors have codes of their own.
-std::string_view ErrorCodeName(const Error& error) {
-  if (error.finding != nullptr) return FindingCodeName(error.finding->code);
-  switch (error.code) {
-    case ErrorCode::kUsage:
-      return "usage";
-    case ErrorCode::kBadInput:
-      return "bad-input";
-    case ErrorCode::kNotEnough:
-      return "not-enough";
-  }
-  return "";
-}
-
 Json StreamJson(const StreamSummary& stream, bool has_time) {
   Json json = {{"sensor", TriadName(stream.triad)},
                {"unit", stream.unit.name},
@@ -113,7 +99,12 @@ Json ToJson(const Findings& findings) {
 }
 
 Json ToJson(const Error& error) {
-  Json json = {{"code", ErrorCodeName(error)}, {"message", error.message}};
+  const std::string_view code =
+      error.finding != nullptr ? FindingCodeName(error.finding->code) : InfoOf(error.code).name;
+  Json json = {{"code", code}, {"message", error.message}};
+  if (!error.place.file.empty()) json["file"] = error.place.file;
+  if (error.place.line > 0) json["line"] = error.place.line;
+  if (error.place.column > 0) json["column"] = error.place.column;
   if (error.finding != nullptr) json["finding"] = ToJson(*error.finding);
   return json;
 }
@@ -138,11 +129,13 @@ Json ToJson(const PoseSet& poses) {
 }
 
 Json ToJson(const Comparison& comparison) {
+  const ComparisonEntry* const largest = LargestOf(comparison);
   Json json = {{"agreement", AgreementName(AgreementOf(comparison))},
                {"chi2", comparison.chi2},
                {"dof", comparison.dof},
                {"p_value", comparison.p_value},
                {"largest_in_sigmas", comparison.largest_in_sigmas},
+               {"largest_parameter", largest == nullptr ? Json(nullptr) : Json(largest->parameter)},
                {"field_scale_taken_out", comparison.field_scale_taken_out},
                {"frames_differ", comparison.frames_differ},
                {"not_compared", comparison.not_compared}};

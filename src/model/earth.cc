@@ -54,7 +54,8 @@ double NormalGravityMps2(double latitude_deg, double height_m) {
 
 Result<double> DecimalYear(const std::string& date) {
   namespace chrono = std::chrono;
-  const Error error = BadInputError("`" + date + "` is not a date; expected one like 2026-01-31");
+  const Error error =
+      Error(ErrorCode::kInvalidValue, "`" + date + "` is not a date; expected one like 2026-01-31");
   if (date.size() != 10 || date[4] != '-' || date[7] != '-') return error;
   const std::optional<int> year = Digits(date, 0, 4);
   const std::optional<int> month = Digits(date, 5, 7);
@@ -76,8 +77,9 @@ Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year) {
   if (!(year >= kFirstYear && year <= kLastYear)) {
     char text[32];
     std::snprintf(text, sizeof text, "%.2f", year);
-    return BadInputError("the World Magnetic Model 2025 is valid from 2025.0 to 2030.0, not in " +
-                         std::string(text));
+    return Error(ErrorCode::kValueOutOfRange,
+                 "the World Magnetic Model 2025 is valid from 2025.0 to 2030.0, not in " +
+                     std::string(text));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string file,
                              FindSharedFile("magnetic/" + std::string(kModelName) + ".wmm"));
@@ -89,8 +91,10 @@ Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year) {
                                              std::filesystem::path(file).parent_path().string());
     model(year, place.latitude_deg, place.longitude_deg, place.height_m, east_nt, north_nt, up_nt);
   } catch (const std::exception& failure) {
-    return BadInputError(file + ": the World Magnetic Model cannot be read (" + failure.what() +
-                         "); reinstall truetriad");
+    return Error(ErrorCode::kBrokenInstallation,
+                 {file},
+                 std::string("the World Magnetic Model cannot be read (") + failure.what() +
+                     "); reinstall truetriad");
   }
   double horizontal_nt = 0.0;
   double strength_nt = 0.0;

@@ -116,7 +116,7 @@ const Finding* FirstRefusal(const Findings& findings) {
 
 Error NotEnoughError(Finding finding) {
   finding.severity = Severity::kRefusal;
-  Error error = NotEnoughError(finding.Message());
+  Error error(ErrorCode::kNotEnoughData, finding.Message());
   error.finding = std::make_shared<const Finding>(std::move(finding));
   return error;
 }

@@ -51,8 +51,9 @@ std::vector<std::string> ComponentsOf(LimitShape shape) {
 }
 
 Error Unknown(const std::string& name, const std::string& part, const std::string& known) {
-  return UsageError("limit `" + name + "`: " + part + " is not known; known are " + known,
-                    "limits." + name);
+  return Error(ErrorCode::kUnknownName,
+               "limit `" + name + "`: " + part + " is not known; known are " + known)
+      .About("limits." + name);
 }
 
 std::string NamesOf(std::span<const LimitQuantity> quantities) {

@@ -473,7 +473,7 @@ Status CalibrateMotion(const PoseSet& poses,
   if (!track) return track.error();
   const auto starts = FindMotionStarts(poses, options, *track);
   if (!starts) {
-    if (starts.error().code != ErrorCode::kNotEnough) return starts.error();
+    if (starts.error().kind() != ErrorKind::kNotEnough) return starts.error();
     return refuse(RefusalOf(starts.error()));
   }
   if (const auto map = MagnetometerMapOf(options, starts->front())) {
@@ -492,8 +492,9 @@ Status CalibrateMotion(const PoseSet& poses,
   }
   MotionRun& run = *best;
   if (run.graph.layout.free_size() == 0) {
-    return UsageError("every parameter is fixed by `fixed:`; nothing is left to estimate",
-                      "sensors");
+    return Error(ErrorCode::kNothingToEstimate,
+                 "every parameter is fixed by `fixed:`; nothing is left to estimate")
+        .About("sensors");
   }
   Settle(options, settling_s, &*track, &run);
   if (run.noise.correlation[Triad::kAccelerometer] > 1.0) {

@@ -45,9 +45,11 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
   MotionTrack track;
   const ReadingTrack& gyroscope = poses.tracks[Triad::kGyroscope];
   const auto missing = [&](Triad triad) {
-    return BadInputError(poses.source + ": the " + std::string(TriadName(triad)) +
-                         " has no two readings at different times; expected a recording of the "
-                         "whole motion");
+    return Error(ErrorCode::kNoReadings,
+                 {poses.source},
+                 "the " + std::string(TriadName(triad)) +
+                     " has no two readings at different times; expected a recording of the "
+                     "whole motion");
   };
   if (gyroscope.time_ns.size() < 2) return missing(Triad::kGyroscope);
   const std::int64_t begin_ns = gyroscope.time_ns.front();

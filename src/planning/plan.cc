@@ -126,10 +126,11 @@ Status CheckFaces(const PlanOptions& options) {
     }
   }
   if (all) return {};
-  return UsageError(
-      "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, and give "
-      "no program with other poses",
-      "plan");
+  return Error(ErrorCode::kInvalidExperiment,
+               "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, "
+               "and give "
+               "no program with other poses")
+      .About("plan");
 }
 
 // Temperature terms are planned for at stated temperatures.
@@ -137,16 +138,18 @@ Status CheckTemperatures(const PlanOptions& options) {
   if (!options.calibrate.HasThermal()) return {};
   if (!options.program) {
     if (!options.grid.temperatures_degc.empty()) return {};
-    return UsageError(
-        "`thermal:` terms are enabled, but no chamber temperatures are stated to plan for; state "
-        "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`",
-        "plan.temperatures_degc");
+    return Error(ErrorCode::kInvalidExperiment,
+                 "`thermal:` terms are enabled, but no chamber temperatures are stated to plan "
+                 "for; state "
+                 "them, as in `plan: { temperatures_degc: [-20, 0, 25, 45, 65] }`")
+        .About("plan.temperatures_degc");
   }
   for (std::size_t k = 0; k < options.program->poses.size(); ++k) {
     if (options.program->poses[k].temperature_degc) continue;
-    return BadInputError("pose " + std::to_string(k + 1) +
-                         " of the program has no temperature, but `thermal:` terms need one; give "
-                         "each pose a `temperature_degc`");
+    return Error(ErrorCode::kMissingTemperature,
+                 "pose " + std::to_string(k + 1) +
+                     " of the program has no temperature, but `thermal:` terms need one; give "
+                     "each pose a `temperature_degc`");
   }
   return {};
 }
@@ -226,9 +229,9 @@ Status CheckWanted(const PlanOptions& options, const PlanProblem& problem) {
     if (groups.contains(name)) continue;
     std::string known;
     for (const std::string& group : groups) known += (known.empty() ? "" : ", ") + group;
-    return UsageError(
-        "wanted `" + name + "` is not a quantity of this plan; expected one of " + known,
-        "plan.wanted." + name);
+    return Error(ErrorCode::kUnknownName,
+                 "wanted `" + name + "` is not a quantity of this plan; expected one of " + known)
+        .About("plan.wanted." + name);
   }
   return {};
 }
@@ -309,7 +312,7 @@ Status PlanOptions::Validate() const {
          "sensors",
          "`auto` chooses a model from readings, and there are none yet; name the models and terms "
          "to plan for");
-  if (!problems.empty()) return UsageError(problems, key);
+  if (!problems.empty()) return Error(ErrorCode::kInvalidExperiment, problems).About(key);
   return calibrate.Validate();
 }
 

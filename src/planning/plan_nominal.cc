@@ -61,10 +61,11 @@ Status PlanProblem::ChooseNominal(const PoseSet& measured, const PlanOptions& op
     } else if (options.nominal[triad]) {
       nominal_.models[triad] = options.nominal[triad];
     } else if (unit.is_counts && !sensor.fixed_sensitivity) {
-      return BadInputError(std::string(TriadName(triad)) +
-                           ": readings are in counts of unknown size; state roughly how many "
-                           "counts one true unit is, as in `plan: { nominal: { " +
-                           std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
+      return Error(ErrorCode::kCountsOfUnknownSize,
+                   std::string(TriadName(triad)) +
+                       ": readings are in counts of unknown size; state roughly how many "
+                       "counts one true unit is, as in `plan: { nominal: { " +
+                       std::string(TriadName(triad)) + ": { sensitivity: 400 } } }`");
     } else {
       const double sign = triad == LeadingTriad(calibrate_) ? LeadingAxisSign(calibrate_) : 1.0;
       nominal_.models[triad] = {
@@ -124,9 +125,10 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
     } else if (sensor.allan) {
       source_[triad] = NoiseSource::kAllan;
       if (!(options.rest_s > 0.0)) {
-        return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is a density, so the length of a rest is needed; state "
-                             "it, as in `plan: { rest_s: 5 }`");
+        return Error(ErrorCode::kMissingKey,
+                     std::string(TriadName(triad)) +
+                         ": its noise is a density, so the length of a rest is needed; state "
+                         "it, as in `plan: { rest_s: 5 }`");
       }
     } else if (calibrated) {
       source_[triad] = calibrated->sensors[triad]->noise.source;
@@ -139,10 +141,11 @@ Status PlanProblem::ChooseNoise(const PoseSet& measured,
         ++count;
       }
       if (count == 0) {
-        return BadInputError(std::string(TriadName(triad)) +
-                             ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
-                             "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
-                             "rest_s: … }`, or give a recording with rests");
+        return Error(ErrorCode::kMissingKey,
+                     std::string(TriadName(triad)) +
+                         ": its noise is unknown; state `noise: { sigma: [x, y, z] }` (of a "
+                         "pose's mean, raw unit) or `noise: { allan: FILE }` with `plan: { "
+                         "rest_s: … }`, or give a recording with rests");
       }
       rest_covariance_[triad] /= count;
     }
@@ -194,7 +197,8 @@ Status PlanProblem::ChooseTurns(const PlanOptions& options,
   } else if (sensor.noise_sigma_raw && options.rest_s > 0.0) {
     density_raw = *sensor.noise_sigma_raw * std::sqrt(options.rest_s);
   } else {
-    return BadInputError(
+    return Error(
+        ErrorCode::kMissingKey,
         "gyroscope: the σ of a turn depends on the length of the rest that `noise: { sigma: … }` "
         "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
   }

@@ -79,9 +79,11 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   for (const Triad triad : kPlannedTriads) {
     if (!options.calibrate.triads[triad].enabled || measured.Find(triad) != nullptr) continue;
     if (!measured.poses.empty()) {
-      return BadInputError(
-          measured.source + ": the " + std::string(TriadName(triad)) +
-          " is enabled but missing from the recording; record it, or remove it from `sensors:`");
+      return Error(ErrorCode::kMissingSensor,
+                   {measured.source},
+                   "the " + std::string(TriadName(triad)) +
+                       " is enabled but missing from the recording; record it, or remove it from "
+                       "`sensors:`");
     }
     StreamSummary stream;
     stream.triad = triad;
@@ -101,8 +103,9 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   }
   LayOutParameters(problem.calibrate_, problem.nominal_, &graph);
   if (graph.layout.free_size() == 0) {
-    return UsageError("every parameter is fixed by `fixed:`; nothing is left to plan for",
-                      "sensors");
+    return Error(ErrorCode::kNothingToEstimate,
+                 "every parameter is fixed by `fixed:`; nothing is left to plan for")
+        .About("sensors");
   }
   AddPriors(problem.calibrate_, &graph);
   graph.nodes = problem.Nodes(problem.measured_);
@@ -221,7 +224,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
-  return NotEnoughError(
+  return Error(
+      ErrorCode::kNotEnoughData,
       "start values are unobservable even from noise-free readings of these poses (too few "
       "directions?); allow more poses or other rotations");
 }

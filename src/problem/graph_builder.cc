@@ -76,10 +76,12 @@ Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
           return seen.triad == Triad::kGyroscope;
         });
     if (!is_seen || (node.kind != PoseKind::kDirection && !heading_is_held)) continue;
-    return BadInputError(
-        poses.source + ": pose " + std::to_string(node.number) +
-        " has neither a magnetometer reading nor a known attitude, so its heading is unobservable, "
-        "but `reference.earth_rate` needs it; remove the pose or the key");
+    return Error(ErrorCode::kNoReadings,
+                 {poses.source},
+                 "pose " + std::to_string(node.number) +
+                     " has neither a magnetometer reading nor a known attitude, so its heading is "
+                     "unobservable, "
+                     "but `reference.earth_rate` needs it; remove the pose or the key");
   }
   return {};
 }
@@ -141,9 +143,11 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
     if (node.observations.empty()) continue;
     if (options.HasThermal()) {
       if (!pose.temperature_degc) {
-        return BadInputError(poses.source + ": pose " + std::to_string(pose.number) +
-                             " has no temperature; `thermal:` terms need one for every pose "
-                             "(column temperature[degC]); add it, or remove the key");
+        return Error(ErrorCode::kMissingTemperature,
+                     {poses.source},
+                     "pose " + std::to_string(pose.number) +
+                         " has no temperature; `thermal:` terms need one for every pose "
+                         "(column temperature[degC]); add it, or remove the key");
       }
       node.temperature_degc = *pose.temperature_degc;
       node.temperature_rate_degcps = pose.temperature_rate_degcps;
@@ -154,9 +158,10 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                : PoseKind::kRotation;
     if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
       if (!pose.attitude) {
-        return BadInputError(
-            poses.source + ": pose " + std::to_string(pose.number) +
-            " has no known attitude; `attitudes: {file: …}` needs one for every pose");
+        return Error(ErrorCode::kDoesNotMatch,
+                     {poses.source},
+                     "pose " + std::to_string(pose.number) +
+                         " has no known attitude; `attitudes: {file: …}` needs one for every pose");
       }
       const Eigen::Quaterniond& q = pose.attitude->world_from_body;
       node.state = {q.x(), q.y(), q.z(), q.w()};

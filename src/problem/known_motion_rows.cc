@@ -116,9 +116,10 @@ Status AddKnownMotions(const PoseSet& poses,
     if (at != nullptr) node.time_s = TimeOf(poses, *at);
     if (!options.HasThermal()) return node;
     if (at == nullptr || !at->temperature_degc) {
-      return BadInputError(poses.source +
-                           ": a known turn or rate has no temperature; `thermal:` terms need one "
-                           "for each (column temperature[degC]); add it, or remove the key");
+      return Error(ErrorCode::kMissingTemperature,
+                   {poses.source},
+                   "a known turn or rate has no temperature; `thermal:` terms need one "
+                   "for each (column temperature[degC]); add it, or remove the key");
     }
     node.temperature_degc = *at->temperature_degc;
     node.temperature_rate_degcps = at->temperature_rate_degcps;
@@ -126,9 +127,10 @@ Status AddKnownMotions(const PoseSet& poses,
   };
   for (const KnownRate& rate : poses.rates) {
     if (!rate.means.triads[Triad::kGyroscope]) {
-      return BadInputError(poses.source + ": the gyroscope has no reading in rows " +
-                           std::to_string(rate.means.first_row) + " to " +
-                           std::to_string(rate.means.last_row) + ", where a rate is stated");
+      return Error(ErrorCode::kNoReadings,
+                   {poses.source},
+                   "the gyroscope has no reading in rows " + std::to_string(rate.means.first_row) +
+                       " to " + std::to_string(rate.means.last_row) + ", where a rate is stated");
     }
     Result<PoseNode> node = node_at(PoseRole::kRate, &rate.means);
     TRUETRIAD_RETURN_IF_ERROR(node);
@@ -272,15 +274,17 @@ Status CheckTurnCounts(const PoseSet& poses, const StartValues& start) {
     if (std::abs(counted - turn.stated.angle_rad) < std::numbers::pi) continue;
     const Eigen::Vector3d& axis = turn.stated.axis;
     const bool is_missing = std::abs(counted) < kMissingShare * std::abs(turn.stated.angle_rad);
-    return BadInputError(
-        poses.source + ": " + NameOf(turn, i) + " is stated as " +
-        Format("%.0f deg", kDegPerRad * turn.stated.angle_rad) +
-        Format(" about (%.3g, ", axis.x()) + Format("%.3g, ", axis.y()) +
-        Format("%.3g), but the gyroscope measures ", axis.z()) +
-        Format("%.0f deg about that axis", kDegPerRad * counted) +
-        "; check the axis, the number of turns and the sign (right-hand rule about the axis)" +
-        (is_missing ? ", or leave the turn out if its readings were cut out of the recording"
-                    : ""));
+    return Error(
+        ErrorCode::kDoesNotMatch,
+        {poses.source},
+        NameOf(turn, i) + " is stated as " +
+            Format("%.0f deg", kDegPerRad * turn.stated.angle_rad) +
+            Format(" about (%.3g, ", axis.x()) + Format("%.3g, ", axis.y()) +
+            Format("%.3g), but the gyroscope measures ", axis.z()) +
+            Format("%.0f deg about that axis", kDegPerRad * counted) +
+            "; check the axis, the number of turns and the sign (right-hand rule about the axis)" +
+            (is_missing ? ", or leave the turn out if its readings were cut out of the recording"
+                        : ""));
   }
   return {};
 }

@@ -35,11 +35,12 @@ Result<Observation> Observe(const PoseSet& poses,
   } else if (sensor.allan) {
     const double duration_s = AveragedTime(pose, triad);
     if (!(duration_s > 0.0)) {
-      return BadInputError(
-          poses.source + ": pose " + std::to_string(pose.number) + ", " +
-          std::string(TriadName(triad)) +
-          ": its averaging time is unknown, so its noise cannot be computed from an Allan "
-          "deviation; record rests with time, or state `noise: { sigma: [x, y, z] }`");
+      return Error(
+          ErrorCode::kDoesNotMatch,
+          {poses.source},
+          "pose " + std::to_string(pose.number) + ", " + std::string(TriadName(triad)) +
+              ": its averaging time is unknown, so its noise cannot be computed from an Allan "
+              "deviation; record rests with time, or state `noise: { sigma: [x, y, z] }`");
     }
     observation.rest_covariance = sensor.allan->MeanSigma(duration_s).cwiseAbs2().asDiagonal();
   } else if (source != NoiseSource::kResidual) {

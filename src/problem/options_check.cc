@@ -31,7 +31,7 @@ class OptionsCheck {
 
   Status Result() const {
     if (problems_.empty()) return {};
-    return UsageError(problems_, key_);
+    return Error(ErrorCode::kInvalidExperiment, problems_).About(key_);
   }
 
  private:

@@ -61,9 +61,11 @@ Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
     const auto label = static_cast<std::size_t>(faces[labelled[i]]);
     if (label == usual) continue;
     const StaticPose& pose = poses.poses[labelled[i]];
-    return BadInputError(poses.source + ": pose " + std::to_string(pose.number) + " is labelled " +
-                         kFaceNames[label] + ", but others with the same axis up are labelled " +
-                         kFaceNames[usual] + "; correct its label");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {poses.source},
+                 "pose " + std::to_string(pose.number) + " is labelled " + kFaceNames[label] +
+                     ", but others with the same axis up are labelled " + kFaceNames[usual] +
+                     "; correct its label");
   }
   return {};
 }

@@ -161,11 +161,13 @@ std::string ComparisonText(const Comparison& comparison) {
     text = "DIFFER: the differences are larger than their uncertainty\n";
   }
   if (agreement != Agreement::kNotCompared) {
+    const ComparisonEntry* const largest = LargestOf(comparison);
     text +=
         Wrapped("χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
                     " degrees of freedom, p = " + Significant(comparison.p_value, 2) +
                     " (they agree if at least " + Significant(kAgreementProbability, 1) +
-                    "); largest difference " + Significant(comparison.largest_in_sigmas, 3) + " σ.",
+                    "); largest difference " + Significant(comparison.largest_in_sigmas, 3) + " σ" +
+                    (largest == nullptr ? "" : " (" + largest->parameter + ")") + ".",
                 0);
   }
   if (!comparison.not_compared.empty()) {

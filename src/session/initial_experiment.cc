@@ -64,9 +64,10 @@ Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
   const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
   const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
   if (!has_accelerometer && !has_magnetometer) {
-    return NotEnoughError(inputs.front() +
-                          ": has a gyroscope alone, which is calibrated from turns or rates that "
-                          "are known; state them in an experiment (`turns:` or `rates:`)");
+    return Error(ErrorCode::kNotEnoughData,
+                 {inputs.front()},
+                 "has a gyroscope alone, which is calibrated from turns or rates that "
+                 "are known; state them in an experiment (`turns:` or `rates:`)");
   }
   const InitialPoses initial = PosesFor(loaded);
   std::string text =

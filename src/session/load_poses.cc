@@ -42,8 +42,8 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
         found = turn.held_out = true;
       }
       if (found) continue;
-      return BadInputError("turns.held_out: `" + id + "` is not the id of a turn in " +
-                           config.turns_file);
+      return Error(ErrorCode::kNotInRecording,
+                   "turns.held_out: `" + id + "` is not the id of a turn in " + config.turns_file);
     }
     selection->turns = std::move(turns);
   }
@@ -123,8 +123,9 @@ Status SelectExcluded(const std::string& input,
                       PoseSelection* selection) {
   if (config.exclude.empty()) return {};
   if (!has_time) {
-    return BadInputError(config.exclude.front().stated_in + ": " + input +
-                         " has no times; use `exclude_poses:`");
+    return ErrorIn(ErrorCode::kMissingTime,
+                   config.exclude.front().stated_in,
+                   input + " has no times; use `exclude_poses:`");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(input, options));
   for (const ExcludedSeconds& range : config.exclude) {
@@ -154,7 +155,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   LoadedPoses loaded;
   loaded.are_detected = selection.kind == PoseSelectionKind::kDetect;
   Result<PoseSet> poses = CollectPoses(*source, selection, {}, progress);
-  if (!poses && poses.error().code == ErrorCode::kNotEnough) {
+  if (!poses && poses.error().kind() == ErrorKind::kNotEnough) {
     loaded.not_enough = poses.error();
     poses = DescribeStreams(input, options, config.time_stamps);
   }
@@ -180,8 +181,9 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   if (!is_table) return LoadRecording(input, config, progress);
   TRUETRIAD_ASSIGN_OR_RETURN(PoseTable table, ReadPoseTable(input));
   if (!config.exclude.empty()) {
-    return BadInputError(config.exclude.front().stated_in + ": " + input +
-                         " is a pose table; use `exclude_poses:`");
+    return ErrorIn(ErrorCode::kDoesNotMatch,
+                   config.exclude.front().stated_in,
+                   input + " is a pose table; use `exclude_poses:`");
   }
   LoadedPoses loaded;
   loaded.poses = std::move(table.poses);
@@ -189,9 +191,10 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   PoseSelection selection;
   TRUETRIAD_RETURN_IF_ERROR(SelectKnownMotions(config.known_motions, &selection));
   if (!selection.turns.empty()) {
-    return BadInputError(input +
-                         ": is a pose table, so turns cannot be integrated; give the recording "
-                         "itself, or remove `turns:`");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {input},
+                 "is a pose table, so turns cannot be integrated; give the recording "
+                 "itself, or remove `turns:`");
   }
   TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
   return loaded;
@@ -250,9 +253,10 @@ Result<PosesConfig> ParsePoses(const std::string& text) {
     const auto [stop, failure] = std::from_chars(value.data(), end, config.sweep.window_s);
     if (failure == std::errc() && stop == end && config.sweep.window_s > 0.0) return config;
   }
-  return UsageError("--poses=" + text +
-                    " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "
-                    "file:PATH, sweep or sweep:SECONDS");
+  return Error(ErrorCode::kInvalidArgument,
+               "--poses=" + text +
+                   " is unknown; expected detect, every_row, every:N (N >= 1), column:NAME, "
+                   "file:PATH, sweep or sweep:SECONDS");
 }
 
 }  // namespace truetriad

@@ -14,15 +14,17 @@ namespace {
 /// What has a meaning in one recording alone, by its key in the experiment.
 Status CheckOneRecordingKeys(const Experiment& experiment) {
   if (experiment.inputs.size() > kMaxSessions) {
-    return UsageError(std::to_string(experiment.inputs.size()) + " recordings; expected at most " +
-                          std::to_string(kMaxSessions),
-                      "input");
+    return Error(ErrorCode::kInvalidExperiment,
+                 std::to_string(experiment.inputs.size()) + " recordings; expected at most " +
+                     std::to_string(kMaxSessions))
+        .About("input");
   }
   const PosesConfig& poses = experiment.poses;
   const auto one = [](const char* key, const char* what, const char* instead) -> Status {
-    return UsageError(
-        std::string("`") + key + "` " + what + ", but `input` lists several recordings; " + instead,
-        key);
+    return Error(ErrorCode::kInvalidExperiment,
+                 std::string("`") + key + "` " + what + ", but `input` lists several recordings; " +
+                     instead)
+        .About(key);
   };
   if (poses.kind == PoseSelectionKind::kMotion || poses.kind == PoseSelectionKind::kSweep) {
     return one("poses", "follows one recording", "give one, or calibrate from rests");
@@ -49,9 +51,11 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
     if (other == nullptr || first.si_per_count[stream.triad] == more.si_per_count[stream.triad]) {
       continue;
     }
-    return BadInputError(more.poses.source + ": `si_per_count` of the " +
-                         std::string(TriadName(stream.triad)) + " is not that of " +
-                         first.poses.source + "; sessions are of one unit, so state the same");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {more.poses.source},
+                 "`si_per_count` of the " + std::string(TriadName(stream.triad)) +
+                     " is not that of " + first.poses.source +
+                     "; sessions are of one unit, so state the same");
   }
   return {};
 }

@@ -32,8 +32,9 @@ Result<Plan> PlanExperiment(Experiment experiment,
                             const std::string& measured,
                             const ProgressCallback& progress) {
   if (!experiment.plan) {
-    return UsageError(experiment.path +
-                      ": has no `plan:`; state what to plan for, as in `plan: { poses: 12 }`");
+    return Error(ErrorCode::kInvalidExperiment,
+                 {experiment.path},
+                 "has no `plan:`; state what to plan for, as in `plan: { poses: 12 }`");
   }
   const PlanConfig& config = *experiment.plan;
   LoadedPoses loaded = NothingMeasured(experiment);

@@ -23,10 +23,12 @@ Status AssignRows(const std::string& file, std::vector<StaticPose>* poses, Assig
   TRUETRIAD_ASSIGN_OR_RETURN(const PoseTable table, ReadPoseTable(file));
   const std::vector<StaticPose>& rows = table.poses.poses;
   if (rows.size() != poses->size()) {
-    return BadInputError(file + ": has " + std::to_string(rows.size()) +
-                         " rows, but the recording has " + std::to_string(poses->size()) +
-                         " poses; expected one row per pose, in the same order (`truetriad "
-                         "inspect` lists the poses)");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {file},
+                 "has " + std::to_string(rows.size()) + " rows, but the recording has " +
+                     std::to_string(poses->size()) +
+                     " poses; expected one row per pose, in the same order (`truetriad "
+                     "inspect` lists the poses)");
   }
   for (std::size_t k = 0; k < rows.size(); ++k) {
     TRUETRIAD_RETURN_IF_ERROR(assign(table.poses, rows[k], &(*poses)[k]));
@@ -41,9 +43,10 @@ Status AttachAttitudes(const Experiment& experiment, PoseSet* poses) {
                     &poses->poses,
                     [&](const PoseSet&, const StaticPose& row, StaticPose* pose) -> Status {
                       if (!row.attitude) {
-                        return BadInputError(experiment.attitudes_file + ": row " +
-                                             std::to_string(row.number) +
-                                             " has no attitude; expected the columns qw,qx,qy,qz");
+                        return Error(ErrorCode::kMissingColumn,
+                                     {experiment.attitudes_file},
+                                     "row " + std::to_string(row.number) +
+                                         " has no attitude; expected the columns qw,qx,qy,qz");
                       }
                       pose->attitude = row.attitude;
                       pose->attitude->sigma_rad.setConstant(sigma_rad);
@@ -60,9 +63,11 @@ Status ReadKnownForces(const std::string& file,
         const std::optional<TriadPose>& force = row.triads[Triad::kAccelerometer];
         const StreamSummary* stream = table.Find(Triad::kAccelerometer);
         if (!force || stream == nullptr || stream->unit.is_counts) {
-          return BadInputError(file + ": row " + std::to_string(row.number) +
-                               " has no known force; expected accel_x, accel_y, accel_z in m/s^2, "
-                               "g or mg");
+          return Error(ErrorCode::kMissingColumn,
+                       {file},
+                       "row " + std::to_string(row.number) +
+                           " has no known force; expected accel_x, accel_y, accel_z in m/s^2, "
+                           "g or mg");
         }
         forces->push_back(force->mean_raw * stream->unit.truth_per_raw);
         return {};
@@ -77,10 +82,12 @@ Result<Eigen::Matrix3d> IdentitySensitivity(const LoadedPoses& loaded,
   const std::optional<double> truth_per_raw =
       unit.is_counts ? loaded.si_per_count[triad] : unit.truth_per_raw;
   if (!truth_per_raw) {
-    return BadInputError(loaded.poses.source + ": the " + std::string(TriadName(triad)) +
-                         " is in counts of unknown size, so its matrix cannot be held at identity; "
-                         "state `si_per_count:` of the stream in a manifest, or give the matrix as "
-                         "`fixed: { matrix: [[…],[…],[…]] }`");
+    return Error(ErrorCode::kCountsOfUnknownSize,
+                 {loaded.poses.source},
+                 "the " + std::string(TriadName(triad)) +
+                     " is in counts of unknown size, so its matrix cannot be held at identity; "
+                     "state `si_per_count:` of the stream in a manifest, or give the matrix as "
+                     "`fixed: { matrix: [[…],[…],[…]] }`");
   }
   const bool reports_gravity =
       triad == Triad::kAccelerometer && options.sign == AccelerometerSign::kGravity;
@@ -100,26 +107,34 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   const std::string name(TriadName(triad));
   const AllanTriad* found = allan.Find(triad);
   if (found == nullptr) {
-    return BadInputError(file + ": contains no " + name +
-                         ", but its noise is to be read from here; give an Allan deviation of it, "
-                         "or state its noise");
+    return Error(ErrorCode::kMissingSensor,
+                 {file},
+                 "contains no " + name +
+                     ", but its noise is to be read from here; give an Allan deviation of it, "
+                     "or state its noise");
   }
   if (!found->at_rest()) {
-    return BadInputError(file + ": the " + name + " was not at rest (" + found->disturbance +
-                         "), so its noise is unknown; analyse a log of the unit at rest, or state "
-                         "`noise: { sigma: [x, y, z] }`");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {file},
+                 "the " + name + " was not at rest (" + found->disturbance +
+                     "), so its noise is unknown; analyse a log of the unit at rest, or state "
+                     "`noise: { sigma: [x, y, z] }`");
   }
   const Unit& unit = poses.Find(triad)->unit;
   if (found->unit.is_counts != unit.is_counts) {
-    return BadInputError(file + ": the " + name + " is in " + found->unit.name + ", but " +
-                         poses.source + " is in " + unit.name +
-                         "; counts cannot be converted: analyse a recording in the same unit");
+    return Error(ErrorCode::kUnitMismatch,
+                 {file},
+                 "the " + name + " is in " + found->unit.name + ", but " + poses.source +
+                     " is in " + unit.name +
+                     "; counts cannot be converted: analyse a recording in the same unit");
   }
   for (const AllanAxis& axis : found->axes) {
     if (axis.white_density && axis.white_density->value > 0.0 && axis.instability) continue;
-    return BadInputError(file + ": the " + name +
-                         " has an axis without noise density or bias instability; analyse a longer "
-                         "rest, or state `noise: { sigma: [x, y, z] }`");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {file},
+                 "the " + name +
+                     " has an axis without noise density or bias instability; analyse a longer "
+                     "rest, or state `noise: { sigma: [x, y, z] }`");
   }
   // Both are 1 for counts.
   const double scale = found->unit.truth_per_raw / unit.truth_per_raw;
@@ -146,18 +161,21 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
   const std::string& serial = experiment->serial.empty() ? loaded.poses.serial : experiment->serial;
   if (!known.serial.empty() && !serial.empty() && known.serial != serial) {
-    return BadInputError(experiment->static_file + ": is the calibration of " + known.serial +
-                         ", but this sweep is of " + serial + "; give the calibration of " +
-                         serial + " at one temperature");
+    return Error(ErrorCode::kOtherDevice,
+                 {experiment->static_file},
+                 "is the calibration of " + known.serial + ", but this sweep is of " + serial +
+                     "; give the calibration of " + serial + " at one temperature");
   }
   const double wanted = options.reference.temperature_degc;
   const auto& recorded = known.reference.recorded_degc;
   const double stated = recorded ? (*recorded)[1] : known.reference.temperature_degc;
   if (experiment->reference_given && wanted != stated) {
-    return BadInputError(
-        experiment->static_file + ": was made at " + std::to_string(stated) +
-        " degC, but reference.temperature_degc is " + std::to_string(wanted) +
-        "; its bias is valid only at its own temperature: remove reference.temperature_degc");
+    return Error(
+        ErrorCode::kDoesNotMatch,
+        {experiment->static_file},
+        "was made at " + std::to_string(stated) + " degC, but reference.temperature_degc is " +
+            std::to_string(wanted) +
+            "; its bias is valid only at its own temperature: remove reference.temperature_degc");
   }
   const Knowledge& gravity = options.reference.gravity_mps2;
   const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
@@ -165,11 +183,12 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   // Gravity that nobody stated is the standard one. Another place's is off by up to 0.05.
   constexpr double kNotable = 1e-3;
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
-    return BadInputError(experiment->static_file + ": was made with gravity " +
-                         std::to_string(known.reference.gravity_mps2) +
-                         " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
-                         "; its sensitivity is valid only with its own: remove reference.gravity, "
-                         "or repeat that calibration with the gravity at its site");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {experiment->static_file},
+                 "was made with gravity " + std::to_string(known.reference.gravity_mps2) +
+                     " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
+                     "; its sensitivity is valid only with its own: remove reference.gravity, "
+                     "or repeat that calibration with the gravity at its site");
   }
   for (const Triad triad : kTriads) {
     if (known.sensors[triad]) options.triads[triad].mounting = known.sensors[triad]->mounting;
@@ -188,9 +207,10 @@ Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
                                       poses->poses.end(),
                                       [&](const auto& pose) { return pose.number == number; });
     if (is_there) continue;
-    return BadInputError(experiment->exclude_poses_stated + ": there is no pose " +
-                         std::to_string(number) + " in " + poses->source +
-                         "; `truetriad inspect` lists the poses");
+    return ErrorIn(ErrorCode::kNotInRecording,
+                   experiment->exclude_poses_stated,
+                   "there is no pose " + std::to_string(number) + " in " + poses->source +
+                       "; `truetriad inspect` lists the poses");
   }
   std::vector<Eigen::Vector3d>& forces = experiment->options.initialise.known_forces;
   std::vector<Eigen::Vector3d> kept_forces;
@@ -254,9 +274,11 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
 Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment) {
   const std::string& serial = loaded.poses.serial;
   if (serial.empty() || experiment.serial.empty() || serial == experiment.serial) return {};
-  return BadInputError(experiment.path + ": device.serial is `" + experiment.serial +
-                       "`, but the recording " + loaded.poses.source + " is of unit `" + serial +
-                       "`; give that unit's recording, or correct the number");
+  return Error(ErrorCode::kOtherDevice,
+               {experiment.path},
+               "device.serial is `" + experiment.serial + "`, but the recording " +
+                   loaded.poses.source + " is of unit `" + serial +
+                   "`; give that unit's recording, or correct the number");
 }
 
 Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {

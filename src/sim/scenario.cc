@@ -44,7 +44,9 @@ class Problems {
 
   void Add(const Problems& others) { Require(others.empty(), others.text_); }
   bool empty() const { return text_.empty(); }
-  Status status() const { return text_.empty() ? Status() : BadInputError(text_); }
+  Status status() const {
+    return text_.empty() ? Status() : Error(ErrorCode::kInvalidValue, text_);
+  }
 
  private:
   std::string text_;

@@ -80,12 +80,13 @@ Status CheckFinite(const SampleBlock& block) {
         std::isfinite(degc)) {
       continue;
     }
-    return BadInputError("the " + std::string(TriadName(block.triad)) + " reads " +
-                         std::to_string(block.x[i]) + ", " + std::to_string(block.y[i]) + ", " +
-                         std::to_string(block.z[i]) + " at " + std::to_string(degc) + " degC, " +
-                         std::to_string(static_cast<double>(block.time_ns[i]) * 1e-9) +
-                         " s after the start; lower its gains, bias, noise, temperature terms or "
-                         "the disturbances");
+    return Error(ErrorCode::kValueOutOfRange,
+                 "the " + std::string(TriadName(block.triad)) + " reads " +
+                     std::to_string(block.x[i]) + ", " + std::to_string(block.y[i]) + ", " +
+                     std::to_string(block.z[i]) + " at " + std::to_string(degc) + " degC, " +
+                     std::to_string(static_cast<double>(block.time_ns[i]) * 1e-9) +
+                     " s after the start; lower its gains, bias, noise, temperature terms or "
+                     "the disturbances");
   }
   return {};
 }

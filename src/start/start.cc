@@ -85,11 +85,13 @@ Status CheckAccelerometerUnit(const PoseSet& poses,
   std::vector<double> norms;
   norms.reserve(readings.size());
   for (const Eigen::Vector3d& reading : readings) norms.push_back(reading.norm());
-  return BadInputError(poses.source + ": the accelerometer reads " + std::to_string(Median(norms)) +
-                       " " + stream->unit.name + " at rest (median norm), and its fitted gain is " +
-                       std::to_string(gain) +
-                       " times the nominal gain of that unit; the unit in the header or manifest "
-                       "is probably wrong (mg stated as g? counts?)");
+  return Error(ErrorCode::kWrongUnit,
+               {poses.source},
+               "the accelerometer reads " + std::to_string(Median(norms)) + " " +
+                   stream->unit.name + " at rest (median norm), and its fitted gain is " +
+                   std::to_string(gain) +
+                   " times the nominal gain of that unit; the unit in the header or manifest "
+                   "is probably wrong (mg stated as g? counts?)");
 }
 
 // The six-position solution with known forces: the analytic one, which takes each column from one
@@ -99,9 +101,11 @@ Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
                                             const std::vector<Eigen::Vector3d>& forces,
                                             double gravity) {
   if (forces.size() != readings.size()) {
-    return BadInputError(poses.source + ": " + std::to_string(readings.size()) +
-                         " poses, but `initialise.forces` has " + std::to_string(forces.size()) +
-                         " forces; expected one row per pose, in the same order");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {poses.source},
+                 std::to_string(readings.size()) + " poses, but `initialise.forces` has " +
+                     std::to_string(forces.size()) +
+                     " forces; expected one row per pose, in the same order");
   }
   const auto faces = AssignFaces(forces);
   const StreamSummary* stream = poses.Find(Triad::kAccelerometer);
@@ -315,9 +319,10 @@ Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double
   for (const StaticPose& pose : poses.poses) {
     if (!pose.triads[triad]) continue;
     if (!pose.attitude) {
-      return BadInputError(
-          poses.source + ": pose " + std::to_string(pose.number) +
-          " has no known attitude; `attitudes: {file: …}` needs one for every pose");
+      return Error(ErrorCode::kDoesNotMatch,
+                   {poses.source},
+                   "pose " + std::to_string(pose.number) +
+                       " has no known attitude; `attitudes: {file: …}` needs one for every pose");
     }
     attitudes.push_back(pose.attitude->world_from_body);
   }

@@ -112,11 +112,11 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
     const std::string_view what = parsed->quantity.name;
     if (what == "residual_rms" || what.ends_with("_per_degc")) continue;
     if (triad == Triad::kGyroscope && what == "bias") continue;
-    return UsageError(
-        "limits: " + name +
-            " is held in a sweep, not measured; give a calibration at one temperature as "
-            "`static: FILE.yaml`, or remove the limit",
-        "limits." + name);
+    return Error(ErrorCode::kInvalidExperiment,
+                 "limits: " + name +
+                     " is held in a sweep, not measured; give a calibration at one temperature as "
+                     "`static: FILE.yaml`, or remove the limit")
+        .About("limits." + name);
   }
   return {};
 }
@@ -179,11 +179,12 @@ void SayLeftOut(const Quality& quality, Findings* findings) {
 Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& file) {
   const double spread = recorded_degc[2] - recorded_degc[0];
   if (spread <= kMostStaticRangeDegc) return {};
-  return BadInputError(
+  return Error(
+      ErrorCode::kDoesNotMatch,
       file + Format(": was recorded at %.1f to ", recorded_degc[0]) +
-      Format("%.1f degC, so that its bias holds at no one temperature; ", recorded_degc[2]) +
-      Format("record it at one, within %.0f degC, or calibrate with `thermal:` over all poses",
-             kMostStaticRangeDegc));
+          Format("%.1f degC, so that its bias holds at no one temperature; ", recorded_degc[2]) +
+          Format("record it at one, within %.0f degC, or calibrate with `thermal:` over all poses",
+                 kMostStaticRangeDegc));
 }
 
 Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
@@ -205,8 +206,9 @@ Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
 Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* reference_degc) {
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
-    return BadInputError(sweep.static_file + ": is not usable (" +
-                         std::string(known.ReasonNotUsable()) + ")");
+    return Error(ErrorCode::kCalibrationNotUsable,
+                 {sweep.static_file},
+                 "is not usable (" + std::string(known.ReasonNotUsable()) + ")");
   }
   *reference_degc = known.reference.temperature_degc;
   // Temperature terms are refused with words of their own.
@@ -260,8 +262,10 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
     const std::string where = Format("%.1f degC lies outside of the sweep's ", reference_degc) +
                               Format("%.1f to ", range[0]) + Format("%.1f degC", range[1]);
     if (options.sweep->static_calibration) {
-      return BadInputError(options.sweep->static_file + ": its temperature of " + where +
-                           ", so that the terms would be extrapolated to it; sweep over it");
+      return Error(ErrorCode::kDoesNotMatch,
+                   {options.sweep->static_file},
+                   "its temperature of " + where +
+                       ", so that the terms would be extrapolated to it; sweep over it");
     }
     findings->push_back(Finding(FindingCode::kReferenceExtrapolated,
                                 name + ": the reference temperature of " + where +
@@ -274,9 +278,10 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
   for (const double knot : options.triads[triad].thermal.knots_degc) {
     if (knot > range[0] && knot < range[1]) continue;
     const std::string key = "sensors." + name + ".thermal.knots";
-    return UsageError(key + Format(": %g degC lies outside of the ", knot) +
-                          Format("sweep's %.1f to ", range[0]) + Format("%.1f degC", range[1]),
-                      key);
+    return Error(ErrorCode::kInvalidExperiment,
+                 key + Format(": %g degC lies outside of the ", knot) +
+                     Format("sweep's %.1f to ", range[0]) + Format("%.1f degC", range[1]))
+        .About(key);
   }
   return {};
 }
@@ -347,8 +352,9 @@ Status CalibrateSweep(const PoseSet& poses,
   Calibration& calibration = summary->calibration;
   Quality& quality = calibration.quality;
   if (poses.sweep.temperature.empty()) {
-    return UsageError("a sweep is calibrated from windows of a recording: `poses: { sweep: auto }`",
-                      "poses");
+    return Error(ErrorCode::kInvalidExperiment,
+                 "a sweep is calibrated from windows of a recording: `poses: { sweep: auto }`")
+        .About("poses");
   }
   quality.poses = static_cast<int>(poses.poses.size());
   double reference = options.reference.temperature_degc;

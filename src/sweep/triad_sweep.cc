@@ -230,18 +230,24 @@ Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
   const Calibration& calibration = *sweep.static_calibration;
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
   if (!sensor) {
-    return BadInputError(sweep.static_file + ": has no " + name +
-                         ", which the sweep is to complete; calibrate it too, or take it out of "
-                         "the sweep");
+    return Error(ErrorCode::kMissingSensor,
+                 {sweep.static_file},
+                 "has no " + name +
+                     ", which the sweep is to complete; calibrate it too, or take it out of "
+                     "the sweep");
   }
   if (sensor->input_unit != unit) {
-    return BadInputError(sweep.static_file + ": the " + name + " is in " + sensor->input_unit +
-                         ", but the sweep is in " + unit + "; record both in the same unit");
+    return Error(ErrorCode::kUnitMismatch,
+                 {sweep.static_file},
+                 "the " + name + " is in " + sensor->input_unit + ", but the sweep is in " + unit +
+                     "; record both in the same unit");
   }
   if (sensor->thermal) {
-    return BadInputError(sweep.static_file + ": the " + name +
-                         " has temperature terms already; a sweep completes a calibration at one "
-                         "temperature");
+    return Error(ErrorCode::kDoesNotMatch,
+                 {sweep.static_file},
+                 "the " + name +
+                     " has temperature terms already; a sweep completes a calibration at one "
+                     "temperature");
   }
   return *sensor;
 }

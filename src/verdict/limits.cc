@@ -227,7 +227,8 @@ Result<std::vector<JudgedValue>> ValuesOfReference(const Calibration& calibratio
                                                    std::string_view name) {
   const ReferenceValues& reference = calibration.reference;
   const auto lacks = [name](const char* why) {
-    return UsageError("limit `" + std::string(name) + "`: " + why, "limits." + std::string(name));
+    return Error(ErrorCode::kInvalidExperiment, "limit `" + std::string(name) + "`: " + why)
+        .About("limits." + std::string(name));
   };
   if (name == "reference.gravity_mps2") {
     return std::vector<JudgedValue>{
@@ -253,7 +254,8 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
                                           const LimitName& parsed) {
   if (!parsed.triad) return ValuesOfReference(calibration, parsed.quantity.name);
   const auto fail = [&name](const char* why) {
-    return UsageError("limit `" + name + "`: " + why, "limits." + name);
+    return Error(ErrorCode::kInvalidExperiment, "limit `" + name + "`: " + why)
+        .About("limits." + name);
   };
   const Triad triad = *parsed.triad;
   if (!calibration.sensors[triad]) return fail("no such sensor in this calibration");

@@ -112,7 +112,7 @@ TEST(AllanFile, RejectsAnotherFormatWithItsLine) {
   const auto read =
       ReadAllanFile(folder.Write("c.yaml", "format: truetriad/calibration/1\nstatus: {}\n"));
   ASSERT_FALSE(read);
-  EXPECT_EQ(read.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(read.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(read.error().message, HasSubstr("c.yaml:1: format: is `truetriad/calibration/1`"));
 }
 

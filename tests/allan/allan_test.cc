@@ -389,14 +389,14 @@ TEST(AnalyseAllan, RefusesAStuckSensor) {
   for (int i = 0; i < 1000; ++i) stream.Add(i * kSpacingNs, {1.0, 2.0, 3.0});
   const auto result = Analyse(stream);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("stuck"));
 }
 
 TEST(AnalyseAllan, RefusesALogThatIsTooShort) {
   const auto result = Analyse(WhiteStream(99, 20));
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kNotEnough);
   EXPECT_TRUE(Analyse(WhiteStream(100, 20)));
 }
 
@@ -405,14 +405,14 @@ TEST(AnalyseAllan, RefusesReadingsWhoseSquaresOverflow) {
   stream.x[500] = 1e200;
   const auto result = Analyse(stream);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
 }
 
 TEST(AnalyseAllan, NeedsARateExactlyWhenThereIsNoTime) {
   const MemoryStream timed = WhiteStream(1000, 22);
   const auto both = Analyse(timed, {.rate_hz = 100.0, .white_range_s = {}});
   ASSERT_FALSE(both);
-  EXPECT_EQ(both.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(both.error().kind(), ErrorKind::kUsage);
 
   MemoryStream rows = timed;
   rows.time_ns = rows.row;
@@ -420,7 +420,7 @@ TEST(AnalyseAllan, NeedsARateExactlyWhenThereIsNoTime) {
   without.mutable_info().has_time = false;
   const auto missing = AnalyseAllan(without);
   ASSERT_FALSE(missing);
-  EXPECT_EQ(missing.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(missing.error().kind(), ErrorKind::kUsage);
   EXPECT_THAT(missing.error().message, HasSubstr("--rate_hz"));
 
   MemorySource stated({rows});
@@ -454,10 +454,10 @@ TEST(AnalyseAllan, FitsWhiteNoiseOverTheRangeGiven) {
 
   const auto outside = Analyse(stream, {.white_range_s = {{1e6, 2e6}}});
   ASSERT_FALSE(outside);
-  EXPECT_EQ(outside.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(outside.error().kind(), ErrorKind::kUsage);
   const auto reversed = Analyse(stream, {.white_range_s = {{3.0, 0.3}}});
   ASSERT_FALSE(reversed);
-  EXPECT_EQ(reversed.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(reversed.error().kind(), ErrorKind::kUsage);
 }
 
 /// How many of the three intervals of N hold `truth`.

@@ -42,7 +42,7 @@ TEST(Units, TakeCountsForEveryTriad) {
 TEST(Units, RefuseTheUnitOfAnotherQuantityAndListTheirOwn) {
   const Result<Unit> unit = ParseTriadUnit(Triad::kGyroscope, "m/s^2");
   ASSERT_FALSE(unit);
-  EXPECT_EQ(unit.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(unit.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(unit.error().message, HasSubstr("`m/s^2` is not a unit of the gyroscope"));
   EXPECT_THAT(unit.error().message, HasSubstr("rad/s, deg/s, counts"));
 }
@@ -66,7 +66,7 @@ TEST(Units, KnowTimeAndTemperature) {
 }
 
 TEST(Result, PassesErrorsOn) {
-  const auto fails = []() -> Result<int> { return BadInputError("broken"); };
+  const auto fails = []() -> Result<int> { return Error(ErrorCode::kInvalidValue, "broken"); };
   const auto caller = [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(fails());
     return {};

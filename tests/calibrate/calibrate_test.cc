@@ -125,7 +125,7 @@ TEST(CalibrateWithAllan, RefusesPosesOfUnknownDuration) {
   poses.poses[4].end_ns = poses.poses[4].start_ns;
   const auto summary = Calibrate(poses, options);
   ASSERT_FALSE(summary);
-  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(summary.error().kind(), ErrorKind::kBadInput);
   EXPECT_NE(summary.error().message.find("pose 5, magnetometer: its averaging time"),
             std::string::npos)
       << summary.error().message;

@@ -572,7 +572,7 @@ TEST(EarthRate, IsRefusedWhereNothingTellsTheHeading) {
   options.triads[kMag].enabled = false;
   const Status status = options.Validate();
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(status.error().kind(), ErrorKind::kUsage);
   EXPECT_THAT(status.error().message, HasSubstr("heading"));
   options.triads[kGyro].enabled = false;
   EXPECT_TRUE(options.Validate());

@@ -117,7 +117,7 @@ TEST(Sessions, OfDifferentUnitsAreRefused) {
   recorded.sessions[1].serial = "B";
   const Result<PoseSet> joined = JoinSessions(recorded.sessions);
   ASSERT_FALSE(joined);
-  EXPECT_EQ(joined.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(joined.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(joined.error().message, HasSubstr("session 2: is a recording of unit `B`"));
 }
 

@@ -152,7 +152,7 @@ TEST(CalibrateSoak, RefusesAPoseWithoutTemperature) {
   poses.poses[7].temperature_degc.reset();
   const auto summary = Calibrate(poses, soak.options);
   ASSERT_FALSE(summary);
-  EXPECT_EQ(summary.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(summary.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(summary.error().message, HasSubstr("pose 8 has no temperature"));
 }
 

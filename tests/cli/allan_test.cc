@@ -118,7 +118,7 @@ TEST(Allan, FindsOutBeforeItReadsThatNothingCanBeWritten) {
   // The log is not there either, but that is looked at later.
   const Finished run = RunTruetriad({"allan", "--input=none.csv", "--output=" + file + "/below"});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr(file + ": cannot be created"));
+  EXPECT_THAT(run.err, HasSubstr(file + ": is a file; name a folder"));
 }
 
 }  // namespace

@@ -143,7 +143,7 @@ TEST_F(BadCall, RefusesAnOutputThatCannotBeAFolder) {
   const Finished run = Calibrate();
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.out, IsEmpty());
-  EXPECT_THAT(run.err, AllOf(HasSubstr(log_ + ":"), HasSubstr("cannot be created")));
+  EXPECT_THAT(run.err, AllOf(HasSubstr(log_ + ":"), HasSubstr("is a file; name a folder")));
 }
 
 TEST_F(BadCall, ListsEveryWrongTypeOfAnExperimentWithItsLine) {

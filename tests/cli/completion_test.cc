@@ -33,7 +33,7 @@ std::vector<std::string> Found(const std::string& text, const std::string& patte
 std::vector<std::string> Verbs() {
   const std::string help = RunTruetriad({"help"}).out;
   // After the usage, each on a line of its own, with its question.
-  return Found(help.substr(help.find("Usage:")), "^  ([a-z]+) +[A-Z].*\\?$");
+  return Found(help.substr(help.find("Usage:")), "^  ([a-z-]+) +[A-Z].*\\?$");
 }
 
 std::vector<std::string> FlagsOf(const std::string& verb) {

@@ -153,6 +153,7 @@ TEST_F(JsonOutput, OfAGateSaysTheSameAsItsExitCode) {
                 4)["result"]["agreement"],
             "differ");
   EXPECT_EQ(RunTruetriad({"compare", calibration, far + "/calibration.yaml"}).exit_code, 0);
+  EXPECT_EQ(Run({"check-station", "--golden=" + calibration, log_}, 0)["result"]["agrees"], true);
   Run({"evaluate", calibration, other, "--fail-on=worse"}, 0);
   EXPECT_EQ(
       Run({"evaluate", far + "/calibration.yaml", log_, "--fail-on=worse"}, 4)["result"]["verdict"],

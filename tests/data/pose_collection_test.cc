@@ -79,7 +79,7 @@ TEST_P(RealRecordings, HaveTheirKnownNumberOfRests) {
   const Result<PoseSet> set = CollectPoses(source, {});
   if (known.rests == 0) {
     ASSERT_FALSE(set);
-    EXPECT_EQ(set.error().code, ErrorCode::kNotEnough);
+    EXPECT_EQ(set.error().kind(), ErrorKind::kNotEnough);
     return;
   }
   ASSERT_TRUE(set) << set.error().message;
@@ -333,7 +333,7 @@ TEST(StaticDetection, FindsNoRestInATumble) {
   for (int i = 0; i < 60; ++i) recording.Turn(recording.Normal(), 2.0, 2.0);
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
-  EXPECT_EQ(set.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(set.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(set.error().message, testing::HasSubstr("no rest found"));
 }
 
@@ -382,7 +382,7 @@ TEST(StaticDetection, RefusesARecordingWithoutTimeAndSaysHowToStateARate) {
   source.mutable_info().has_time = false;
   const Result<PoseSet> set = CollectPoses(source, {});
   ASSERT_FALSE(set);
-  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(set.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(set.error().message, testing::HasSubstr("rate_hz: 100"));
 }
 
@@ -392,7 +392,7 @@ TEST(DataChecks, CallAConstantStreamStuck) {
   recording.Rest(10.0);
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
-  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(set.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(set.error().message, testing::HasSubstr("the sensor is stuck"));
 }
 
@@ -472,7 +472,7 @@ TEST(DataChecks, RefuseARecordingThatIsClippedInMostPoses) {
   for (double& z : recording.accel.z) z = std::min(z, 9.7);
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
-  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(set.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(set.error().message, testing::HasSubstr("6 of 7 poses are clipped"));
 }
 
@@ -499,7 +499,7 @@ TEST(DataChecks, RefuseTimeThatGoesBackAndSayWhere) {
   recording.accel.time_ns[200] = 0;
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_FALSE(set);
-  EXPECT_EQ(set.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(set.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(set.error().message, testing::HasSubstr("memory.csv"));
   EXPECT_THAT(set.error().message, testing::HasSubstr("data row 200"));
 }
@@ -596,7 +596,7 @@ TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
   selection.ranges = {{40, 59, "", ""}, {200, 300, "", ""}};
   const Result<PoseSet> outside = Collect({Counting(100)}, selection);
   ASSERT_FALSE(outside);
-  EXPECT_EQ(outside.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(outside.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(outside.error().message, testing::HasSubstr("data rows 0 to 99"));
   selection.ranges = {{40, 59, "", ""}, {80, 300, "", ""}};
   const Result<PoseSet> beyond = Collect({Counting(100)}, selection);

@@ -268,7 +268,7 @@ TEST_P(Autopilots, TakeConstantsAtTheTemperatureAskedFor) {
   const Result<Export> outside =
       ExportCalibration(unit, GetParam().name, {.temperature_degc = 80.0});
   ASSERT_FALSE(outside);
-  EXPECT_EQ(outside.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(outside.error().kind(), ErrorKind::kUsage);
   EXPECT_THAT(outside.error().message, HasSubstr("outside -20 to 70 degC"));
 }
 
@@ -282,7 +282,7 @@ TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
   sensitivity.row(1) *= -1.0;  // x reads -y, y reads x, z reads -z: mirrored
   const Result<Export> result = ExportCalibration(unit, GetParam().name);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message,
               AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("to (y, -x, -z)")));
 }
@@ -292,7 +292,7 @@ TEST_P(Autopilots, RefuseCountsOfUnknownSize) {
   unit.sensors[Triad::kAccelerometer]->si_per_count.reset();
   const Result<Export> result = ExportCalibration(unit, GetParam().name);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("si_per_count"));
 }
 
@@ -300,7 +300,7 @@ TEST_P(Autopilots, RefuseMoreLossThanAllowed) {
   const Calibration unit = RandomUnitCalibration({}, 8);
   const Result<Export> result = ExportCalibration(unit, GetParam().name, {.max_loss = 1e-4});
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("more than --max-loss=0.0001"));
   EXPECT_TRUE(ExportCalibration(unit, GetParam().name, {.max_loss = 0.5}));
 }
@@ -309,7 +309,7 @@ TEST_P(Autopilots, RefuseAnInstanceThatIsNotThere) {
   const Result<Export> result =
       ExportCalibration(RandomUnitCalibration({}, 9), GetParam().name, {.instance = 9});
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kUsage);
 }
 
 TEST_P(Autopilots, WarnWhenMoreIsLostThanTheCalibrationIsUncertainBy) {
@@ -386,7 +386,7 @@ TEST(ArduPilot, RefusesAReferenceTemperatureOutsideOfTheCalibratedOnes) {
   unit.sensors[Triad::kGyroscope]->thermal->range_degc = {30.0, 60.0};
   const Result<Export> result = ExportCalibration(unit, "ardupilot");
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("within the calibrated range (30 to 60 degC"));
 }
 

@@ -110,7 +110,7 @@ TEST(CountsFormats, RefuseReadingsThatAreNoCounts) {
   for (const char* const format : {"betaflight", "inav"}) {
     const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 1), format);
     ASSERT_FALSE(result);
-    EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
     EXPECT_THAT(result.error().message, HasSubstr("calibrate it from a recording in counts"));
   }
 }

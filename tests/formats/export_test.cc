@@ -25,7 +25,7 @@ TEST(Export, RefusesACalibrationThatIsNotUsable) {
   for (const FormatInfo& format : Formats()) {
     const Result<Export> result = ExportCalibration(unit, format.name);
     ASSERT_FALSE(result) << format.name;
-    EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+    EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
     EXPECT_THAT(result.error().message, HasSubstr("not usable (not_observable)"));
   }
 }
@@ -33,7 +33,7 @@ TEST(Export, RefusesACalibrationThatIsNotUsable) {
 TEST(Export, NamesTheFormatsWhenThereIsNoSuchOne) {
   const Result<Export> result = ExportCalibration(RandomUnitCalibration({}, 1), "px5");
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kUsage);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kUsage);
   EXPECT_THAT(result.error().message,
               AllOf(HasSubstr("did you mean `px4`?"), HasSubstr("c-header")));
 }

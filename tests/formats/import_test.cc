@@ -217,13 +217,13 @@ TEST(Import, StatesReadingsInTheUnitAskedFor) {
 std::string ErrorOf(const std::string& format,
                     const std::string& name,
                     const std::string& text,
-                    ErrorCode code = ErrorCode::kBadInput,
+                    ErrorKind kind = ErrorKind::kBadInput,
                     const ImportOptions& options = {}) {
   const TemporaryFolder folder;
   const Result<Import> result = ImportCalibration(format, {folder.Write(name, text)}, options);
   EXPECT_FALSE(result);
   if (result) return "no error";
-  EXPECT_EQ(result.error().code, code) << result.error().message;
+  EXPECT_EQ(result.error().kind(), kind) << result.error().message;
   return result.error().message;
 }
 
@@ -245,13 +245,13 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("cannot tell the sensor"));
   EXPECT_THAT(ErrorOf("matlab", "a.m", "accel.C = [1 2; 3 4];\n"),
               HasSubstr("`accel.C` is not a 3x3 matrix"));
-  EXPECT_THAT(ErrorOf("basalt", "a.json", "{}", ErrorCode::kUsage),
+  EXPECT_THAT(ErrorOf("basalt", "a.json", "{}", ErrorKind::kUsage),
               HasSubstr("`basalt` cannot be imported; expected one of px4, ardupilot, kalibr"));
 }
 
 TEST(Import, AsksForTheUnitThatTheFileDoesNotState) {
   const std::string identity = "1 0 0\n0 1 0\n0 0 1\n\n1 0 0\n0 1 0\n0 0 1\n\n0\n0\n0\n";
-  EXPECT_THAT(ErrorOf("imu-tk", "x_acc.calib", identity, ErrorCode::kUsage),
+  EXPECT_THAT(ErrorOf("imu-tk", "x_acc.calib", identity, ErrorKind::kUsage),
               HasSubstr("--units=g,deg/s,uT"));
   const TemporaryFolder folder;
   ImportOptions options;

@@ -86,7 +86,7 @@ TEST(Matlab, BinaryHoldsTheSameBits) {
 TEST(Matlab, RefusesADamagedFile) {
   const Result<MatlabVariables> variables = ParseMatFile("MATLAB 5.0 MAT-file, cut", "unit.mat");
   ASSERT_FALSE(variables);
-  EXPECT_EQ(variables.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(variables.error().kind(), ErrorKind::kBadInput);
 }
 #endif
 

@@ -128,7 +128,7 @@ TEST(Kalibr, RefusesAMirroredGyroscope) {
   unit.sensors[Triad::kGyroscope]->model.sensitivity.row(2) *= -1.0;
   const Result<Export> result = ExportCalibration(unit, "kalibr");
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message, HasSubstr("the gyroscope is mirrored"));
 }
 

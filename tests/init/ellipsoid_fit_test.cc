@@ -205,19 +205,19 @@ TEST(Ellipsoid, RefusesPointsThatDoNotDetermineIt) {
   for (const double thickness : {0.0, 1e-12, 1e-6, 1e-3, 1e-2}) {
     const Result<Ellipsoid> ellipsoid = FitEllipsoid(Circle(24, thickness));
     ASSERT_FALSE(ellipsoid) << thickness;
-    EXPECT_EQ(ellipsoid.error().code, ErrorCode::kNotEnough);
+    EXPECT_EQ(ellipsoid.error().kind(), ErrorKind::kNotEnough);
     EXPECT_THAT(ellipsoid.error().message, HasSubstr("24 readings")) << thickness;
     EXPECT_THAT(ellipsoid.error().message, HasSubstr("plane")) << thickness;
   }
   // One axis dead.
   std::vector<Vector3d> flat = Directions(24);
   for (Vector3d& point : flat) point.z() = 1.25;
-  EXPECT_EQ(FitEllipsoid(flat).error().code, ErrorCode::kNotEnough);
-  EXPECT_EQ(FitAxisAlignedEllipsoid(flat).error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(FitEllipsoid(flat).error().kind(), ErrorKind::kNotEnough);
+  EXPECT_EQ(FitAxisAlignedEllipsoid(flat).error().kind(), ErrorKind::kNotEnough);
   // Twenty-four rests in six attitudes.
   std::vector<Vector3d> repeated;
   for (int k = 0; k < 24; ++k) repeated.push_back(Directions(6)[static_cast<std::size_t>(k % 6)]);
-  EXPECT_EQ(FitEllipsoid(repeated).error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(FitEllipsoid(repeated).error().kind(), ErrorKind::kNotEnough);
   EXPECT_TRUE(FitAxisAlignedEllipsoid(repeated));
 }
 
@@ -230,7 +230,7 @@ TEST(Ellipsoid, RefusesASurfaceThatIsNotOne) {
   }
   const Result<Ellipsoid> ellipsoid = FitAxisAlignedEllipsoid(hyperboloid);
   ASSERT_FALSE(ellipsoid);
-  EXPECT_EQ(ellipsoid.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(ellipsoid.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(ellipsoid.error().message, HasSubstr("not an ellipsoid"));
 }
 
@@ -245,7 +245,7 @@ TEST(Ellipsoid, RefusesReadingsThatAreNotFinite) {
   points[4].y() = std::numeric_limits<double>::quiet_NaN();
   const Result<Ellipsoid> ellipsoid = FitEllipsoid(points);
   ASSERT_FALSE(ellipsoid);
-  EXPECT_EQ(ellipsoid.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(ellipsoid.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(ellipsoid.error().message, HasSubstr("reading 5 of 12"));
 }
 
@@ -277,7 +277,7 @@ TEST(Ellipsoid, RefusesRealReadingsOfASmallCap) {
     const std::vector<Vector3d> readings =
         ReadTable(std::string(TRUETRIAD_SHARED_DATASETS "/b-mag-poor-coverage/") + name);
     if (readings.empty()) GTEST_SKIP() << "no recordings in " TRUETRIAD_SHARED_DATASETS;
-    EXPECT_EQ(FitEllipsoid(readings).error().code, ErrorCode::kNotEnough) << name;
+    EXPECT_EQ(FitEllipsoid(readings).error().kind(), ErrorKind::kNotEnough) << name;
   }
 }
 

@@ -165,7 +165,7 @@ TEST(AlignFrames, RefusesWhatDoesNotDetermineTheRotation) {
                                {problem.field.begin(), problem.field.begin() + 3},
                                1);
   ASSERT_FALSE(few);
-  EXPECT_EQ(few.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(few.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(few.error().message, HasSubstr("3 poses"));
   // Always the same side up: a turn about up changes nothing.
   const std::vector<Vector3d> same_up(12, Vector3d(0.6, 0.0, 0.8));
@@ -175,7 +175,7 @@ TEST(AlignFrames, RefusesWhatDoesNotDetermineTheRotation) {
   }
   const auto alignments = AlignFrames(same_up, spin.field, 1);
   ASSERT_FALSE(alignments);
-  EXPECT_EQ(alignments.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(alignments.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(RefusalOf(alignments.error()), HasCode(FindingCode::kAlignmentUndetermined));
 }
 

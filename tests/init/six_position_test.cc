@@ -85,7 +85,7 @@ TEST(SixPosition, NamesTheMissingFaces) {
   const std::vector<FacePose> faces = {{0, 1}, {0, -1}, {1, 1}, {1, -1}, {1, 1}};
   const auto model = SixPosition(FaceReadings(NastyModel(), faces), faces, kGravity);
   ASSERT_FALSE(model);
-  EXPECT_EQ(model.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(model.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(model.error().message, HasSubstr("+z, -z"));
 }
 
@@ -108,7 +108,7 @@ TEST(SixFaceExtremes, RefusesAnAxisThatWasNeverUp) {
   const std::vector<FacePose> faces = {{0, 1}, {0, -1}, {1, 1}, {1, -1}, {2, -1}, {0, 1}};
   const auto model = SixFaceExtremes(FaceReadings(NastyModel(), faces), kGravity);
   ASSERT_FALSE(model);
-  EXPECT_EQ(model.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(model.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(model.error().message, HasSubstr("+z"));
   EXPECT_FALSE(SixFaceExtremes({}, kGravity));
   EXPECT_FALSE(SixFaceExtremes({Vector3d(0, 0, 9.8)}, kGravity));
@@ -132,7 +132,7 @@ TEST(AssignFaces, RefusesAReadingBetweenTwoFacesByItsNumber) {
   readings.push_back(truth.RawFromTruth(kGravity * Vector3d(0.0, -0.6, 0.8)));
   const auto assigned = AssignFaces(readings);
   ASSERT_FALSE(assigned);
-  EXPECT_EQ(assigned.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(assigned.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(assigned.error().message, HasSubstr("reading 7 of 7 lies between"));
 }
 
@@ -151,11 +151,11 @@ TEST(AssignFaces, RefusesMissingFaces) {
   }
   const auto assigned = AssignFaces(readings);
   ASSERT_FALSE(assigned);
-  EXPECT_EQ(assigned.error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(assigned.error().kind(), ErrorKind::kNotEnough);
   EXPECT_THAT(assigned.error().message, HasSubstr("-y"));
   // Exact faces, one missing: five points however often repeated.
   const std::vector<FacePose> faces = {{0, 1}, {0, -1}, {1, 1}, {2, 1}, {2, -1}, {2, -1}};
-  EXPECT_EQ(AssignFaces(FaceReadings(NastyModel(), faces)).error().code, ErrorCode::kNotEnough);
+  EXPECT_EQ(AssignFaces(FaceReadings(NastyModel(), faces)).error().kind(), ErrorKind::kNotEnough);
 }
 
 }  // namespace

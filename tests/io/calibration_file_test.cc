@@ -358,7 +358,7 @@ TEST_F(FileWriting, ReplacesTheWholeFileAndLeavesNothingBeside) {
 TEST_F(FileWriting, SaysThatTheDirectoryIsMissing) {
   const Status status = WriteFileAtomically((folder_ / "no/such/file.yaml").string(), "text");
   ASSERT_FALSE(status);
-  EXPECT_EQ(status.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(status.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(status.error().message, HasSubstr("there is no folder"));
 }
 

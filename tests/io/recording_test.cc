@@ -260,8 +260,8 @@ TEST_F(Recording, RefusesRaggedRows) {
 }
 
 TEST_F(Recording, SaysThatAHalfWrittenLastLineIsTruncated) {
-  EXPECT_THAT(ErrorOfRows("0,1,2,3\n1,1,2."), HasSubstr("looks truncated at line 3"));
-  EXPECT_THAT(ErrorOfRows("0,1,2,3\n1,1,2,-"), HasSubstr("looks truncated at line 3"));
+  EXPECT_THAT(ErrorOfRows("0,1,2,3\n1,1,2."), HasSubstr("log.csv:3: looks truncated"));
+  EXPECT_THAT(ErrorOfRows("0,1,2,3\n1,1,2,-"), HasSubstr("log.csv:3: looks truncated"));
   EXPECT_EQ(ErrorOfRows("0,1,2,3\n1,1,2,3"), "");
 }
 

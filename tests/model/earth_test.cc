@@ -95,7 +95,7 @@ TEST_F(Earth, MissingDataFileSaysWhereItWasLookedFor) {
   ShareFrom("/nowhere");
   const Result<EarthField> field = WorldMagneticModel({47.0, 8.0, 400.0}, 2026.0);
   ASSERT_FALSE(field);
-  EXPECT_EQ(field.error().code, ErrorCode::kBadInput);
+  EXPECT_EQ(field.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(
       field.error().message,
       AllOf(

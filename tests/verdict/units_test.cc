@@ -95,7 +95,7 @@ TEST(Units, OfAGyroscopeAreToldByItsTurns) {
 TEST(Units, OfTimesAreToldByTheRate) {
   PoseSet set = TurnedUnit(1.0);
   set.streams[2].rate_hz = 0.1;
-  EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr("ms labelled s"));
+  EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr("ms as s?"));
   CalibrateOptions slow = NineAxis();
   slow.triads[Triad::kGyroscope].enabled = false;  // Rests are rests at any rate.
   EXPECT_FALSE(WhyNotAsStated(set, slow));

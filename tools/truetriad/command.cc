@@ -63,6 +63,7 @@ const std::vector<Command>& Commands() {
                                                           ApplyCommand(),
                                                           EvaluateCommand(),
                                                           CompareCommand(),
+                                                          CheckStationCommand(),
                                                           AllanCommand(),
                                                           SimulateCommand(),
                                                           PlanCommand(),
@@ -84,11 +85,12 @@ Result<const Command*> FindCommand(std::string_view name) {
   std::string quoted(1, '`');
   quoted.append(name).append("`");
   if (std::find(kUnavailable.begin(), kUnavailable.end(), name) != kUnavailable.end()) {
-    return UsageError(quoted +
-                      " is not available in this version; `truetriad help` lists the verbs");
+    return Error(ErrorCode::kUnknownVerb,
+                 quoted + " is not available in this version; `truetriad help` lists the verbs");
   }
-  return UsageError(quoted + " is not a verb" + DidYouMean(name, names) +
-                    "; `truetriad help` lists them");
+  return Error(
+      ErrorCode::kUnknownVerb,
+      quoted + " is not a verb" + DidYouMean(name, names) + "; `truetriad help` lists them");
 }
 
 }  // namespace truetriad

@@ -86,6 +86,7 @@ Command CalibrateCommand();
 Command ApplyCommand();
 Command EvaluateCommand();
 Command CompareCommand();
+Command CheckStationCommand();
 Command AllanCommand();
 Command SimulateCommand();
 Command PlanCommand();

@@ -66,14 +66,16 @@ bool IsBoolean(const std::string& name) {
 }
 
 Error UnknownFlag(const Command& command, const std::string& name) {
-  std::vector<std::string_view> known;
-  for (const CommandFlag& flag : command.flags) known.push_back(flag.name);
+  std::vector<std::string> flags;
+  for (const CommandFlag& flag : command.flags) flags.push_back("--" + std::string(flag.name));
+  const std::vector<std::string_view> known(flags.begin(), flags.end());
   const bool of_another =
       std::any_of(Commands().begin(), Commands().end(), [&](const Command& other) {
         return FindFlag(other, name) != nullptr;
       });
-  return UsageError(of_another ? "--" + name + " does not apply to this verb"
-                               : "--" + name + " is not a flag" + DidYouMean(name, known));
+  return Error(ErrorCode::kUnknownFlag,
+               of_another ? "--" + name + " does not apply to this verb"
+                          : "--" + name + " is not a flag" + DidYouMean("--" + name, known));
 }
 
 // Sets a command's flags from arguments. gflags' own parser would take the flags of every verb and
@@ -100,9 +102,9 @@ class FlagSetter {
         const bool is_word = std::find(command_.words.begin(), command_.words.end(), flag.name) !=
                              command_.words.end();
         const std::string placeholder(flag.placeholder), name(flag.name);
-        return UsageError(
-            is_word ? placeholder + " is missing; expected `" + UsageOf(command_) + "`"
-                    : "--" + name + "=" + placeholder + " is missing; this verb needs it");
+        return Error(ErrorCode::kMissingArgument,
+                     is_word ? placeholder + " is missing; expected `" + UsageOf(command_) + "`"
+                             : "--" + name + "=" + placeholder + " is missing; this verb needs it");
       }
     }
     return more_words_;
@@ -119,21 +121,23 @@ class FlagSetter {
       more_words_.push_back(word);
       return {};
     }
-    return UsageError("`" + word + "` is one word too many; expected `" + UsageOf(command_) + "`");
+    return Error(ErrorCode::kExtraArgument,
+                 "`" + word + "` is one word too many; expected `" + UsageOf(command_) + "`");
   }
 
   Status SetFlag() {
     const std::string& argument = arguments_[at_];
     const std::optional<StatedFlag> stated = ParseFlag(argument);
-    if (!stated) return UsageError("`" + argument + "` is not a flag");
+    if (!stated) return Error(ErrorCode::kUnknownFlag, "`" + argument + "` is not a flag");
     if (IsCommon(stated->name)) {
       return SetGflag(stated->name, stated->value.value_or(IsBoolean(stated->name) ? "true" : ""));
     }
     const CommandFlag* const flag = FindFlag(command_, stated->name);
     if (flag == nullptr) return UnknownFlag(command_, stated->name);
     if (given_.contains(GflagsName(flag->name)) && !flag->repeats) {
-      return UsageError("--" + std::string(flag->name) +
-                        " is given twice; separate several values by commas");
+      return Error(
+          ErrorCode::kConflictingArguments,
+          "--" + std::string(flag->name) + " is given twice; separate several values by commas");
     }
     if (stated->value) return Give(*flag, *stated->value);
     if (IsBoolean(GflagsName(flag->name))) return Give(*flag, "true");
@@ -153,7 +157,8 @@ class FlagSetter {
     const std::string name = GflagsName(flag.name);
     const bool is_first = given_.insert(name).second;
     if (value.empty()) {
-      return UsageError("--" + std::string(flag.name) + " has no value; give one after `=`");
+      return Error(ErrorCode::kMissingArgument,
+                   "--" + std::string(flag.name) + " has no value; give one after `=`");
     }
     std::string before;
     if (!is_first && gflags::GetCommandLineOption(name.c_str(), &before)) before += '\n';
@@ -162,8 +167,9 @@ class FlagSetter {
 
   static Status SetGflag(const std::string& name, const std::string& value) {
     if (!gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) return {};
-    return UsageError("--" + name + "=" + value + " is invalid; expected " +
-                      (IsBoolean(name) ? "true or false" : "a number"));
+    return Error(ErrorCode::kInvalidArgument,
+                 "--" + name + "=" + value + " is invalid; expected " +
+                     (IsBoolean(name) ? "true or false" : "a number"));
   }
 
   const Command& command_;
@@ -185,7 +191,7 @@ void Say(std::string_view verb, const std::string& message) {
 }
 
 int Fail(std::string_view verb, const Error& error) {
-  const int exit_code = static_cast<int>(error.code);
+  const int exit_code = static_cast<int>(error.kind());
   if (FLAGS_json) {
     Json json = Envelope(verb, exit_code);
     json["error"] = ToJson(error);
@@ -235,7 +241,8 @@ int RunVerb(const std::vector<std::string>& arguments) {
   if (!words) {
     return Fail(
         name,
-        UsageError(words.error().message + "; see `truetriad " + std::string(name) + " --help`"));
+        Error(words.error().code,
+              words.error().message + "; see `truetriad " + std::string(name) + " --help`"));
   }
   if (FLAGS_quiet) ProgressLine::Silence();
   if (FLAGS_v > 0) FLAGS_minloglevel = google::GLOG_INFO;
@@ -248,12 +255,13 @@ int RunVerb(const std::vector<std::string>& arguments) {
 int RunCommandLine(const std::vector<std::string>& arguments) {
   if (arguments.empty()) {
     std::fputs(OverviewText().c_str(), stderr);
-    return static_cast<int>(ErrorCode::kUsage);
+    return static_cast<int>(ErrorKind::kUsage);
   }
   const int exit_code = RunVerb(arguments);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return Fail("",
-                BadInputError("stdout: cannot be written: " + std::string(std::strerror(errno))));
+                Error(ErrorCode::kCannotWrite,
+                      "stdout: cannot be written: " + std::string(std::strerror(errno))));
   }
   return exit_code;
 }

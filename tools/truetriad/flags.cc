@@ -57,7 +57,8 @@ std::vector<std::string> StatedInputs(const std::vector<std::string>& words) {
 
 Status CheckFailOn(const std::string& word) {
   if (FLAGS_fail_on.empty() || FLAGS_fail_on == word) return {};
-  return UsageError("--fail-on=" + FLAGS_fail_on + " is not known; expected " + word);
+  return Error(ErrorCode::kInvalidArgument,
+               "--fail-on=" + FLAGS_fail_on + " is not known; expected " + word);
 }
 
 void Note(const std::string& text) {

@@ -23,7 +23,8 @@ Result<Number> Parse(const std::string& flag, const std::string& text) {
   Number value{};
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (failure != std::errc() || end != text.data() + text.size()) {
-    return UsageError("--" + flag + ": `" + text + "` is not a valid number");
+    return Error(ErrorCode::kInvalidArgument,
+                 "--" + flag + ": `" + text + "` is not a valid number");
   }
   return value;
 }
@@ -36,7 +37,8 @@ Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& te
 
 Result<double> ParseReal(const std::string& flag, const std::string& text) {
   const Result<double> value = Parse<double>(flag, text);
-  if (value && !std::isfinite(*value)) return UsageError("--" + flag + ": must be finite");
+  if (value && !std::isfinite(*value))
+    return Error(ErrorCode::kInvalidArgument, "--" + flag + ": must be finite");
   return value;
 }
 
@@ -44,7 +46,8 @@ Result<std::optional<int>> ParseInstance() {
   if (FLAGS_instance.empty()) return std::optional<int>();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t instance, ParseInteger("instance", FLAGS_instance));
   if (instance < 0 || instance > std::numeric_limits<int>::max()) {
-    return UsageError("--instance=" + FLAGS_instance + ": no such instance; expected 0 or more");
+    return Error(ErrorCode::kInvalidArgument,
+                 "--instance=" + FLAGS_instance + ": no such instance; expected 0 or more");
   }
   return std::optional<int>(static_cast<int>(instance));
 }
@@ -60,9 +63,10 @@ Result<PerTriad<std::optional<std::string>>> ParseUnits() {
       known = true;
     }
     if (!known) {
-      return UsageError("--units: `" + item +
-                        "` is not a unit; expected one of m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, "
-                        "T, G, mG, counts");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--units: `" + item +
+                       "` is not a unit; expected one of m/s^2, g, mg, rad/s, deg/s, uT, nT, mT, "
+                       "T, G, mG, counts");
     }
   }
   return units;

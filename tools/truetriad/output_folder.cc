@@ -27,8 +27,10 @@ Result<std::string> MoveAside(const std::filesystem::path& directory,
         directory / (from.stem().string() + ".previous" + from.extension().string());
     std::filesystem::rename(from, to, failure);
     if (failure) {
-      return BadInputError(from.string() + ": is the result of an earlier run and cannot be " +
-                           "renamed to " + to.string() + ": " + failure.message());
+      return Error(ErrorCode::kCannotWrite,
+                   {from.string()},
+                   "is the result of an earlier run and cannot be renamed to " + to.string() +
+                       ": " + failure.message());
     }
     moved += (moved.empty() ? "" : ", ") + name + " to " + to.filename().string();
   }
@@ -42,15 +44,17 @@ Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& 
   if (serial.empty() || !std::filesystem::is_regular_file(file, failure)) return {};
   const Result<std::string> there = ReadSerial(file.string());
   if (!there || there->empty() || *there == serial) return {};
-  return BadInputError(file.string() + ": is the calibration of unit `" + *there +
-                       "`, and this one is of `" + serial +
-                       "`; choose another --output, or replace it with --overwrite");
+  return Error(ErrorCode::kOtherDevice,
+               {file.string()},
+               "is the calibration of unit `" + *there + "`, and this one is of `" + serial +
+                   "`; choose another --output, or replace it with --overwrite");
 }
 
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of) {
   if (serial.empty() || of.serial.empty() || serial == of.serial) return {};
-  return BadInputError(what + " is of unit `" + serial + "`, but the calibration is of `" +
-                       of.serial + "`; give those of one unit");
+  return Error(ErrorCode::kOtherDevice,
+               what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
+                   "`; give those of one unit");
 }
 
 }  // namespace truetriad

@@ -1,42 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <memory>
 #include <optional>
-#include <string>
 #include <utility>
 #include <variant>
 
+#include "truetriad/base/error.h"
+
 namespace truetriad {
-
-/// What kind of failure an error is; the number is the exit code of the command line.
-enum class ErrorCode {
-  kUsage = 1,      ///< The call itself is wrong: unknown verb or flag, a flag missing.
-  kBadInput = 2,   ///< A file is malformed, or no number in it can be trusted as a reading.
-  kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
-};
-
-struct Finding;  // model/finding.h
-
-/// A failure: what was seen, where (file:line), what was expected, what to try.
-struct Error {
-  ErrorCode code = ErrorCode::kBadInput;
-  std::string message;
-  /// Of a usage error: the key of the experiment that it is about, "sensors.gyroscope"; or empty.
-  std::string key = {};
-  /// Of data that are not enough: the same for programs, where there is such.
-  std::shared_ptr<const Finding> finding = {};
-};
-
-inline Error UsageError(std::string message, std::string key = {}) {
-  return {ErrorCode::kUsage, std::move(message), std::move(key)};
-}
-inline Error BadInputError(std::string message) {
-  return {ErrorCode::kBadInput, std::move(message)};
-}
-inline Error NotEnoughError(std::string message) {
-  return {ErrorCode::kNotEnough, std::move(message)};
-}
 
 /// A value or the reason why there is none. Spelled like std::expected, which needs C++23.
 template <typename T>

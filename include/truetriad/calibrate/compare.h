@@ -44,6 +44,9 @@ inline constexpr double kAgreementProbability = 0.01;
 Agreement AgreementOf(const Comparison& comparison);
 std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
 
+/// The entry that differs by the most σ; null where none has a σ.
+const ComparisonEntry* LargestOf(const Comparison& comparison);
+
 Result<Comparison> Compare(const Calibration& a, const Calibration& b);
 
 }  // namespace truetriad

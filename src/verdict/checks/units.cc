@@ -131,13 +131,14 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
     const bool matters = is_slow ? is_endless || (follows && triad == Triad::kGyroscope)
                                  : rate_hz > kFastestHz && follows;
     if (!(rate_hz > 0.0) || !matters) continue;
-    return Finding(FindingCode::kWrongUnit,
-                   "the " + std::string(TriadName(triad)) +
-                       Format(" is read at %.4g Hz over ", rate_hz) +
-                       Format("%.4g s, which is too ", poses.duration_s) +
-                       (is_slow ? "slow for turns and rests: looks like ms labelled s"
-                                : "fast for any turn: looks like s labelled ms"),
-                   "state the unit of the times; `units: trust` takes them as they are")
+    return Finding(
+               FindingCode::kWrongUnit,
+               "the " + std::string(TriadName(triad)) +
+                   Format(" is read at %.4g Hz over ", rate_hz) +
+                   Format("%.4g s, which is too ", poses.duration_s) +
+                   (is_slow ? "slow for turns and rests: times look finer than stated (ms as s?)"
+                            : "fast for any turn: times look coarser than stated (s as ms?)"),
+               "state the unit of the times; `units: trust` takes them as they are")
         .About(triad)
         .With("rate", rate_hz, "Hz");
   }

@@ -14,12 +14,14 @@ Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
   std::unique_ptr<ByteStream> stream(new ByteStream());
   stream->path_ = path;
   stream->file_.reset(std::fopen(path.c_str(), "rbe"));
-  if (!stream->file_) return BadInputError(path + ": cannot be read: " + std::strerror(errno));
+  if (!stream->file_)
+    return Error(ErrorCode::kUnreadableFile, {path}, std::string("cannot be read: ") + std::strerror(errno));
   struct stat status {};
   if (fstat(fileno(stream->file_.get()), &status) != 0 || !S_ISREG(status.st_mode)) {
-    return BadInputError(path + ": is not a regular file; give the path of a log file");
+    return Error(
+        ErrorCode::kUnreadableFile, {path}, "is not a regular file; give the path of a log file");
   }
-  if (status.st_size == 0) return BadInputError(path + ": is empty");
+  if (status.st_size == 0) return Error(ErrorCode::kEmptyFile, {path}, "is empty");
   stream->size_ = static_cast<std::uint64_t>(status.st_size);
   return stream;
 }

@@ -56,20 +56,21 @@ Status SetFlag(const Converter& converter,
     const char* const end = value.data() + value.size();
     const auto [stop, failure] = std::from_chars(value.data(), end, instance);
     if (failure != std::errc() || stop != end || instance < 0) {
-      return UsageError("--instance=" + value + ": expected a whole number, 0 or more");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--instance=" + value + ": expected a whole number, 0 or more");
     }
     arguments->instance = instance;
   } else if (std::find(converter.others.begin(), converter.others.end(), name) !=
              converter.others.end()) {
     arguments->others[name] = value;
   } else if (name == "topic" || name == "instance") {
-    return UsageError("--" + name + " does not apply to this format");
+    return Error(ErrorCode::kConflictingArguments, "--" + name + " does not apply to this format");
   } else {
     std::vector<std::string_view> known = {"output", "list", "help"};
     if (converter.takes_topics) known.push_back("topic");
     if (converter.takes_instance) known.push_back("instance");
     known.insert(known.end(), converter.others.begin(), converter.others.end());
-    return UsageError("--" + name + " is not a flag" + DidYouMean(name, known));
+    return Error(ErrorCode::kUnknownFlag, "--" + name + " is not a flag" + DidYouMean(name, known));
   }
   return {};
 }
@@ -89,17 +90,21 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
       } else if (i + 1 < words.size() && !words[i + 1].starts_with("--")) {
         value = words[++i];
       }
-      if (value.empty()) return UsageError(std::string("--").append(name).append(" needs a value"));
+      if (value.empty())
+        return Error(ErrorCode::kMissingArgument,
+                     std::string("--").append(name).append(" needs a value"));
       TRUETRIAD_RETURN_IF_ERROR(SetFlag(converter, name, value, &arguments));
     } else if (arguments.input.empty()) {
       arguments.input = word;
     } else {
-      return UsageError("`" + word + "`: give one log at a time");
+      return Error(ErrorCode::kExtraArgument, "`" + word + "`: give one log at a time");
     }
   }
-  if (arguments.input.empty()) return UsageError("no log given; name the file to convert");
+  if (arguments.input.empty())
+    return Error(ErrorCode::kMissingArgument, "no log given; name the file to convert");
   if (arguments.output.empty() && !arguments.list) {
-    return UsageError(
+    return Error(
+        ErrorCode::kMissingArgument,
         "no --output given; name the folder for the recording (--output=DIR), or use --list");
   }
   return arguments;
@@ -107,7 +112,7 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
 
 int Fail(const Error& error) {
   if (!error.message.empty()) Note(error.message);
-  return static_cast<int>(error.code);
+  return static_cast<int>(error.kind());
 }
 
 }  // namespace
@@ -136,10 +141,11 @@ int RunConverter(const Converter& converter, int argc, char** argv) {
   } catch (const Interrupted&) {
     EndAsInterrupted();
   } catch (const std::exception& failure) {
-    return Fail(BadInputError(failure.what()));
+    return Fail(Error(ErrorCode::kDamagedFile, failure.what()));
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return Fail(BadInputError("stdout: cannot be written: " + std::string(std::strerror(errno))));
+    return Fail(Error(ErrorCode::kCannotWrite,
+                      "stdout: cannot be written: " + std::string(std::strerror(errno))));
   }
   return 0;
 }

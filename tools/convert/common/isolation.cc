@@ -38,15 +38,15 @@ int Work(const std::function<Status()>& work) {
     const Status status = work();
     if (!status) {
       Note(status.error().message);
-      return static_cast<int>(status.error().code);
+      return static_cast<int>(status.error().kind());
     }
   } catch (const Interrupted&) {
     return kInterrupted;
   } catch (const std::exception& failure) {
     Note(failure.what());
-    return static_cast<int>(ErrorCode::kBadInput);
+    return static_cast<int>(ErrorKind::kBadInput);
   }
-  return std::fflush(stdout) == 0 ? 0 : static_cast<int>(ErrorCode::kBadInput);
+  return std::fflush(stdout) == 0 ? 0 : static_cast<int>(ErrorKind::kBadInput);
 }
 
 }  // namespace
@@ -55,18 +55,21 @@ Status Isolated(const std::string& path, const std::function<Status()>& work) {
   std::fflush(stdout);
   const pid_t child = fork();
   if (child < 0)
-    return BadInputError(std::string("cannot start a process: ") + std::strerror(errno));
+    return Error(ErrorCode::kSystemFailure,
+                 std::string("cannot start a process: ") + std::strerror(errno));
   if (child == 0) {
     BoundMemory(path);
     _exit(Work(work));  // What the parent holds is the parent's to clear away.
   }
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return BadInputError(std::strerror(errno));
+    if (errno != EINTR) return Error(ErrorCode::kSystemFailure, std::strerror(errno));
   }
   if (!WIFEXITED(status)) {
-    return BadInputError(path + ": is damaged; the reader crashed on it (signal " +
-                         std::to_string(WTERMSIG(status)) + "); nothing was written");
+    return Error(ErrorCode::kDamagedFile,
+                 {path},
+                 "is damaged; the reader crashed on it (signal " +
+                     std::to_string(WTERMSIG(status)) + "); nothing was written");
   }
   if (WEXITSTATUS(status) == kInterrupted) throw Interrupted();
   if (WEXITSTATUS(status) == 0) return {};

@@ -157,13 +157,15 @@ Result<std::unique_ptr<RecordingFolder>> RecordingFolder::Create(const std::stri
   if (!target.has_filename()) target = target.parent_path();
   std::error_code failure;
   if (fs::exists(target, failure) && !fs::is_directory(target, failure)) {
-    return BadInputError(directory + ": is a file; give the name of a folder");
+    return Error(ErrorCode::kOutputInTheWay, {directory}, "is a file; give the name of a folder");
   }
   fs::create_directories(target.parent_path(), failure);
   std::string temporary =
       (target.parent_path() / ("." + target.filename().string() + ".tmp-XXXXXX")).string();
   if (failure || mkdtemp(temporary.data()) == nullptr) {
-    return BadInputError(directory + ": cannot be written: cannot create a folder beside it");
+    return Error(ErrorCode::kCannotWrite,
+                 {directory},
+                 "cannot be written: cannot create a folder beside it");
   }
   fs::permissions(temporary, static_cast<fs::perms>(0755), failure);
   NoteInterruptions();
@@ -239,7 +241,9 @@ Status RecordingFolder::MoveIntoPlace() {
   files.emplace_back(kManifest);
   for (const std::string& file : files) {
     fs::rename(fs::path(temporary_) / file, fs::path(directory_) / file, failure);
-    if (failure) return BadInputError(directory_ + ": cannot be written: " + failure.message());
+    if (failure)
+      return Error(
+          ErrorCode::kCannotWrite, {directory_}, "cannot be written: " + failure.message());
   }
   return {};
 }
@@ -252,7 +256,9 @@ Status RecordingFolder::Commit() {
     std::error_code ignored;
     if (table->rows() == 0) fs::remove(fs::path(temporary_) / table->file(), ignored);
   }
-  if (!any) return BadInputError("the log contains no complete reading; nothing was written");
+  if (!any)
+    return Error(ErrorCode::kNoReadings,
+                 "the log contains no complete reading; nothing was written");
   if (!poses_.empty()) {
     WholeFile poses(temporary_ + "/" + std::string(kPoses));
     poses.Write(poses_);

@@ -170,9 +170,10 @@ Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path
   const std::string_view beginning = bytes->Peek(kBeginning);
   constexpr std::string_view kFormatHeader = "\xA3\x95\x80";
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
-    return BadInputError(
-        path +
-        ": is not an ArduPilot DataFlash log: no FMT record (A3 95 80) near its start; use the "
+    return Error(
+        ErrorCode::kWrongFormat,
+        {path},
+        "is not an ArduPilot DataFlash log: no FMT record (A3 95 80) near its start; use the "
         "binary .bin from the autopilot, not the text .log or a .tlog");
   }
   return std::unique_ptr<DataflashLog>(new DataflashLog(std::move(bytes)));

@@ -45,9 +45,10 @@ std::string CompassName(std::string_view what, int instance) {
 
 Result<double> Value(const Parameters& parameters, const std::string& name) {
   const auto found = parameters.find(name);
-  if (found == parameters.end()) return BadInputError("the log has no parameter " + name);
+  if (found == parameters.end())
+    return Error(ErrorCode::kMissingKey, "the log has no parameter " + name);
   if (!std::isfinite(found->second))
-    return BadInputError("parameter " + name + " is not a finite number");
+    return Error(ErrorCode::kUnreadableNumber, "parameter " + name + " is not a finite number");
   return found->second;
 }
 
@@ -82,7 +83,7 @@ Result<Eigen::Matrix3d> BoardRotation(const Parameters& parameters) {
   const double code = orientation;
   if (!(code >= 0.0 && code < static_cast<double>(kOrientations.size())) ||
       code != std::floor(code)) {
-    return BadInputError("AHRS_ORIENTATION is not a supported rotation");
+    return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
   }
   const Euler& euler = kOrientations[static_cast<std::size_t>(code)];
   Eigen::Matrix3d rotation =
@@ -119,7 +120,8 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
   TRUETRIAD_ASSIGN_OR_RETURN(const double high, Value(parameters, prefix + "TMAX"));
   TRUETRIAD_ASSIGN_OR_RETURN(const double calibrated,
                              Value(parameters, CalibrationTemperature(sensor, instance)));
-  if (high <= low) return BadInputError(prefix + "TMAX is not above " + prefix + "TMIN");
+  if (high <= low)
+    return Error(ErrorCode::kInvalidValue, prefix + "TMAX is not above " + prefix + "TMIN");
   constexpr double kScale = 1e-6;
   std::string coefficients;
   for (int power = 1; power <= 3; ++power) {
@@ -148,7 +150,8 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
     TRUETRIAD_RETURN_IF_ERROR(scale);
     for (const double value : *scale) {
       if (value == 0.0)
-        return BadInputError(name + " is zero: this accelerometer has no scale calibration");
+        return Error(ErrorCode::kInvalidValue,
+                     name + " is zero: this accelerometer has no scale calibration");
     }
     text += "\n    scale: " + List(*scale);
   }
@@ -240,7 +243,7 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters, Triad triad,
     case Triad::kMagnetometer:
       return CompassCorrection(parameters, instance);
   }
-  return BadInputError("no such triad");
+  return Error(ErrorCode::kMissingSensor, "no such triad");
 }
 
 }  // namespace truetriad::convert

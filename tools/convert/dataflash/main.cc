@@ -136,7 +136,8 @@ Result<Contents> Survey(const std::string& path) {
       }
     }
   }
-  if (log->read_failed()) return BadInputError(path + ": could not be read to its end");
+  if (log->read_failed())
+    return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
   contents.records = log->records();
   contents.skipped_bytes = log->skipped_bytes();
   contents.damages = log->damages();
@@ -158,7 +159,8 @@ struct Choice {
 Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
     if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
-      return UsageError("--topic=" + topic + ": is not among IMU, ACC, GYR, MAG");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--topic=" + topic + ": is not among IMU, ACC, GYR, MAG");
     }
   }
   const auto wanted = [&](std::string_view kind) {
@@ -179,10 +181,11 @@ Result<Choice> Choose(const Contents& contents, const Arguments& arguments) {
   if (choice.accelerometer || choice.gyroscope || choice.magnetometer) return choice;
   std::vector<std::string> held;
   for (const auto& [source, messages] : contents.sources) held.push_back(SourceName(source));
-  return BadInputError(
-      arguments.input + ": contains no readings of the requested kind (instance " +
-      std::to_string(choice.instance) + "); messages with readings: " + ListOf(held) +
-      (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
+  return Error(ErrorCode::kNoReadings,
+               {arguments.input},
+               "contains no readings of the requested kind (instance " +
+                   std::to_string(choice.instance) + "); messages with readings: " + ListOf(held) +
+                   (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
 }
 
 /// What stands behind `applied.<triad>:`; ` unknown`, and a note, where the log does not say.
@@ -193,7 +196,7 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   Result<std::string> applied = AppliedByFirmware(contents.parameters, triad, instance);
   for (const auto& [name, what] : contents.changed) {
     if (!IsCorrectionParameter(triad, instance, name)) continue;
-    applied = BadInputError(std::string(name).append(" ").append(what));
+    applied = Error(ErrorCode::kInvalidValue, std::string(name).append(" ").append(what));
   }
   if (applied && triad == Triad::kMagnetometer) {
     // Rows state whole numbers, cut off.
@@ -201,8 +204,8 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
     const auto logged = contents.compass_offsets.find(instance);
     for (std::size_t i = 0; offsets && logged != contents.compass_offsets.end() && i < 3; ++i) {
       if (std::abs((*offsets)[i] - logged->second[i]) >= 1.0 + 1e-3) {
-        applied = BadInputError(
-            "the offsets logged with its rows differ from the COMPASS_OFS parameters");
+        applied = Error(ErrorCode::kDoesNotMatch,
+                        "the offsets logged with its rows differ from the COMPASS_OFS parameters");
         break;
       }
     }
@@ -393,7 +396,8 @@ Status Run(const Arguments& arguments) {
     return {};
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Choice choice, Choose(contents, arguments));
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
+                             RecordingFolder::Create(arguments.output));
   folder->SetSource("format", "ardupilot-dataflash");
   folder->SetSource("file", std::filesystem::path(arguments.input).filename().string());
   folder->SetSource("converter", "truetriad-convert-dataflash " TRUETRIAD_VERSION);
@@ -406,7 +410,8 @@ Status Run(const Arguments& arguments) {
 
   Conversion conversion(contents, choice, folder.get());
   {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log, DataflashLog::Open(arguments.input));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<DataflashLog> log,
+                               DataflashLog::Open(arguments.input));
     ProgressLine line("Converting");
     const ProgressCallback progress = line.callback();
     std::uint64_t count = 0;

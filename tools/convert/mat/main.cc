@@ -79,12 +79,13 @@ Result<std::map<std::string, std::string>> ChooseColumns(const MatFile& file,
       const std::string role = item.substr(0, equals);
       if (equals == std::string::npos ||
           std::find(kRoles.begin(), kRoles.end(), role) == kRoles.end()) {
-        return UsageError("--columns: `" + item +
-                          "` is not one of time=, accelerometer=, gyroscope=, magnetometer=, "
-                          "temperature=");
+        return Error(ErrorCode::kInvalidArgument,
+                     "--columns: `" + item +
+                         "` is not one of time=, accelerometer=, gyroscope=, magnetometer=, "
+                         "temperature=");
       }
       if (!chosen.emplace(role, item.substr(equals + 1)).second) {
-        return UsageError("--columns: " + role + " is given twice");
+        return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
       }
     }
     return chosen;
@@ -100,11 +101,12 @@ Result<std::map<std::string, std::string>> ChooseColumns(const MatFile& file,
   }
   for (const auto& [role, names] : candidates) {
     if (names.size() > 1) {
-      return UsageError(std::string("several variables match the ")
-                            .append(role)
-                            .append(": ")
-                            .append(ListOf(names))
-                            .append("; choose one with --columns"));
+      return Error(ErrorCode::kMissingArgument,
+                   std::string("several variables match the ")
+                       .append(role)
+                       .append(": ")
+                       .append(ListOf(names))
+                       .append("; choose one with --columns"));
     }
     chosen[role] = names[0];
     Note(std::string(role).append(": taken from ").append(Printable(names[0])));
@@ -136,16 +138,18 @@ Result<std::map<std::string, std::string>> ReadUnits(
       units["temperature"] = unit;
       known = true;
     }
-    if (!known) return UsageError("--units: `" + unit + "` is not a known unit");
+    if (!known)
+      return Error(ErrorCode::kInvalidArgument, "--units: `" + unit + "` is not a known unit");
   }
   for (const auto& [role, column] : columns) {
     if (units.contains(role) || (role == "time" && column.ends_with("Hz"))) continue;
     if (TriadFromName(role) && counts) {
       units[role] = "counts";
     } else {
-      return UsageError("the unit of the " + role +
-                        " is missing, and a .mat file does not contain units; state them, as in "
-                        "--units=s,m/s^2,rad/s,uT,degC");
+      return Error(ErrorCode::kMissingArgument,
+                   "the unit of the " + role +
+                       " is missing, and a .mat file does not contain units; state them, as in "
+                       "--units=s,m/s^2,rad/s,uT,degC");
     }
   }
   return units;
@@ -161,12 +165,14 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
     const std::size_t colon = part.find(':');
     const MatVariable* const variable = file->Find(part.substr(0, colon));
     if (variable == nullptr && file->is_damaged()) {
-      return BadInputError("the file is damaged, and variable " + part.substr(0, colon) +
-                           " is missing or incomplete");
+      return Error(ErrorCode::kDamagedFile,
+                   "the file is damaged, and variable " + part.substr(0, colon) +
+                       " is missing or incomplete");
     }
     if (variable == nullptr) {
-      return UsageError("no numeric variable `" + part.substr(0, colon) + "`; the file contains " +
-                        ListOf(AllVariables(*file), 30));
+      return Error(ErrorCode::kUnknownName,
+                   "no numeric variable `" + part.substr(0, colon) + "`; the file contains " +
+                       ListOf(AllVariables(*file), 30));
     }
     Result<MatMatrix> matrix = file->Read(*variable);
     TRUETRIAD_RETURN_IF_ERROR(matrix);
@@ -182,8 +188,9 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
       }
       if (parsed.ec != std::errc() || parsed.ptr != end || first < 1 || last < first ||
           last > matrix->columns) {
-        return UsageError("`" + part + "`: expected column numbers from 1 to " +
-                          std::to_string(matrix->columns) + ", as in data:2-4");
+        return Error(ErrorCode::kInvalidArgument,
+                     "`" + part + "`: expected column numbers from 1 to " +
+                         std::to_string(matrix->columns) + ", as in data:2-4");
       }
     } else {
       // Samples lie along the longer side.
@@ -206,8 +213,9 @@ Result<std::vector<std::vector<double>>> ReadVectors(MatFile* file,
     }
   }
   if (vectors.size() != expected) {
-    return UsageError("`" + reference + "` has " + std::to_string(vectors.size()) +
-                      " columns; expected " + std::to_string(expected));
+    return Error(ErrorCode::kInvalidArgument,
+                 "`" + reference + "` has " + std::to_string(vectors.size()) +
+                     " columns; expected " + std::to_string(expected));
   }
   return vectors;
 }
@@ -222,21 +230,24 @@ Result<std::vector<std::int64_t>> ReadTimes(MatFile* file,
     double rate_hz = 0.0;
     std::from_chars(reference.data(), reference.data() + reference.size() - 2, rate_hz);
     if (!(rate_hz > 0.0 && rate_hz < 1e9)) {
-      return UsageError("--columns: time=" + reference + ": expected a rate, as in time=100Hz");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--columns: time=" + reference + ": expected a rate, as in time=100Hz");
     }
     for (std::size_t i = 0; i < count; ++i) {
       times.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
     }
     return times;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::vector<double>> vectors, ReadVectors(file, reference, 1));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::vector<double>> vectors,
+                             ReadVectors(file, reference, 1));
   const double ns = *NanosecondsPer(unit);
   constexpr double kLast = 9.2e18;
   for (const double value : vectors[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
-      return BadInputError(reference +
-                           ": contains a time that is not a number or not a valid date");
+      return Error(ErrorCode::kUnreadableNumber,
+                   {reference},
+                   "contains a time that is not a number or not a valid date");
     }
     times.push_back(std::llround(time_ns));
   }
@@ -251,7 +262,7 @@ Status Convert(MatFile* file,
   std::vector<double> temperature;
   if (const auto stated = columns.find("temperature"); stated != columns.end()) {
     const Result<std::vector<std::vector<double>>> vectors = ReadVectors(file, stated->second, 1);
-    if (!vectors && vectors.error().code == ErrorCode::kUsage) return vectors.error();
+    if (!vectors && vectors.error().kind() == ErrorKind::kUsage) return vectors.error();
     if (!vectors) Note(vectors.error().message + "; converted without temperature");
     if (vectors) temperature = (*vectors)[0];
     const TemperatureUnit unit = *ParseTemperatureUnit(units.at("temperature"));
@@ -262,18 +273,22 @@ Status Convert(MatFile* file,
     const auto stated = columns.find(std::string(TriadName(triad)));
     if (stated == columns.end()) continue;
     const Result<std::vector<std::vector<double>>> axes = ReadVectors(file, stated->second, 3);
-    if (!axes && axes.error().code == ErrorCode::kBadInput) {
+    if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
       Note(axes.error().message + "; sensor skipped");
       ++damaged;
       continue;
     }
     TRUETRIAD_RETURN_IF_ERROR(axes);
     const std::size_t count = (*axes)[0].size();
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times, ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count));
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::vector<std::int64_t> times,
+        ReadTimes(file, time->second, time->second.ends_with("Hz") ? "" : units.at("time"), count));
     for (const std::vector<double>& axis : *axes) {
       if (axis.size() == times.size()) continue;
-      return BadInputError(stated->second + ": has " + std::to_string(axis.size()) +
-                           " samples, but the time has " + std::to_string(times.size()));
+      return Error(ErrorCode::kDoesNotMatch,
+                   {stated->second},
+                   "has " + std::to_string(axis.size()) + " samples, but the time has " +
+                       std::to_string(times.size()));
     }
     const bool has_temperature = temperature.size() == count;
     Table* const table =
@@ -305,19 +320,20 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
     Note(arguments.input + ": is damaged: a variable is incomplete, and later ones may be missing");
   }
   if (file->variables().empty()) {
-    return BadInputError(arguments.input + ": contains no complete numeric matrix");
+    return Error(ErrorCode::kNoReadings, {arguments.input}, "contains no complete numeric matrix");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto columns, ChooseColumns(*file, arguments));
   const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
     return columns.contains(std::string(TriadName(triad)));
   });
   if (!has_triad || !columns.contains("time")) {
-    return UsageError(
+    return Error(
+        ErrorCode::kMissingArgument,
         "cannot tell from the names which variables are the " +
-        std::string(has_triad ? "time" : "readings") +
-        "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz (or "
-        "time=100Hz). The file contains " +
-        ListOf(AllVariables(*file), 30));
+            std::string(has_triad ? "time" : "readings") +
+            "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz (or "
+            "time=100Hz). The file contains " +
+            ListOf(AllVariables(*file), 30));
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto units, ReadUnits(columns, arguments));
   folder->SetSource("format", "matlab");
@@ -330,7 +346,8 @@ Status ReadFile(const Arguments& arguments, RecordingFolder* folder) {
 Status Run(const Arguments& arguments) {
   std::unique_ptr<RecordingFolder> folder;
   if (!arguments.list) {
-    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created, RecordingFolder::Create(arguments.output));
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
+                               RecordingFolder::Create(arguments.output));
     folder = std::move(created);
   }
   // A damaged file can bring the library down, which must not leave half a recording behind.

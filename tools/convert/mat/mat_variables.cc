@@ -143,9 +143,10 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
   mat_t* const handle =
       version == Version::kNone ? nullptr : Mat_Open(path.c_str(), MAT_ACC_RDONLY);
   if (handle == nullptr) {
-    return BadInputError(path +
-                         ": is not a .mat file of version 5 or 7.3, or its header is damaged; in "
-                         "MATLAB, write one with save(…, '-v7')");
+    return Error(ErrorCode::kWrongFormat,
+                 {path},
+                 "is not a .mat file of version 5 or 7.3, or its header is damaged; in "
+                 "MATLAB, write one with save(…, '-v7')");
   }
   std::unique_ptr<MatFile> file(new MatFile(path, handle));
   file->file_size_ = bytes->size();
@@ -210,8 +211,9 @@ bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
 }
 
 Result<MatMatrix> MatFile::Read(const MatVariable& wanted) {
-  const Error damaged =
-      BadInputError(path_ + ": variable " + wanted.name + " is incomplete or inconsistent");
+  const Error damaged = Error(ErrorCode::kDamagedFile,
+                              {path_},
+                              "variable " + wanted.name + " is incomplete or inconsistent");
   const std::size_t dot = wanted.name.find('.');
   const std::string top = wanted.name.substr(0, dot);
   const Variable variable(Mat_VarReadInfo(file_.get(), top.c_str()));

@@ -22,8 +22,9 @@ Result<const Topic*> TheOnly(Role role, const std::vector<const Topic*>& candida
     names.push_back(topic->name);
   }
   if (names.size() > 1) {
-    return UsageError("several topics have the same type: " + ListOf(names) +
-                      "; choose one with --topic=NAME, or one of each type, separated by commas");
+    return Error(ErrorCode::kMissingArgument,
+                 "several topics have the same type: " + ListOf(names) +
+                     "; choose one with --topic=NAME, or one of each type, separated by commas");
   }
   return found;
 }
@@ -61,11 +62,13 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     const auto found = std::find_if(
         topics.begin(), topics.end(), [&](const Topic& topic) { return topic.name == name; });
     if (found == topics.end()) {
-      return UsageError("--topic=" + name + ": no such topic; the bag contains " + ListOf(held));
+      return Error(ErrorCode::kUnknownName,
+                   "--topic=" + name + ": no such topic; the bag contains " + ListOf(held));
     }
     if (RoleOf(found->type) == Role::kNone) {
-      return UsageError("--topic=" + name + " is of type " + Printable(found->type) +
-                        "; supported are Imu, MagneticField and Temperature of sensor_msgs");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--topic=" + name + " is of type " + Printable(found->type) +
+                       "; supported are Imu, MagneticField and Temperature of sensor_msgs");
     }
     candidates.push_back(&*found);
   }
@@ -81,10 +84,11 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
     choice.temperature = temperature;
   }
   if (choice.imu == nullptr && choice.field == nullptr) {
-    return BadInputError(arguments.input +
-                         ": contains no sensor_msgs/Imu or sensor_msgs/MagneticField messages, so "
-                         "nothing to calibrate; topics: " +
-                         ListOf(held));
+    return Error(ErrorCode::kNoReadings,
+                 {arguments.input},
+                 "contains no sensor_msgs/Imu or sensor_msgs/MagneticField messages, so "
+                 "nothing to calibrate; topics: " +
+                     ListOf(held));
   }
   return choice;
 }

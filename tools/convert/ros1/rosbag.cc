@@ -98,10 +98,11 @@ Result<std::unique_ptr<Rosbag>> Rosbag::Open(const std::string& path) {
   const std::string_view beginning = bytes->Peek(kMagic.size());
   if (beginning != kMagic) {
     const bool is_other = beginning.starts_with("#ROS");
-    return BadInputError(path + (is_other ? ": is a bag of a version other than 2.0; update it "
-                                            "with `rosbag fix` or `rosbag migrate`"
-                                          : ": is not a ROS 1 bag (.bag): it does not begin with "
-                                            "#ROSBAG V2.0"));
+    return Error(ErrorCode::kWrongFormat,
+                 path + (is_other ? ": is a bag of a version other than 2.0; update it "
+                                    "with `rosbag fix` or `rosbag migrate`"
+                                  : ": is not a ROS 1 bag (.bag): it does not begin with "
+                                    "#ROSBAG V2.0"));
   }
   bytes->Skip(kMagic.size());
   return std::unique_ptr<Rosbag>(new Rosbag(std::move(bytes)));

@@ -58,12 +58,14 @@ class Bag {
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::error_code missing;
     if (!fs::is_regular_file(path, missing)) {
-      return BadInputError(path + (fs::is_directory(path, missing)
-                                       ? ": is a folder; name the .db3 file in it"
-                                       : ": cannot be read"));
+      return Error(
+          ErrorCode::kUnreadableFile,
+          path + (fs::is_directory(path, missing) ? ": is a folder; name the .db3 file in it"
+                                                  : ": cannot be read"));
     }
     if (path.ends_with(".zstd")) {
-      return BadInputError(path + ": is compressed; unpack it first: zstd -d " + path);
+      return Error(
+          ErrorCode::kWrongFormat, {path}, "is compressed; unpack it first: zstd -d " + path);
     }
     // What a crashed recorder left in the -wal file belongs to the bag. Without one, `immutable`
     // lets a bag on a read-only disk be read, and promises not to touch it.
@@ -164,10 +166,11 @@ class Bag {
       : path_(std::move(path)), database_(std::move(database)) {}
 
   Error Fail(const std::string& what) const {
-    return BadInputError(path_ + ": " + what + ": " +
-                         (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
-                         "; expected a ROS 2 bag in SQLite (.db3). If the bag is damaged, "
-                         "sqlite3's `.recover` may restore more of it");
+    return Error(ErrorCode::kDamagedFile,
+                 {path_},
+                 what + ": " + (database_ ? sqlite3_errmsg(database_.get()) : "out of memory") +
+                     "; expected a ROS 2 bag in SQLite (.db3). If the bag is damaged, "
+                     "sqlite3's `.recover` may restore more of it");
   }
 
   Statement Prepare(const char* sql) const {

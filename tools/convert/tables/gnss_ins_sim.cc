@@ -51,22 +51,23 @@ Result<SensorFile> OpenSensor(const fs::path& path, Triad triad) {
   file.triad.triad = triad;
   constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
   if (csv->column_count() != 3) {
-    return BadInputError(path.string() + ": has " + std::to_string(csv->column_count()) +
-                         " columns; expected x, y and z");
+    return Error(ErrorCode::kWrongFieldCount,
+                 {path.string()},
+                 "has " + std::to_string(csv->column_count()) + " columns; expected x, y and z");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const Heading heading = ParseHeading(csv->header()[axis]);
     const std::string expected = std::string(TriadPrefix(triad)) + "_" + kAxes[axis];
     if (heading.name != expected || (axis > 0 && heading.unit != file.triad.unit)) {
-      return BadInputError(path.string() + ":1: column `" + csv->header()[axis] +
-                           "`; expected `" + expected +
-                           " (unit)`, the same unit for all three axes");
+      return Error(ErrorCode::kWrongFormat,
+                   path.string() + ":1: column `" + csv->header()[axis] + "`; expected `" +
+                       expected + " (unit)`, the same unit for all three axes");
     }
     file.triad.unit = heading.unit;
     TRUETRIAD_RETURN_IF_ERROR(csv->Map(axis, CsvReader::Kind::kNumber));
   }
   if (const Result<Unit> unit = ParseTriadUnit(triad, file.triad.unit); !unit) {
-    return BadInputError(path.string() + ":1: " + unit.error().message);
+    return Error(ErrorCode::kUnknownUnit, path.string() + ":1: " + unit.error().message);
   }
   file.csv = std::move(csv);
   return file;
@@ -76,7 +77,7 @@ Result<std::unique_ptr<CsvReader>> OpenTime(const fs::path& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<CsvReader> csv, Open(path));
   const Heading heading = ParseHeading(csv->header()[0]);
   if (csv->column_count() != 1 || heading.name != "time" || heading.unit != "sec") {
-    return BadInputError(path.string() + ":1: expected one column `time (sec)`");
+    return Error(ErrorCode::kMissingTime, path.string() + ":1: expected one column `time (sec)`");
   }
   constexpr int kSeconds = 9;
   TRUETRIAD_RETURN_IF_ERROR(csv->Map(0, CsvReader::Kind::kTime, kSeconds));
@@ -90,13 +91,15 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
     for (SensorFile& sensor : *sensors) {
       TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t rows, sensor.csv->Read());
       if (rows == *count) continue;
-      return BadInputError(sensor.csv->path() + ": has " + (rows < *count ? "fewer" : "more") +
-                           " rows than " + time->path() + "; both need one row for each sample");
+      return Error(ErrorCode::kDoesNotMatch,
+                   {sensor.csv->path()},
+                   std::string("has ") + (rows < *count ? "fewer" : "more") + " rows than " + time->path() +
+                       "; both need one row for each sample");
     }
     if (*count == 0) return {};
     for (std::size_t i = 0; i < *count; ++i) {
       if (time->Times(0)[i] == CsvReader::kMissingTime) {
-        return BadInputError(time->path() + ":" + std::to_string(time->Line(i)) + ": no time");
+        return Error(ErrorCode::kUnreadableNumber, {time->path(), time->Line(i)}, "no time");
       }
       std::array<double, 9> readings{};
       for (std::size_t sensor = 0; sensor < sensors->size(); ++sensor) {
@@ -113,8 +116,9 @@ Status Run(const Arguments& arguments) {
   const fs::path folder = arguments.input;
   std::error_code missing;
   if (!fs::is_directory(folder, missing)) {
-    return BadInputError(arguments.input +
-                         ": is not a folder; expected one with time.csv, accel-0.csv, …");
+    return Error(ErrorCode::kUnreadableFile,
+                 {arguments.input},
+                 "is not a folder; expected one with time.csv, accel-0.csv, …");
   }
   const std::string run = std::to_string(arguments.instance.value_or(0));
   std::vector<std::pair<Triad, fs::path>> found;
@@ -123,8 +127,10 @@ Status Run(const Arguments& arguments) {
     if (fs::is_regular_file(path, missing)) found.emplace_back(triad, path);
   }
   if (found.empty()) {
-    return BadInputError(arguments.input + ": contains none of accel-" + run + ".csv, gyro-" + run +
-                         ".csv, mag-" + run + ".csv");
+    return Error(
+        ErrorCode::kMissingSensor,
+        {arguments.input},
+        "contains none of accel-" + run + ".csv, gyro-" + run + ".csv, mag-" + run + ".csv");
   }
   if (arguments.list) {
     for (const auto& [triad, path] : found) {
@@ -140,7 +146,8 @@ Status Run(const Arguments& arguments) {
     triads.push_back(sensor.triad);
     sensors.push_back(std::move(sensor));
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording, RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> recording,
+                             RecordingFolder::Create(arguments.output));
   recording->SetSource("format", "gnss-ins-sim");
   recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
   recording->SetSource("run", run);

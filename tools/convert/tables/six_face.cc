@@ -43,8 +43,9 @@ Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder)
       std::error_code missing;
       if (!fs::is_regular_file(path, missing)) continue;
       if (found) {
-        return BadInputError(path.string() + ": " + found->filename().string() +
-                             " is the same face; keep one of them");
+        return Error(ErrorCode::kDoesNotMatch,
+                     {path.string()},
+                     found->filename().string() + " is the same face; keep one of them");
       }
       found = path;
     }
@@ -66,12 +67,14 @@ struct Rest {
 Result<Rest> ReadRest(const fs::path& path) {
   // Rests are short, but a wrong file may not be.
   constexpr std::size_t kMostRows = 20'000'000;
-  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(path.string()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
+                             OpenRecording(path.string()));
   Rest rest;
   rest.streams = source->info().streams;
   if (!source->info().has_time) {
-    return BadInputError(path.string() +
-                         ": has no time column; use a pose table directly, it needs no conversion");
+    return Error(ErrorCode::kMissingTime,
+                 {path.string()},
+                 "has no time column; use a pose table directly, it needs no conversion");
   }
   std::vector<SampleBlock> blocks;
   for (;;) {
@@ -92,9 +95,10 @@ Result<Rest> ReadRest(const fs::path& path) {
       }
     }
     if (rest.rows.size() > kMostRows)
-      return BadInputError(path.string() + ": is too long for one rest");
+      return Error(ErrorCode::kTooMany, {path.string()}, "is too long for one rest");
   }
-  if (rest.rows.empty()) return BadInputError(path.string() + ": contains no readings");
+  if (rest.rows.empty())
+    return Error(ErrorCode::kNoReadings, {path.string()}, "contains no readings");
   return rest;
 }
 
@@ -112,14 +116,17 @@ Status CheckSameStreams(const Rest& first, const Rest& rest, const fs::path& pat
            first.streams[i].unit.name == rest.streams[i].unit.name;
   }
   if (same) return {};
-  return BadInputError(path.string() + ": has different sensors or units than the other faces");
+  return Error(ErrorCode::kDoesNotMatch,
+               {path.string()},
+               "has different sensors or units than the other faces");
 }
 
 Status Run(const Arguments& arguments) {
   std::error_code missing;
   if (!fs::is_directory(arguments.input, missing)) {
-    return BadInputError(arguments.input +
-                         ": is not a folder; expected one with +x.csv, -x.csv, …");
+    return Error(ErrorCode::kUnreadableFile,
+                 {arguments.input},
+                 "is not a folder; expected one with +x.csv, -x.csv, …");
   }
   std::vector<std::pair<std::string, fs::path>> files;
   for (const Face& face : kFaces) {
@@ -127,9 +134,10 @@ Status Run(const Arguments& arguments) {
     if (file) files.emplace_back(face.name, *file);
   }
   if (files.empty()) {
-    return BadInputError(arguments.input +
-                         ": contains no face file; expected +x.csv, -x.csv, +y.csv, … (or "
-                         "x_up.csv, x_down.csv, …), named after the axis that points up");
+    return Error(ErrorCode::kNoReadings,
+                 {arguments.input},
+                 "contains no face file; expected +x.csv, -x.csv, +y.csv, … (or "
+                 "x_up.csv, x_down.csv, …), named after the axis that points up");
   }
   if (arguments.list) {
     for (const auto& [face, path] : files) {
@@ -137,7 +145,8 @@ Status Run(const Arguments& arguments) {
     }
     return {};
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder, RecordingFolder::Create(arguments.output));
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> folder,
+                             RecordingFolder::Create(arguments.output));
   folder->SetSource("format", "six-face");
   folder->SetSource("converter", "truetriad-convert-six-face " TRUETRIAD_VERSION);
   Rest first;

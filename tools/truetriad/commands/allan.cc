@@ -38,8 +38,8 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
     const auto high = std::from_chars(low.ptr + 1, end, range[1]);
     if (high.ec == std::errc() && high.ptr == end) return std::optional(range);
   }
-  return UsageError("--white_range=" + text +
-                    " is invalid; expected two times in seconds, as in 0.3,3");
+  return Error(ErrorCode::kInvalidArgument,
+               "--white_range=" + text + " is invalid; expected two times in seconds, as in 0.3,3");
 }
 
 Result<AllanResult> Analyse(const AllanOptions& options) {
@@ -57,7 +57,8 @@ Result<std::string> WriteFiles(const AllanResult& result) {
   // Both or none: what would fail for the second must stop the first.
   for (const std::string& path : {file, plot}) {
     if (std::filesystem::is_directory(path)) {
-      return BadInputError(path + ": is a folder; remove it or choose another --output");
+      return Error(
+          ErrorCode::kOutputInTheWay, {path}, "is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(file, AllanToYaml(result)));
@@ -78,7 +79,7 @@ Result<VerbResult> RunAllan(const std::vector<std::string>&) {
     text += written;
   }
   return VerbResult{
-      .exit_code = result.at_rest() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough),
+      .exit_code = result.at_rest() ? kExitGood : static_cast<int>(ErrorKind::kNotEnough),
       .text = std::move(text),
       .result = ToJson(result)};
 }

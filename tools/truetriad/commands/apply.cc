@@ -47,11 +47,13 @@ Status CheckOutput(const RecordingInfo& recording) {
         return std::filesystem::equivalent(output, input, none);
       });
   if (replaced != inputs.end()) {
-    return UsageError("--output=" + FLAGS_output + " would overwrite an input (" + *replaced +
-                      "); choose another file");
+    return Error(ErrorCode::kConflictingArguments,
+                 "--output=" + FLAGS_output + " would overwrite an input (" + *replaced +
+                     "); choose another file");
   }
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
-    return UsageError("--output=" + FLAGS_output + " exists and is not a regular file");
+    return Error(ErrorCode::kConflictingArguments,
+                 "--output=" + FLAGS_output + " exists and is not a regular file");
   }
   return {};
 }

@@ -65,8 +65,9 @@ Result<std::string> WriteResult(const Task& task,
   // Both or none: what would fail for the second must stop the first.
   for (const char* name : kResults) {
     if (std::filesystem::is_directory(directory / name)) {
-      return BadInputError((directory / name).string() +
-                           ": is a folder; remove it or choose another --output");
+      return Error(
+          ErrorCode::kOutputInTheWay,
+          (directory / name).string() + ": is a folder; remove it or choose another --output");
     }
   }
   std::string written;
@@ -93,7 +94,8 @@ Result<std::string> WriteResult(const Task& task,
 Result<Solver> StatedSolver() {
   if (FLAGS_solver == "eliminated") return Solver::kEliminated;
   if (FLAGS_solver == "ceres") return Solver::kCeres;
-  return UsageError("--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
+  return Error(ErrorCode::kInvalidArgument,
+               "--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
 }
 
 std::string FolderFor(const std::vector<std::string>& inputs) {
@@ -103,8 +105,8 @@ std::string FolderFor(const std::vector<std::string>& inputs) {
 /// Without an experiment: one for what is in the logs.
 Result<Task> InitialTask(const std::vector<std::string>& inputs) {
   if (inputs.empty()) {
-    return UsageError(
-        "no log; name one (`truetriad calibrate LOG.csv`), or an experiment (--config=…)");
+    return Error(ErrorCode::kMissingArgument,
+                 "no log; name one (`truetriad calibrate LOG.csv`), or an experiment (--config=…)");
   }
   Task task;
   task.folder = FolderFor(inputs);
@@ -129,8 +131,8 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs) {
     task.experiment.inputs = inputs;
   }
   if (task.experiment.inputs.empty()) {
-    return UsageError("no recording: " + FLAGS_config +
-                      " has no `input:`; add it or give --input=LOG");
+    return Error(ErrorCode::kMissingArgument,
+                 "no recording: " + FLAGS_config + " has no `input:`; add it or give --input=LOG");
   }
   task.folder = FolderFor(task.experiment.inputs);
   return task;
@@ -159,7 +161,7 @@ Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
   result.findings = calibration->findings;
   result.outcome = calibration->outcome;
   if (!calibration->IsUsable()) {
-    result.exit_code = static_cast<int>(ErrorCode::kNotEnough);
+    result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
   } else if (!calibration->within_limits.value_or(true)) {
     result.exit_code = kExitOutsideLimits;
   }

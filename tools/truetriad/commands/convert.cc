@@ -84,9 +84,10 @@ Result<std::string> FindConverter(const LogFormat& format) {
   const std::string program = "truetriad-convert-" + std::string(format.name);
   const std::optional<std::string> found = FindCompanion(program);
   if (format.is_script && !IsInPath("node")) {
-    return UsageError("--from=" + std::string(format.name) +
-                      ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
-                      "tools/convert-node)");
+    return Error(ErrorCode::kMissingProgram,
+                 "--from=" + std::string(format.name) +
+                     ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
+                     "tools/convert-node)");
   }
   if (found) return *found;
   std::string what =
@@ -98,7 +99,7 @@ Result<std::string> FindConverter(const LogFormat& format) {
   } else {
     what += "build it with tools/build.sh programs, or install truetriad again";
   }
-  return UsageError(what);
+  return Error(ErrorCode::kMissingProgram, what);
 }
 
 /// Runs a converter to its end. Its exit code, or why it did not run.
@@ -114,14 +115,17 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
   const int failure =
       posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ);
   if (failure != 0)
-    return BadInputError(program + ": cannot be started: " + std::strerror(failure));
+    return Error(ErrorCode::kSystemFailure,
+                 {program},
+                 std::string("cannot be started: ") + std::strerror(failure));
   int status = 0;
   while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return BadInputError(program + ": " + std::strerror(errno));
+    if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));
   }
   if (WIFEXITED(status)) return WEXITSTATUS(status);
-  return BadInputError(program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
-                       "; nothing was written");
+  return Error(ErrorCode::kDamagedFile,
+               program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
+                   "; nothing was written");
 }
 
 Result<VerbResult> ConvertLog(const LogFormat& format) {
@@ -154,9 +158,10 @@ Result<std::string> DescribeStreams(const std::string& manifest) {
 Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapping) {
   if (FLAGS_list || !FLAGS_topic.empty() || !FLAGS_instance.empty() || !FLAGS_columns.empty() ||
       !FLAGS_units.empty()) {
-    return UsageError(
+    return Error(
+        ErrorCode::kConflictingArguments,
         "--from=" + name +
-        " has fixed columns: --list, --topic, --instance, --columns and --units do not apply");
+            " has fixed columns: --list, --topic, --instance, --columns and --units do not apply");
   }
   const std::vector<std::string> inputs = CommaSeparated(FLAGS_input);
   const bool is_new = !fs::exists(FLAGS_output);
@@ -177,7 +182,9 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
   }
   const fs::path path = fs::path(FLAGS_output) / "recording.yaml";
   fs::rename(draft, path, failure);
-  if (failure) return BadInputError(path.string() + ": cannot be written: " + failure.message());
+  if (failure)
+    return Error(
+        ErrorCode::kCannotWrite, {path.string()}, "cannot be written: " + failure.message());
   Note("truetriad convert: " + *streams);
   return VerbResult{.text = path.string() + '\n', .result = {{"output", path.string()}}};
 }
@@ -191,25 +198,27 @@ std::vector<std::string_view> FormatNames() {
 
 Result<VerbResult> RunConvert(const std::vector<std::string>&) {
   if (FLAGS_output.empty() && !FLAGS_list) {
-    return UsageError("no --output given; name the folder for the recording, or use --list");
+    return Error(ErrorCode::kMissingArgument,
+                 "no --output given; name the folder for the recording, or use --list");
   }
   if (const LogFormat* const format = FindFormat(FLAGS_from)) return ConvertLog(*format);
   for (const ShippedMapping& mapping : ShippedMappings()) {
     if (mapping.name == FLAGS_from) return ConvertTable(FLAGS_from, std::string(mapping.text));
   }
   if (FLAGS_from == "bbl" || FLAGS_from == "bfl") {
-    return UsageError("--from=" + FLAGS_from +
-                      ": is a raw blackbox log; decode it with Betaflight's own tool first: "
-                      "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; "
-                      "then convert --from=blackbox --input=LOG.01.csv");
+    return Error(ErrorCode::kConflictingArguments,
+                 "--from=" + FLAGS_from +
+                     ": is a raw blackbox log; decode it with Betaflight's own tool first: "
+                     "blackbox_decode --unit-rotation rad/s --unit-acceleration m/s2 LOG.BBL; "
+                     "then convert --from=blackbox --input=LOG.01.csv");
   }
   if (FLAGS_from.ends_with(".yaml") || FLAGS_from.ends_with(".yml")) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string mapping, ReadMappingFile(FLAGS_from));
     return ConvertTable(FLAGS_from, mapping);
   }
-  return UsageError("--from=" + FLAGS_from + " is not a format" +
-                    DidYouMean(FLAGS_from, FormatNames()) +
-                    "; `truetriad help convert` lists them; your own mapping is a .yaml file");
+  return Error(ErrorCode::kUnknownName,
+               "--from=" + FLAGS_from + " is not a format" + DidYouMean(FLAGS_from, FormatNames()) +
+                   "; `truetriad help convert` lists them; your own mapping is a .yaml file");
 }
 
 std::vector<std::string> FormatChoices() {

@@ -51,8 +51,9 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
                                ParseInteger("id", for_all ? item : item.substr(colon + 1)));
     const std::optional<Triad> triad = TriadFromName(item.substr(0, colon));
     if (!for_all && !triad) {
-      return UsageError("--id: `" + item.substr(0, colon) +
-                        "` is not a sensor; expected accelerometer, gyroscope or magnetometer");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--id: `" + item.substr(0, colon) +
+                       "` is not a sensor; expected accelerometer, gyroscope or magnetometer");
     }
     for (const Triad each : kTriads) {
       if (for_all || each == *triad) ids[each] = id;
@@ -67,7 +68,9 @@ Result<ExportOptions> ParseOptions() {
   options.file_name = FLAGS_output;
   if (!FLAGS_max_loss.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const double share, ParseReal("max-loss", FLAGS_max_loss));
-    if (!(share >= 0.0)) return UsageError("--max-loss: expected a share of the signal, 0 or more");
+    if (!(share >= 0.0))
+      return Error(ErrorCode::kInvalidArgument,
+                   "--max-loss: expected a share of the signal, 0 or more");
     options.max_loss = share;
   }
   if (!FLAGS_temperature.empty()) {

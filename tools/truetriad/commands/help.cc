@@ -15,14 +15,17 @@ VerbResult Shown(const std::string& text) { return {.text = text, .result = {{"t
 
 Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
-    if (!words.empty()) return UsageError("--as=" + FLAGS_as + " covers all verbs; name none");
+    if (!words.empty())
+      return Error(ErrorCode::kConflictingArguments,
+                   "--as=" + FLAGS_as + " covers all verbs; name none");
     if (FLAGS_as != "man" && FLAGS_as != "bash") {
-      return UsageError("--as=" + FLAGS_as + " is unknown; expected text, man or bash");
+      return Error(ErrorCode::kInvalidArgument,
+                   "--as=" + FLAGS_as + " is unknown; expected text, man or bash");
     }
     return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }
   if (words.empty()) return Shown(OverviewText());
-  if (words.size() > 1) return UsageError("expected one verb");
+  if (words.size() > 1) return Error(ErrorCode::kMissingArgument, "expected one verb");
   TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command, FindCommand(words[0]));
   return Shown(HelpText(*command));
 }

@@ -22,7 +22,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   VerbResult result{.text = InspectionText(loaded->poses), .result = ToJson(loaded->poses)};
   result.findings = loaded->poses.findings;
   if (loaded->not_enough) {
-    result.exit_code = static_cast<int>(ErrorCode::kNotEnough);
+    result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
     result.findings.push_back(RefusalOf(*loaded->not_enough));
     result.failure = loaded->not_enough->message;
   }

@@ -27,7 +27,8 @@ Result<std::string> WriteResult(const Plan& plan) {
   const std::string page = (directory / "program.html").string();
   for (const std::string& file : {program, page}) {
     if (std::filesystem::is_directory(file)) {
-      return BadInputError(file + ": is a folder; remove it or choose another --output");
+      return Error(
+          ErrorCode::kOutputInTheWay, {file}, "is a folder; remove it or choose another --output");
     }
   }
   TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(program, PoseProgramToYaml(plan.program)));
@@ -44,13 +45,15 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
   std::string measured = FLAGS_input;
   if (measured.empty() && experiment.plan && experiment.plan->from_recording) {
     if (experiment.inputs.size() > 1) {
-      return UsageError(FLAGS_config +
-                        ": `start: recording` takes one recording; give it as --input=LOG");
+      return Error(ErrorCode::kConflictingArguments,
+                   {FLAGS_config},
+                   "`start: recording` takes one recording; give it as --input=LOG");
     }
     if (experiment.inputs.size() == 1) measured = experiment.inputs.front();
     if (measured.empty()) {
-      return UsageError(FLAGS_config +
-                        ": `start: recording` needs a recording; add `input:` or give --input=LOG");
+      return Error(ErrorCode::kMissingArgument,
+                   {FLAGS_config},
+                   "`start: recording` needs a recording; add `input:` or give --input=LOG");
     }
   }
   if (!FLAGS_output.empty()) TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
@@ -65,7 +68,7 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
     text += written;
   }
   return VerbResult{
-      .exit_code = plan->IsMet() ? kExitGood : static_cast<int>(ErrorCode::kNotEnough),
+      .exit_code = plan->IsMet() ? kExitGood : static_cast<int>(ErrorKind::kNotEnough),
       .text = std::move(text),
       .result = ToJson(*plan)};
 }

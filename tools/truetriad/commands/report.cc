@@ -43,8 +43,9 @@ Result<VerbResult> RunReport(const std::vector<std::string>& words) {
   }
   const bool is_page = std::filesystem::path(FLAGS_output).extension() == ".html";
   if (is_page && files.size() > 1) {
-    return UsageError("--output=" + FLAGS_output + " is one page, but there are " +
-                      std::to_string(files.size()) + " calibrations; name a folder instead");
+    return Error(ErrorCode::kConflictingArguments,
+                 "--output=" + FLAGS_output + " is one page, but there are " +
+                     std::to_string(files.size()) + " calibrations; name a folder instead");
   }
   if (!is_page) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
   VerbResult result;

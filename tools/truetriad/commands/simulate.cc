@@ -42,7 +42,7 @@ class Staging {
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(output));
     std::string name = (fs::path(output) / ".simulate_XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr) {
-      return BadInputError(output + ": cannot create a folder in it");
+      return Error(ErrorCode::kCannotWrite, {output}, "cannot create a folder in it");
     }
     return std::unique_ptr<Staging>(new Staging(name));
   }
@@ -67,9 +67,10 @@ Status CheckCanMoveInto(const fs::path& from, const fs::path& to) {
     const fs::path target = to / fs::relative(entry.path(), from);
     std::error_code missing;
     if (fs::exists(target, missing) && fs::is_directory(target, missing) != entry.is_directory()) {
-      return BadInputError(target.string() + ": is in the way of a " +
-                           (entry.is_directory() ? "folder" : "file") +
-                           " to write; remove it or choose another --output");
+      return Error(ErrorCode::kOutputInTheWay,
+                   {target.string()},
+                   std::string("is in the way of a ") + (entry.is_directory() ? "folder" : "file") +
+                       " to write; remove it or choose another --output");
     }
     if (entry.is_directory() && fs::exists(target, missing)) {
       TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
@@ -89,7 +90,7 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
     } else {
       fs::rename(entry.path(), target, failure);
     }
-    if (failure) return BadInputError(target.string() + ": " + failure.message());
+    if (failure) return Error(ErrorCode::kCannotWrite, {target.string()}, failure.message());
   }
   return {};
 }
@@ -283,9 +284,10 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   if (!unknown && size.bytes > static_cast<double>(space.available)) {
     char room[64];
     std::snprintf(room, sizeof room, "%.3g GB", static_cast<double>(space.available) / kBytesAGb);
-    return BadInputError(FLAGS_output + ": the recording would need " + text + ", but only " +
-                         room +
-                         " are free; shorten the motion, lower the rates or simulate fewer units");
+    return Error(ErrorCode::kCannotWrite,
+                 {FLAGS_output},
+                 std::string("the recording would need ") + text + ", but only " + room +
+                     " are free; shorten the motion, lower the rates or simulate fewer units");
   }
   if (size.bytes > kBytesAGb) Note(std::string("truetriad simulate: writing ") + text);
   return {};
@@ -299,16 +301,18 @@ Status CheckKeepsInputs(const Scenario& scenario) {
        {"recording.yaml", "truth.yaml", "poses.yaml", "turns.yaml", "rates.yaml"}) {
     std::error_code missing;
     if (fs::equivalent(folder / name, FLAGS_config, missing)) {
-      return UsageError("--output=" + FLAGS_output + " would overwrite the scenario with its " +
-                        name + "; choose another folder");
+      return Error(ErrorCode::kConflictingArguments,
+                   "--output=" + FLAGS_output + " would overwrite the scenario with its " + name +
+                       "; choose another folder");
     }
   }
   const std::string poses = (folder / "poses.yaml").string();
   std::error_code missing;
   if (fs::exists(poses, missing) && ReadPoseProgram(poses)) {
-    return UsageError(poses +
-                      ": is a pose program and would be overwritten; choose another folder, or "
-                      "rename it to program.yaml");
+    return Error(ErrorCode::kConflictingArguments,
+                 {poses},
+                 "is a pose program and would be overwritten; choose another folder, or "
+                 "rename it to program.yaml");
   }
   return {};
 }
@@ -348,8 +352,9 @@ VerbResult ResultOf(const Scenario& scenario) {
 
 Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   if (FLAGS_threads < 0) {
-    return UsageError("--threads=" + std::to_string(FLAGS_threads) +
-                      " is invalid; expected 1 or more, or 0 for one per core");
+    return Error(ErrorCode::kInvalidArgument,
+                 "--threads=" + std::to_string(FLAGS_threads) +
+                     " is invalid; expected 1 or more, or 0 for one per core");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "truetriad/base/error.h"
+
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <system_error>
+
+namespace truetriad {
+namespace {
+
+using enum ErrorCode;
+
+using Text = std::string_view;
+
+constexpr ErrorInfo Usage(ErrorCode code, Text name, Text meaning, Text remedy) {
+  return {code, name, ErrorKind::kUsage, meaning, remedy};
+}
+constexpr ErrorInfo BadInput(ErrorCode code, Text name, Text meaning, Text remedy) {
+  return {code, name, ErrorKind::kBadInput, meaning, remedy};
+}
+constexpr ErrorInfo NotEnough(ErrorCode code, Text name, Text meaning, Text remedy) {
+  return {code, name, ErrorKind::kNotEnough, meaning, remedy};
+}
+
+// docs/reasons.md is this table for people; error_test.cc holds the two together.
+constexpr auto kErrors = std::to_array<ErrorInfo>({
+    Usage(kUnknownVerb, "unknown-verb", "No verb has this name", "`truetriad help` lists them"),
+    Usage(kUnknownFlag,
+          "unknown-flag",
+          "The verb has no such flag",
+          "`truetriad help VERB` lists its flags"),
+    Usage(kMissingArgument,
+          "missing-argument",
+          "A flag, a value or a word is missing",
+          "`truetriad help VERB` shows what is needed"),
+    Usage(kExtraArgument, "extra-argument", "A word too many", "give each value after its flag"),
+    Usage(kInvalidArgument,
+          "invalid-argument",
+          "The value of a flag is not one that it takes",
+          "`truetriad help VERB` says which it takes"),
+    Usage(kConflictingArguments,
+          "conflicting-arguments",
+          "Two parts of the call exclude each other",
+          "leave one out"),
+    Usage(kUnknownName,
+          "unknown-name",
+          "Something is named that there is not: a format, a limit, a topic",
+          "take one of those that the message lists"),
+    Usage(kInvalidExperiment,
+          "invalid-experiment",
+          "The experiment does not go with the verb or the data",
+          "correct the key that the message names"),
+    Usage(kNothingToEstimate, "nothing-to-estimate", "Everything is fixed", "free a parameter"),
+    Usage(kMissingProgram,
+          "missing-program",
+          "A part that is built or installed apart is not there",
+          "install or build what the message names"),
+    BadInput(kUnreadableFile,
+             "unreadable-file",
+             "A file is missing or cannot be read",
+             "check path and permissions"),
+    BadInput(kEmptyFile, "empty-file", "A file is empty", "check whether the log was closed"),
+    BadInput(kDamagedFile,
+             "damaged-file",
+             "A file is cut off, or its parts contradict each other",
+             "copy it again from where it was recorded"),
+    BadInput(kWrongFormat,
+             "wrong-format",
+             "A file is not what is read here",
+             "convert it first, or give the file that belongs here"),
+    BadInput(kBadYaml, "bad-yaml", "A file is not YAML, or no map", "correct the line"),
+    BadInput(
+        kUnknownKey, "unknown-key", "Nothing has this key", "check its spelling and its place"),
+    BadInput(kDuplicateKey, "duplicate-key", "A key or name is given twice", "keep one"),
+    BadInput(kMissingKey, "missing-key", "A key that is needed is missing", "add it"),
+    BadInput(kInvalidValue, "invalid-value", "A value is not one that its key takes", "correct it"),
+    BadInput(kConflictingKeys,
+             "conflicting-keys",
+             "Keys of a file contradict each other, or need each other",
+             "correct the key that the message names"),
+    BadInput(kNoHeader,
+             "no-header",
+             "A table has no header",
+             "name the columns with their units in the first line"),
+    BadInput(kMissingColumn,
+             "missing-column",
+             "A column that is needed is missing",
+             "add it, or map another in a manifest"),
+    BadInput(kDuplicateColumn,
+             "duplicate-column",
+             "A column is there or used twice",
+             "rename one of them"),
+    BadInput(kUnknownColumn,
+             "unknown-column",
+             "A column is nearly called as one that is read",
+             "rename it, or map it in a manifest"),
+    BadInput(kMissingUnit,
+             "missing-unit",
+             "A column has no unit",
+             "write it after the name, as in `accel_x[m/s^2]`"),
+    BadInput(kUnknownUnit,
+             "unknown-unit",
+             "A unit is not known, or not one of this quantity",
+             "take one of those that the message lists"),
+    BadInput(kUnitMismatch, "unit-mismatch", "Units differ that must be the same", "use one unit"),
+    BadInput(kWrongFieldCount,
+             "wrong-field-count",
+             "A row has more or fewer fields than the header",
+             "correct the row; `ragged: allow` in a manifest leaves such rows out"),
+    BadInput(kUnreadableNumber,
+             "unreadable-number",
+             "A field is not a finite number",
+             "correct the field, or leave it empty"),
+    BadInput(kValueOutOfRange,
+             "value-out-of-range",
+             "A number is larger or smaller than it can be",
+             "check its unit"),
+    BadInput(kTooMany,
+             "too-many",
+             "There is more of something than can be meant",
+             "check what the file is, and how it is read"),
+    BadInput(kMissingTime,
+             "missing-time",
+             "Something needs time, and the recording has none",
+             "add a time column, or state the rate in a manifest"),
+    BadInput(kTimeGoesBack,
+             "time-goes-back",
+             "Time does not go on",
+             "sort the log, or split it where the clock was set"),
+    BadInput(kMissingTemperature,
+             "missing-temperature",
+             "Something needs the temperature, and a row or pose has none",
+             "add a temperature column"),
+    BadInput(kMissingSensor,
+             "missing-sensor",
+             "A sensor that is needed is not in the file",
+             "record it, or do without it"),
+    BadInput(kNoReadings,
+             "no-readings",
+             "A sensor or file has no reading",
+             "check the columns and the log"),
+    BadInput(kStuckSensor,
+             "stuck-sensor",
+             "A sensor repeats one reading, or is at its range limit, throughout",
+             "check wiring, bus and range"),
+    BadInput(kRepeatedRows,
+             "repeated-rows",
+             "Too many rows repeat others",
+             "check how the table was made"),
+    BadInput(kWrongUnit,
+             "wrong-unit",
+             "Readings are of a size that no sensor of this kind has in the stated unit",
+             "correct the unit"),
+    BadInput(kCountsOfUnknownSize,
+             "counts-of-unknown-size",
+             "Readings are in counts, and something needs to know how much a count is",
+             "state `si_per_count:` in a manifest"),
+    BadInput(kNotInRecording,
+             "not-in-recording",
+             "A pose, row or time is named that the recording does not have",
+             "`truetriad inspect` lists what it has"),
+    BadInput(kDoesNotMatch,
+             "does-not-match",
+             "Two files, or a file and the experiment, do not belong together",
+             "give those that do"),
+    BadInput(
+        kOtherDevice, "other-device", "Files are of different units", "give those of one unit"),
+    BadInput(kCalibrationNotUsable,
+             "calibration-not-usable",
+             "A calibration was refused",
+             "calibrate again; its findings say why"),
+    BadInput(kNotRepresentable,
+             "not-representable",
+             "The format cannot say what the calibration says",
+             "choose another format"),
+    BadInput(kSingularMatrix, "singular-matrix", "A matrix has no inverse", "check the file"),
+    BadInput(kOutputInTheWay,
+             "output-in-the-way",
+             "Something else stands where a file is to be written",
+             "remove it, or choose another --output"),
+    BadInput(kCannotWrite,
+             "cannot-write",
+             "A file cannot be written",
+             "check disk, folder and permissions"),
+    BadInput(kStopped, "stopped", "Stopped before the end", "run it again"),
+    BadInput(kSystemFailure,
+             "system-failure",
+             "The operating system refused",
+             "try again; the message has its reason"),
+    BadInput(kBrokenInstallation,
+             "broken-installation",
+             "A file of truetriad itself is missing or damaged",
+             "install truetriad again"),
+    NotEnough(kNotEnoughData,
+              "not-enough-data",
+              "The data do not determine what was asked for",
+              "record more, as the message says"),
+});
+
+FilePlace PlaceIn(const std::string& text) {
+  const char* const text_end = text.data() + text.size();
+  for (std::size_t colon = text.find(':'); colon != std::string::npos;
+       colon = text.find(':', colon + 1)) {
+    int line = 0;
+    const auto [end, failure] = std::from_chars(text.data() + colon + 1, text_end, line);
+    if (failure == std::errc() && line > 0 && (end == text_end || *end == ':')) {
+      return {text.substr(0, colon), line};
+    }
+  }
+  return {text.substr(0, text.find(": "))};
+}
+
+}  // namespace
+
+std::span<const ErrorInfo> AllErrorCodes() { return kErrors; }
+
+const ErrorInfo& InfoOf(ErrorCode code) { return kErrors[static_cast<std::size_t>(code)]; }
+
+std::string Error::What() const {
+  const std::string before = place.Text() + ": ";
+  return place.file.empty() || !message.starts_with(before) ? message
+                                                            : message.substr(before.size());
+}
+
+Error ErrorIn(ErrorCode code, const std::string& place, const std::string& text) {
+  Error error(code, place + ": " + text);
+  error.place = PlaceIn(place);
+  return error;
+}
+
+Error Joined(const std::vector<Error>& errors) {
+  Error all = errors.front();
+  for (std::size_t i = 1; i < errors.size(); ++i) all.message += "\n" + errors[i].message;
+  return all;
+}
+
+}  // namespace truetriad

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A golden unit and its reference. The accelerometer alone: its own frame is the body's.
+class CheckStation : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const Finished run = RunTruetriad({"calibrate", Log("golden", {}), "-o", folder_.Path("ref")});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+  }
+  std::string Log(const std::string& name, LogOptions options) {
+    options.magnetometer = false;
+    return folder_.Write(name + ".csv", LogText(options));
+  }
+  Finished Check(const std::string& log, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = {
+        "check-station", "--golden=" + folder_.Path("ref/calibration.yaml"), log};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return RunTruetriad(arguments);
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(CheckStation, AgreesOnAnotherDay) {
+  const Finished run = Check(Log("today", {.seed = 7}));
+  EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("STATION AGREES"));
+  EXPECT_THAT(run.out, HasSubstr("p = "));
+}
+
+TEST_F(CheckStation, NamesWhatDiffersMost) {
+  LogOptions today{.seed = 7};
+  today.accelerometer.sensitivity(2, 1) += 0.02;
+  const Finished run = Check(Log("today", today));
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("STATION DOES NOT AGREE"));
+  EXPECT_THAT(run.out, HasSubstr("(accelerometer.sensitivity.zy)"));
+}
+
+TEST_F(CheckStation, AllowsForWhatTheUnitDoesByItself) {
+  LogOptions today{.seed = 7};
+  today.accelerometer.bias += Eigen::Vector3d(0.02, -0.02, 0.01);
+  const std::string log = Log("today", today);
+  EXPECT_EQ(Check(log).exit_code, 4);
+  const Finished allowed = Check(log, {"--repeatability=accelerometer.bias=0.015"});
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.out << allowed.err;
+  const Finished wrong = Check(log, {"--repeatability=accelerometer=0.015"});
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.err, HasSubstr("expected SENSOR.bias"));
+}
+
+TEST_F(CheckStation, IsNotJudgedByARecordingThatIsRefused) {
+  const Finished run = Check(Log("flat", {.rests = 16, .in_one_plane = true}));
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("cannot be judged"));
+}
+
+TEST_F(CheckStation, AsksByWhichExperimentWhereTheReferenceDoesNotSay) {
+  const Finished run = RunTruetriad({"check-station",
+                                     "--golden=" TRUETRIAD_SOURCE_DIR "/datasets/demo/truth.yaml",
+                                     TRUETRIAD_SOURCE_DIR "/datasets/demo/recording.csv"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("--config"));
+}
+
+}  // namespace
+}  // namespace truetriad

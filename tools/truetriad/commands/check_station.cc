@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "json/verb_json.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
+#include "tools/truetriad/progress.h"
+#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/repeatability.h"
+#include "truetriad/config/experiment.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
+
+DEFINE_string(golden, "", "calibration.yaml of the golden unit, the reference");
+DEFINE_string(
+    repeatability,
+    "",
+    "σ by which the golden unit itself differs from run to run, as in "
+    "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; of scale a share)");
+
+namespace truetriad {
+namespace {
+
+/// What the golden unit was calibrated by, for today's recording.
+Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::string> inputs) {
+  if (FLAGS_config.empty() && golden.config_yaml.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 FLAGS_golden +
+                     ": does not say by which experiment it was made (it was imported, "
+                     "or simulated); give one with --config");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Experiment experiment,
+      ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, AllOverrides()));
+  experiment.inputs = std::move(inputs);
+  return experiment;
+}
+
+Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
+  std::vector<std::string> inputs = StatedInputs(words);
+  if (inputs.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "no log; name today's recording of the golden unit (--input=LOG)");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Repeatability repeatability,
+                             ParseRepeatability(CommaSeparated(FLAGS_repeatability)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Calibration golden, ReadCalibration(FLAGS_golden));
+  if (!golden.IsUsable()) {
+    return Error(
+        ErrorCode::kCalibrationNotUsable,
+        {FLAGS_golden},
+        "is not usable (" + std::string(golden.ReasonNotUsable()) + "), so it is no reference");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOf(golden, std::move(inputs)));
+  const Result<Calibration> today = [&] {
+    ProgressLine progress("reading " + experiment.inputs.front());
+    return CalibrateExperiment(experiment, progress.callback());
+  }();
+  TRUETRIAD_RETURN_IF_ERROR(today);
+  TRUETRIAD_RETURN_IF_ERROR(
+      CheckSameUnit(experiment.inputs.front() + ": the recording", today->serial, golden));
+  VerbResult result;
+  result.findings = today->findings;
+  result.outcome = today->outcome;
+  if (!today->IsUsable()) {
+    result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
+    result.text = CalibrationText(*today);
+    result.failure = "the station cannot be judged: today's recording was refused";
+    result.result = {{"agrees", nullptr}};
+    return result;
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Comparison comparison,
+      Compare(WithRepeatability(repeatability, golden), WithRepeatability(repeatability, *today)));
+  const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
+  result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
+  result.text = std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
+                " with the reference " + FLAGS_golden + " (a) today (b)\n" +
+                ComparisonText(comparison);
+  result.result = {{"agrees", agrees}, {"comparison", ToJson(comparison)}};
+  return result;
+}
+
+}  // namespace
+
+Command CheckStationCommand() {
+  return {
+      .name = "check-station",
+      .summary = "Does this station, today, still measure its golden unit as before?",
+      .examples =
+          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/golden\n"
+          "build/truetriad check-station --golden=out/golden/calibration.yaml "
+          "datasets/demo/recording.csv",
+      .details =
+          "Calibrates today's recording of the golden unit by the experiment that its reference "
+          "was made\nby, and compares the two. Exit code 4: they do not agree (p of all "
+          "differences together below\n0.01); 3: today's recording was refused. What the unit "
+          "does by itself between two days, above\nall its biases, is no fault of the station: "
+          "state it with --repeatability.\n",
+      .flags = {{"golden", "FILE", true},
+                {"input", "LOG,..."},
+                {"config", "EXPERIMENT.yaml"},
+                {"repeatability", "SENSOR.bias=σ,..."},
+                {"set", "KEY=VALUE,...", false, {}, true}},
+      .more_words = "input",
+      .run = RunCheckStation};
+}
+
+}  // namespace truetriad
