@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/whole_file.h"
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <set>
 #include <string_view>
@@ -23,10 +26,24 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTemporary = ".tmp-";
 
-/// A name beside `path` that no other writer uses.
-std::string TemporaryName(const std::string& path) {
-  static std::atomic<int> count = 0;
-  return path + std::string(kTemporary) + std::to_string(getpid()) + "-" + std::to_string(count++);
+/// Where process numbers are told apart: one host, and one container on it.
+std::string Numbering() {
+  std::array<char, 256> host{};
+  gethostname(host.data(), host.size() - 1);
+  std::array<char, 64> container{};
+  // Without such a link (another system): the host alone.
+  if (readlink("/proc/self/ns/pid", container.data(), container.size() - 1) < 0) container[0] = 0;
+  std::uint32_t hash = 2166136261U;  // Fowler, Noll and Vo's FNV-1a.
+  for (const char c : std::string(host.data()) + container.data()) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  }
+  return std::to_string(hash);
+}
+
+/// "4026531836-812-": what temporary names of a process hold.
+std::string WriterName(pid_t process) {
+  static const std::string numbering = Numbering();
+  return numbering + "-" + std::to_string(process) + "-";
 }
 
 int LastFailure() { return errno != 0 ? errno : EIO; }
@@ -47,15 +64,25 @@ bool IsFolderOnDisk(const std::string& path) {
   return is_on_disk;
 }
 
+/// Not even waiting for its parent to ask how it ended, as one whose parent never does.
+bool IsRunning(pid_t process) {
+  if (kill(process, 0) != 0) return errno != ESRCH;
+  std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(stat, text);
+  const std::size_t name_end = text.rfind(')');  // "812 (truetriad) Z …"
+  return name_end == std::string::npos || text.compare(name_end, 3, ") Z") != 0;
+}
+
 /// The writer whose number a temporary name holds, kTemporary and what follows it, was killed.
 bool IsOfDeadWriter(std::string_view name) {
   const std::size_t at = name.rfind(kTemporary);
   if (at == std::string_view::npos) return false;
-  const std::string_view number = name.substr(at + kTemporary.size());
+  const std::string_view text = name.substr(at + kTemporary.size());
+  const std::size_t number = text.find('-') + 1;
   pid_t writer = 0;
-  const auto read = std::from_chars(number.data(), number.data() + number.size(), writer);
-  return read.ec == std::errc() && read.ptr != number.data() + number.size() && *read.ptr == '-' &&
-         writer > 0 && kill(writer, 0) != 0 && errno == ESRCH;
+  std::from_chars(text.data() + number, text.data() + text.size(), writer);
+  return writer > 0 && text.starts_with(WriterName(writer)) && !IsRunning(writer);
 }
 
 /// Removes what killed writers left in a folder; once for each that this process writes to.
@@ -72,13 +99,20 @@ void SweepFolderOf(const std::string& path) {
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end;
        entry.increment(ignored)) {
     std::error_code failure;
-    if (IsOfDeadWriter(entry->path().filename().string()) && entry->is_regular_file(failure)) {
-      fs::remove(entry->path(), failure);
+    if (!IsOfDeadWriter(entry->path().filename().string())) continue;
+    if (entry->is_regular_file(failure) || entry->is_directory(failure)) {
+      fs::remove_all(entry->path(), failure);
     }
   }
 }
 
 }  // namespace
+
+std::string TemporaryNameBeside(const std::string& path) {
+  static std::atomic<int> count = 0;
+  SweepFolderOf(path);
+  return path + std::string(kTemporary) + WriterName(getpid()) + std::to_string(count++);
+}
 
 WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
   std::error_code ignored;
@@ -88,8 +122,7 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
     return;
   }
   const bool is_replaced = !fs::exists(target) || fs::is_regular_file(target);
-  if (is_replaced) SweepFolderOf(path_);
-  const std::string written = is_replaced ? TemporaryName(path_) : path_;
+  const std::string written = is_replaced ? TemporaryNameBeside(path_) : path_;
   file_.reset(std::fopen(written.c_str(), "wbe"));
   if (!file_) {
     failure_ = LastFailure();

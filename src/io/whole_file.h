@@ -10,6 +10,11 @@
 
 namespace truetriad {
 
+/// A name beside `path` that no other writer uses, for a file or folder that is to get its name
+/// when it is whole. What writers left in that folder that were killed, on this machine, is removed
+/// first.
+std::string TemporaryNameBeside(const std::string& path);
+
 /// A file that appears under its name only when it is whole, and is then on the disk: written
 /// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that
 /// was there before, or the new one; what a killed writer left beside it the next one removes. A

@@ -153,7 +153,10 @@ TEST_F(JsonOutput, OfAGateSaysTheSameAsItsExitCode) {
                 4)["result"]["agreement"],
             "differ");
   EXPECT_EQ(RunTruetriad({"compare", calibration, far + "/calibration.yaml"}).exit_code, 0);
-  EXPECT_EQ(Run({"check-station", "--golden=" + calibration, log_}, 0)["result"]["agrees"], true);
+  const std::string golden = "--golden=" + calibration;
+  EXPECT_EQ(Run({"check-station", golden, other}, 0)["result"]["agrees"], true);
+  EXPECT_EQ(Run({"check-station", golden, bent_log}, 4)["result"]["agrees"], false);
+  EXPECT_EQ(Run({"check-station", golden, log_}, 4)["result"]["agrees"], nullptr);
   Run({"evaluate", calibration, other, "--fail-on=worse"}, 0);
   EXPECT_EQ(
       Run({"evaluate", far + "/calibration.yaml", log_, "--fail-on=worse"}, 4)["result"]["verdict"],

@@ -40,15 +40,28 @@ TEST(WholeFile, LeavesTheOldFileUntilTheNewOneIsWhole) {
 
 TEST(WholeFile, RemovesWhatKilledWritersLeftAndNothingElse) {
   const TemporaryFolder folder;
-  const std::string dead =
-      folder.Write("other.csv.tmp-" + std::to_string(DeadProcess()) + "-0", "half");
-  const std::string alive =
-      folder.Write("other.csv.tmp-" + std::to_string(getpid()) + "-7", "being written");
-  const std::string theirs = folder.Write("notes.tmp-1x-2", "not ours");
+  // "…/other.csv.tmp-", the machine, the process, a number.
+  const TemporaryFolder elsewhere;  // A folder is looked through once.
+  const std::string name = TemporaryNameBeside(elsewhere.Path("other.csv"));
+  const std::string ours = "-" + std::to_string(getpid()) + "-";
+  const std::string machine = name.substr(0, name.rfind(ours));
+  const std::string left = "-" + std::to_string(DeadProcess()) + "-";
+  const auto write = [&](const std::string& path) {
+    return folder.Write(fs::path(path).filename().string(), "half");
+  };
+  const std::string dead = write(machine + left + "0");
+  const std::string dead_folder =
+      folder.Path("simulated.tmp-") + machine.substr(machine.rfind("-") + 1) + left + "0";
+  fs::create_directory(dead_folder);
+  const std::string alive = write(machine + ours + "7");
+  const std::string theirs = write("notes.tmp-1x-2");
+  const std::string of_another_machine = write(machine + "1" + left + "0");
   WholeFile file(folder.Path("result.yaml"));
   file.Write("text");
   ASSERT_TRUE(file.Commit());
   EXPECT_FALSE(fs::exists(dead));
+  EXPECT_FALSE(fs::exists(dead_folder));
+  EXPECT_TRUE(fs::exists(of_another_machine));
   EXPECT_TRUE(fs::exists(alive));
   EXPECT_TRUE(fs::exists(theirs));
 }

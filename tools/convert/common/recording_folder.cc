@@ -10,8 +10,10 @@
 #include <utility>
 
 #include <glog/logging.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include "io/whole_file.h"
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
 #include "tools/truetriad/interruption.h"
@@ -160,14 +162,13 @@ Result<std::unique_ptr<RecordingFolder>> RecordingFolder::Create(const std::stri
     return Error(ErrorCode::kOutputInTheWay, {directory}, "is a file; give the name of a folder");
   }
   fs::create_directories(target.parent_path(), failure);
-  std::string temporary =
-      (target.parent_path() / ("." + target.filename().string() + ".tmp-XXXXXX")).string();
-  if (failure || mkdtemp(temporary.data()) == nullptr) {
+  const std::string temporary =
+      TemporaryNameBeside((target.parent_path() / ("." + target.filename().string())).string());
+  if (failure || mkdir(temporary.c_str(), 0755) != 0) {
     return Error(ErrorCode::kCannotWrite,
                  {directory},
                  "cannot be written: cannot create a folder beside it");
   }
-  fs::permissions(temporary, static_cast<fs::perms>(0755), failure);
   NoteInterruptions();
   return std::unique_ptr<RecordingFolder>(new RecordingFolder(directory, temporary));
 }

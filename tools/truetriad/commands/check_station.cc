@@ -75,6 +75,14 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.result = {{"agrees", nullptr}};
     return result;
   }
+  if (IsMadeFrom(golden, today->inputs)) {
+    result.exit_code = kExitOutsideLimits;
+    result.text =
+        "NO TEST: this is the recording that the reference was made from; record the golden unit "
+        "again\n";
+    result.result = {{"agrees", nullptr}};
+    return result;
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Comparison comparison,
       Compare(WithRepeatability(repeatability, golden), WithRepeatability(repeatability, *today)));
@@ -94,19 +102,22 @@ Command CheckStationCommand() {
       .name = "check-station",
       .summary = "Does this station, today, still measure its golden unit as before?",
       .examples =
-          "build/truetriad calibrate -c configs/experiments/joint.yaml -o out/golden\n"
+          "build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml -o out/first-day\n"
+          "build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml --set=seed=7 -o "
+          "out/today\n"
+          "build/truetriad calibrate out/first-day/recording.yaml -o out/golden\n"
           "build/truetriad check-station --golden=out/golden/calibration.yaml "
-          "datasets/demo/recording.csv",
+          "out/today/recording.yaml --repeatability=gyroscope.bias=2e-4",
       .details =
           "Calibrates today's recording of the golden unit by the experiment that its reference "
           "was made\nby, and compares the two. Exit code 4: they do not agree (p of all "
-          "differences together below\n0.01); 3: today's recording was refused. What the unit "
-          "does by itself between two days, above\nall its biases, is no fault of the station: "
-          "state it with --repeatability.\n",
+          "differences together below\n0.01), or it is the recording of the reference itself; 3: "
+          "today's recording was refused. What the\nunit does by itself between two days, above "
+          "all its biases, is no fault of the station: state it\nwith --repeatability.\n",
       .flags = {{"golden", "FILE", true},
                 {"input", "LOG,..."},
                 {"config", "EXPERIMENT.yaml"},
-                {"repeatability", "SENSOR.bias=σ,..."},
+                {"repeatability", "SENSOR.bias=SIGMA,..."},
                 {"set", "KEY=VALUE,...", false, {}, true}},
       .more_words = "input",
       .run = RunCheckStation};

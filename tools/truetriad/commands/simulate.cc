@@ -13,10 +13,11 @@
 #include <thread>
 #include <vector>
 
-#include <stdlib.h>
+#include <sys/stat.h>
 
 #include "io/known_motion_file.h"
 #include "io/pose_program_file.h"
+#include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -40,8 +41,8 @@ class Staging {
  public:
   static Result<std::unique_ptr<Staging>> Create(const std::string& output) {
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(output));
-    std::string name = (fs::path(output) / ".simulate_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
+    const std::string name = TemporaryNameBeside((fs::path(output) / ".simulated").string());
+    if (mkdir(name.c_str(), 0755) != 0) {
       return Error(ErrorCode::kCannotWrite, {output}, "cannot create a folder in it");
     }
     return std::unique_ptr<Staging>(new Staging(name));

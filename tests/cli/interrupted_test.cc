@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Kills, full disks and two writers: what was there stays, or the new is whole.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "math/random.h"
+#include "support/log_writer.h"
+#include "truetriad/io/calibration_file.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr char kProgram[] = "'" TRUETRIAD_BINARY "'";
+
+// Of all files below a folder, their texts.
+std::map<std::string, std::string> FilesIn(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    files[fs::relative(entry.path(), folder).string()] =
+        TemporaryFolder::Read(entry.path().string());
+  }
+  return files;
+}
+
+// What a writer has not given its name yet.
+std::vector<std::string> LitterIn(const std::string& folder) {
+  std::vector<std::string> litter;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.find(".tmp-") != std::string::npos) litter.push_back(name);
+  }
+  return litter;
+}
+
+struct Writer {
+  std::string name;
+  std::string command;  // below the folder of the test, where log.csv and golden.yaml are
+
+  friend std::ostream& operator<<(std::ostream& out, const Writer& writer) {
+    return out << writer.name;
+  }
+};
+
+class KilledWriter : public ::testing::TestWithParam<Writer> {
+ protected:
+  void SetUp() override {
+    folder_.Write("log.csv", LogText({.rests = 16}));
+    ASSERT_EQ(Run(std::string(kProgram) + " calibrate log.csv -o first").exit_code, 0);
+    fs::copy_file(folder_.Path("first/calibration.yaml"), folder_.Path("golden.yaml"));
+    fs::create_directory(folder_.Path("out"));
+    fs::create_directory(folder_.Path("faces"));
+    for (const char* face : {"+x", "-x", "+y", "-y", "+z", "-z"}) {
+      const std::string name = std::string("faces/") + face + ".csv";
+      folder_.Write(name, LogText({.rests = 1, .rest_s = 5.0, .magnetometer = false}));
+    }
+  }
+  Finished Run(const std::string& line) const { return RunShell(line, folder_.Path(".")); }
+
+  // Under its name a file is whole: the one of the run that was let finish, but for the time.
+  void ExpectWhole(const std::map<std::string, std::string>& whole) const {
+    for (const auto& [name, text] : FilesIn(folder_.Path("out"))) {
+      if (name.find(".tmp-") != std::string::npos) continue;
+      const auto found = whole.find(name);
+      ASSERT_NE(found, whole.end()) << name;
+      if (name.ends_with("calibration.yaml")) {
+        EXPECT_TRUE(ReadCalibration(folder_.Path("out/" + name))) << name;
+      }
+      EXPECT_EQ(text.size(), found->second.size()) << name;
+    }
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_P(KilledWriter, LeavesWholeFilesAndTheNextRunNoLitter) {
+  constexpr int kKills = 40;
+  const std::string line = std::string(kProgram) + " " + GetParam().command;
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(Run(line).exit_code, 0) << Run(line).err;
+  const double took_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::map<std::string, std::string> whole = FilesIn(folder_.Path("out"));
+  ASSERT_FALSE(whole.empty());
+  Random random(7);
+  int killed = 0;
+  for (int i = 0; i < kKills; ++i) {
+    if (i % 2 == 0) {  // Onto nothing, and onto what is there.
+      fs::remove_all(folder_.Path("out"));
+      fs::create_directory(folder_.Path("out"));
+    }
+    char moment[32];
+    std::snprintf(moment, sizeof moment, "%.4f", 1e-3 + took_s * random.Uniform());
+    killed += Run("timeout -s KILL " + std::string(moment) + " " + line).exit_code == 0 ? 0 : 1;
+    ExpectWhole(whole);
+  }
+  EXPECT_GT(killed, kKills / 4);
+  ASSERT_EQ(Run(line).exit_code, 0);
+  EXPECT_THAT(LitterIn(folder_.Path(".")), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each,
+    KilledWriter,
+    ::testing::Values(
+        Writer{"Calibrate", "calibrate log.csv -o out --overwrite"},
+        Writer{"Apply", "apply --calibration=golden.yaml --input=log.csv --output=out/true.csv"},
+        Writer{"Report", "report --calibration=golden.yaml --output=out/report.html"},
+        Writer{"Simulate",
+               "simulate -c '" TRUETRIAD_SOURCE_DIR
+               "/configs/scenarios/six-position.yaml' --output=out"},
+        Writer{"Convert", "convert --from=six-face --input=faces --output=out/recording"}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(TwoWriters, OfOneFolderLeaveAWholeResult) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", LogText({.rests = 16}));
+  for (int i = 0; i < 10; ++i) {
+    const std::string one = std::string(kProgram) + " calibrate log.csv -o out --quiet";
+    const Finished run =
+        RunShell(one + " & " + one + " ; status=$?; wait $! && exit $status", folder.Path("."));
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_TRUE(ReadCalibration(folder.Path("out/calibration.yaml")));
+    EXPECT_THAT(TemporaryFolder::Read(folder.Path("out/report.html")), HasSubstr("</html>"));
+    EXPECT_THAT(LitterIn(folder.Path("out")), IsEmpty());
+  }
+}
+
+TEST(FullDisk, LeavesWhatWasThere) {
+  const TemporaryFolder folder;
+  folder.Write("log.csv", LogText({.rests = 16}));
+  fs::create_directory(folder.Path("disk"));
+  const std::string disk = folder.Path("disk");
+  if (RunShell("mount -t tmpfs -o size=1m tmpfs '" + disk + "'").exit_code != 0) {
+    GTEST_SKIP() << "mounting a file system is not allowed here";
+  }
+  const std::string calibrate =
+      std::string(kProgram) + " calibrate log.csv -o disk/out --overwrite";
+  EXPECT_EQ(RunShell(calibrate, folder.Path(".")).exit_code, 0);
+  const std::string before = TemporaryFolder::Read(disk + "/out/calibration.yaml");
+  RunShell("cat /dev/zero > '" + disk + "/ballast'");
+  const Finished full = RunShell(calibrate, folder.Path("."));
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("No space left on device"));
+  const std::map<std::string, std::string> left = FilesIn(disk + "/out");
+  const bool is_there = std::any_of(
+      left.begin(), left.end(), [&](const auto& file) { return file.second == before; });
+  EXPECT_TRUE(is_there);
+  EXPECT_THAT(LitterIn(disk), IsEmpty());
+  const Finished simulated =
+      RunShell(std::string(kProgram) + " simulate -c '" TRUETRIAD_SOURCE_DIR
+                                       "/configs/scenarios/consumer-9dof.yaml' -o disk/simulated",
+               folder.Path("."));
+  EXPECT_EQ(simulated.exit_code, 2) << simulated.err;
+  EXPECT_FALSE(fs::exists(disk + "/simulated/recording.csv"));
+  RunShell("umount '" + disk + "'");
+}
+
+TEST(ClosedStdout, IsSaid) {
+  const Finished run = RunShell(std::string(kProgram) + " version >&-");
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("stdout"));
+}
+
+}  // namespace
+}  // namespace truetriad
