@@ -116,6 +116,9 @@ struct ExperimentDraft {
 
 /// Reads one document, or the block of a sensor, on top of what the draft holds.
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
+
+/// Reads the limits of a preset, which are judged where there is such a value.
+void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
 /// Settles what depends on several keys; adds to `errors` what contradicts itself.

@@ -58,6 +58,28 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
   }
 }
 
+/// The same of limits.
+void ReadLimitsPreset(std::vector<YamlReader>& documents,
+                      Draft* draft,
+                      std::vector<Error>* errors) {
+  std::string file;
+  for (YamlReader& document : documents) document.Child("limits").Optional("preset", &file);
+  if (file.empty()) return;
+  Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft->experiment.path));
+  if (!preset) {
+    errors->push_back(preset.error());
+    return;
+  }
+  ReadVersion(preset->RequireChild("limits_preset"));
+  preset->Child("description");
+  if (YamlReader limits = preset->RequireChild("limits")) {
+    ReadLimitsOfPreset(limits, &draft->experiment.options.limits);
+    CollectNames(limits, "", &draft->given);
+  }
+  preset->RejectUnknown();
+  errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
+}
+
 Result<Experiment> ReadOpened(YamlReader main,
                               const std::string& path,
                               const std::vector<std::string>& overrides) {
@@ -72,6 +94,7 @@ Result<Experiment> ReadOpened(YamlReader main,
   draft.given = documents.Names();
   draft.places = documents.Places();
   ReadPresets(documents.all(), &draft, &errors);
+  ReadLimitsPreset(documents.all(), &draft, &errors);
   for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
   documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);

@@ -10,6 +10,7 @@
 #include "config/experiment_draft.h"
 #include "config/plan.h"
 #include "config/yaml_values.h"
+#include "io/tags_yaml.h"
 #include "io/yaml_reader.h"
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
@@ -25,20 +26,7 @@ void ReadDevice(YamlReader reader, Experiment* experiment) {
   if (!reader) return;
   reader.Child("serial").ReadName(&experiment->serial);
   reader.Child("model").ReadName(&experiment->model);
-  for (const TagKey& tag : kDeviceTags) {
-    reader.Child(tag.key).ReadName(&(experiment->tags.*tag.value));
-  }
-  reader.RejectUnknown();
-}
-
-void ReadRun(YamlReader reader, Tags* tags) {
-  if (!reader) return;
-  constexpr std::size_t kLongestNote = 2000;
-  for (const TagKey& tag : kRunTags) {
-    const bool is_note = tag.value == &Tags::note;
-    reader.Child(tag.key).ReadName(&(tags->*tag.value),
-                                   is_note ? kLongestNote : YamlReader::kLongestName);
-  }
+  ReadDeviceTags(&reader, &experiment->tags);
   reader.RejectUnknown();
 }
 
@@ -330,6 +318,7 @@ void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options
     ReadNumber(reader.Child("lower"), kAnyNumber, &limit.lower);
     ReadNumber(reader.Child("upper"), kAnyNumber, &limit.upper);
     if (ReadNumber(reader.Child("target"), kAnyNumber, &number)) limit.target = number;
+    reader.Optional("if_present", &limit.if_present);
     reader.RejectUnknown();
     const double target = limit.target.value_or(limit.lower);
     if (!(limit.lower <= target && target <= limit.upper)) {
@@ -342,7 +331,7 @@ void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options
 // `accelerometer.bias: 0.5` or, as overrides are spelled, `accelerometer: { bias: 0.5 }`.
 void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* options) {
   for (const std::string& key : reader.Keys()) {
-    if (path.empty() && key == "decision") continue;
+    if (path.empty() && (key == "decision" || key == "preset")) continue;
     const std::string name = path.empty() ? key : path + "." + key;
     YamlReader child = reader.Child(key);
     if (IsLimit(child)) {
@@ -357,6 +346,7 @@ void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* 
 
 void ReadLimits(YamlReader reader, LimitOptions* options) {
   if (!reader) return;
+  reader.Child("preset");  // Has been read before all documents.
   ReadLimitsBelow(reader, "", options);
   if (YamlReader decision = reader.Child("decision"); IsWord(decision, "simple")) {
     options->guard_band_k = 0.0;
@@ -377,12 +367,17 @@ void ReadCrossValidation(YamlReader reader, int* folds) {
 
 }  // namespace
 
+void ReadLimitsOfPreset(YamlReader reader, LimitOptions* options) {
+  ReadLimitsBelow(reader, "", options);
+  for (auto& [name, limit] : options->limits) limit.if_present = true;
+}
+
 void ReadDocument(YamlReader root, Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   ReadVersion(root.Child("experiment"));
   ReadInputs(root.Child("input"), &draft->inputs);
   ReadDevice(root.Child("device"), &draft->experiment);
-  ReadRun(root.Child("run"), &draft->experiment.tags);
+  ReadRunTags(root.Child("run"), &draft->experiment.tags);
   ReadReference(root.Child("reference"), draft);
   if (Gauge gauge; ReadChoice(root.Child("gauge"), Gauges(), &gauge)) draft->gauge = gauge;
   ReadChoice(root.Child("clocks"), kClocks, &options.corrects_clocks);

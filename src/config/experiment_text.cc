@@ -261,7 +261,7 @@ void WriteLimit(ResolvedText& out, const std::string& name, const Limit& limit) 
   if (std::isfinite(limit.lower)) part("lower", limit.lower);
   if (limit.target) part("target", *limit.target);
   if (std::isfinite(limit.upper)) part("upper", limit.upper);
-  out.Line(name, "{ ", parts.str(), " }");
+  out.Line(name, "{ ", parts.str(), limit.if_present ? ", if_present: true }" : " }");
 }
 
 void WriteAttitudes(ResolvedText& out, const ExperimentDraft& draft) {

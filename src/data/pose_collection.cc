@@ -208,6 +208,7 @@ Status DescribeRecording(const SampleSource& source,
   const RecordingInfo& info = source.info();
   set->source = info.path;
   set->serial = info.serial;
+  set->tags = info.tags;
   set->has_time = info.has_time;
   std::int64_t first_ns = monitors[leading]->first_ns(), last_ns = first_ns;
   for (const StreamInfo& stream : info.streams) {

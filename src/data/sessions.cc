@@ -130,6 +130,7 @@ void AppendPoses(PoseSet more, PoseSet* set) {
 // What is known of the recordings as wholes.
 void PoolRecordings(const PoseSet& more, PoseSet* set) {
   if (set->serial.empty()) set->serial = more.serial;
+  set->tags = OrElse(set->tags, more.tags);
   const double duration_s = set->duration_s + more.duration_s;
   if (duration_s > 0.0) {
     set->static_share =

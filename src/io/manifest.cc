@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/recording_layout.h"
+#include "io/tags_yaml.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "truetriad/base/triad.h"
@@ -32,6 +33,7 @@ struct ManifestStream {
 struct Manifest {
   std::string sha256;
   std::string serial;
+  Tags tags;
   std::vector<ManifestStream> streams;
   std::optional<PoseSelection> poses;
   std::optional<ColumnReference> pose_column;
@@ -231,6 +233,11 @@ Result<Manifest> ReadManifest(const std::string& path) {
     yaml.Child("recording").Fail("this program reads version 1 of recording manifests");
   }
   yaml.Child("serial").ReadName(&manifest.serial);
+  if (YamlReader device = yaml.Child("device")) {
+    ReadDeviceTags(&device, &manifest.tags);
+    device.RejectUnknown();
+  }
+  ReadRunTags(yaml.Child("run"), &manifest.tags);
   yaml.Child("source");  // For people; nothing depends on them.
   yaml.Child("frame");
   YamlReader applied = yaml.Child("applied");
@@ -353,6 +360,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const std::string&
   layout.manifest = InputFile{path, manifest.sha256, 0};
   layout.info.path = path;
   layout.info.serial = manifest.serial;
+  layout.info.tags = manifest.tags;
   std::vector<CsvLayout> stated;
   for (ManifestStream& stream : manifest.streams) {
     TRUETRIAD_ASSIGN_OR_RETURN(FileLayout * file, FileOf(stream, &stated, &layout.files));

@@ -123,7 +123,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated, const ProgressCallbac
   auto& [experiment, loaded, calibration] = attempt;
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   calibration.model = experiment.model;
-  calibration.tags = experiment.tags;
+  calibration.tags = OrElse(experiment.tags, loaded.poses.tags);
   calibration.software_version = Version();
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);

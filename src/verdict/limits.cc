@@ -312,10 +312,11 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
   const double k = limits.guard_band_k, dof = calibration.quality.effective_dof;
   for (const auto& [name, limit] : limits.limits) {
     TRUETRIAD_ASSIGN_OR_RETURN(const LimitName parsed, ParseLimitName(name));
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<JudgedValue> values,
-                               ValuesOf(calibration, poses, name, parsed));
+    const Result<std::vector<JudgedValue>> values = ValuesOf(calibration, poses, name, parsed);
+    if (!values && limit.if_present) continue;
+    TRUETRIAD_RETURN_IF_ERROR(values);
     const JudgedValue* worst = nullptr;
-    for (const JudgedValue& judged : values) {
+    for (const JudgedValue& judged : *values) {
       if (!parsed.component.empty() && judged.component != parsed.component) continue;
       if (worst == nullptr || Room(judged, limit, k) < Room(*worst, limit, k)) worst = &judged;
     }

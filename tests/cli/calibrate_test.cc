@@ -242,6 +242,21 @@ TEST_F(CalibrateVerb, SaysWithItsExitCodeThatALimitIsExceeded) {
   EXPECT_TRUE(Written()["sensors"].IsDefined());
 }
 
+TEST_F(CalibrateVerb, JudgesByTheLimitsOfADataSheetWhatTheUnitHas) {
+  const Finished run =
+      Calibrate(LogText(kEnough),
+                {"--set=limits.preset=" TRUETRIAD_SOURCE_DIR "/configs/limits/icm-42688-p.yaml"});
+  EXPECT_EQ(run.exit_code, 4) << run.err;  // Gains are off by 2 %, where 0.5 % are stated.
+  std::vector<std::string> judged;
+  for (const auto& limit : Written()["quality"]["limits"]) {
+    judged.push_back(limit["name"].as<std::string>());
+  }
+  EXPECT_THAT(
+      judged,
+      testing::UnorderedElementsAre(
+          "accelerometer.bias", "accelerometer.scale_error", "accelerometer.misalignment_rad"));
+}
+
 TEST_F(CalibrateVerb, RunsEveryShippedExperiment) {
   int experiments = 0;
   for (const auto& entry :

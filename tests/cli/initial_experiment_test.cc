@@ -97,6 +97,25 @@ TEST_F(LogAlone, CarriesTheTagsOfItsRunToTheResult) {
   EXPECT_THAT(unknown.err, HasSubstr("did you mean `lot`?"));
 }
 
+TEST_F(LogAlone, TakesTagsFromTheManifestUnlessToldOtherwise) {
+  const std::string manifest = folder_.Write("recording.yaml",
+                                             "recording: 1\nserial: A7\n"
+                                             "device: { revision: C }\n"
+                                             "run: { lot: L3, station: S2 }\n"
+                                             "streams:\n"
+                                             "  accelerometer: { file: log.csv, time: { column: 0, "
+                                             "unit: s }, x: 1, y: 2, z: 3, unit: m/s^2 }\n");
+  const std::string out = folder_.Path("tagged");
+  const Finished run = RunTruetriad({"calibrate", manifest, "-o", out, "--tag=station=S9"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const auto calibration = ReadCalibration(out + "/calibration.yaml");
+  ASSERT_TRUE(calibration) << calibration.error().message;
+  EXPECT_EQ(calibration->serial, "A7");
+  EXPECT_EQ(calibration->tags.revision, "C");
+  EXPECT_EQ(calibration->tags.lot, "L3");
+  EXPECT_EQ(calibration->tags.station, "S9");
+}
+
 TEST_F(LogAlone, StatesGravityAsThatOfAnywhere) {
   const Finished run = RunTruetriad({"calibrate", log_});
   EXPECT_THAT(run.out, HasSubstr("known with σ 0.02, all gains with it"));

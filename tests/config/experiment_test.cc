@@ -421,6 +421,28 @@ TEST_F(ExperimentConfig, TakesLimitsOfTwoSidesAndOfSingleAxes) {
       HasSubstr("lower <= target <= upper"));
 }
 
+TEST_F(ExperimentConfig, TakesTheLimitsOfEachShippedDataSheetBeforeItsOwn) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(
+           std::filesystem::path(TRUETRIAD_SOURCE_DIR) / "configs/limits")) {
+    const std::string text = std::string(kMinimal) + "limits: { preset: " + entry.path().string() +
+                             ", accelerometer.bias: 0.1 }\n";
+    const Experiment experiment = LoadWell(text);
+    const auto& limits = experiment.options.limits.limits;
+    EXPECT_EQ(limits.at("accelerometer.bias").upper, 0.1);
+    EXPECT_FALSE(limits.at("accelerometer.bias").if_present);
+    EXPECT_TRUE(limits.at("gyroscope.bias").if_present);
+    EXPECT_GT(limits.at("gyroscope.bias").upper, 0.0);
+    const Experiment again = LoadWell(experiment.resolved_yaml);
+    EXPECT_EQ(again.options.limits.limits.size(), limits.size());
+    EXPECT_TRUE(again.options.limits.limits.at("gyroscope.bias").if_present);
+    ++count;
+  }
+  EXPECT_GE(count, 4);
+  EXPECT_THAT(ErrorOf(std::string(kMinimal) + "limits: { preset: none.yaml }\n"),
+              HasSubstr("none.yaml"));
+}
+
 TEST_F(ExperimentConfig, RejectsDuplicateKeyWithItsLine) {
   EXPECT_THAT(ErrorOf(std::string(kMinimal) + "gauge: accel-x\ngauge: accel-z\n"),
               HasSubstr("experiment.yaml:4: gauge"));

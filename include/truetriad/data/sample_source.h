@@ -12,6 +12,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"
 #include "truetriad/data/recording_joint.h"
+#include "truetriad/model/tags.h"
 
 namespace truetriad {
 
@@ -30,6 +31,7 @@ struct StreamInfo {
 struct RecordingInfo {
   std::string path;                 ///< The CSV or manifest that was opened.
   std::string serial;               ///< Empty when not given.
+  Tags tags;                        ///< What its manifest says of the unit and the run.
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
   std::vector<StreamInfo> streams;  ///< At most one a triad.
   std::vector<std::string>

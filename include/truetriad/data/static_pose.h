@@ -16,6 +16,7 @@
 #include "truetriad/data/known_motion.h"
 #include "truetriad/data/recording_joint.h"
 #include "truetriad/model/finding.h"
+#include "truetriad/model/tags.h"
 #include "truetriad/thermometer/temperature_track.h"
 
 namespace truetriad {
@@ -162,6 +163,7 @@ struct PoseSet {
   std::string source;             ///< The recording's path.
   std::vector<Session> sessions;  ///< Empty: one recording.
   std::string serial;
+  Tags tags;  ///< What a manifest says of the unit and the run.
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.
   PerTriad<ReadingTrack> tracks;    ///< Where PoseSelectionKind::kMotion asked for them.

@@ -16,10 +16,11 @@ struct Limit {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   std::optional<double> target;  ///< What it is meant to be; not judged.
+  bool if_present = false;       ///< Not judged where a calibration has no such value.
 
   /// `most` either way.
-  static Limit Within(double most) { return {-most, most, std::nullopt}; }
-  bool IsAboutZero() const { return lower == -upper && !target; }
+  static Limit Within(double most) { return {-most, most, std::nullopt, false}; }
+  bool IsAboutZero() const { return lower == -upper && !target && !if_present; }
 };
 
 /// Which numbers a quantity has.

@@ -31,4 +31,15 @@ inline constexpr std::array<TagKey, 7> kRunTags = {{{"lot", &Tags::lot},
                                                     {"order", &Tags::order_number},
                                                     {"note", &Tags::note}}};
 
+/// What `own` does not say is as in `other`.
+inline Tags OrElse(Tags own, const Tags& other) {
+  const auto take = [&](const TagKey& tag) {
+    std::string& value = own.*tag.value;
+    if (value.empty()) value = other.*tag.value;
+  };
+  for (const TagKey& tag : kDeviceTags) take(tag);
+  for (const TagKey& tag : kRunTags) take(tag);
+  return own;
+}
+
 }  // namespace truetriad
