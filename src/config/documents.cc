@@ -47,7 +47,7 @@ void CollectDocumentErrors(const YamlReader& document,
       return error.key == name || error.key.starts_with(name + ".");
     };
     if (std::any_of(overridden.begin(), overridden.end(), concerns)) continue;
-    errors->push_back(file.starts_with(kOverride) ? Error(error.code, {file}, error.What())
+    errors->push_back(file.starts_with(kOverride) ? ErrorIn(error.code, file, error.What())
                                                   : error);
   }
 }

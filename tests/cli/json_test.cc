@@ -137,6 +137,18 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   Run({"help", "calibrate"}, 0);
 }
 
+TEST_F(JsonOutput, OfAConverterHoldsWhatItSaid) {
+  for (const char* face : {"+x", "-x", "+y", "-y", "+z", "-z"}) {
+    folder_.Write(std::string(face) + ".csv", LogText({.rests = 1, .rest_s = 5.0}));
+  }
+  const std::string from = "--from=six-face", out = "--output=" + folder_.Path("faces");
+  const json wrong = Run({"convert", from, "--input=" + log_, out}, 2);
+  EXPECT_EQ(wrong["error"]["code"], "wrong-format");
+  EXPECT_THAT(wrong["error"]["message"].get<std::string>(), HasSubstr("is not a folder"));
+  const json good = Run({"convert", from, "--input=" + folder_.Path("."), out}, 0);
+  EXPECT_THAT(good["result"]["text"].get<std::string>(), HasSubstr("recording.yaml"));
+}
+
 TEST_F(JsonOutput, OfAGateSaysTheSameAsItsExitCode) {
   const std::string calibration = Calibrated();
   const std::string other = folder_.Write("other.csv", LogText({.rests = 16, .seed = 5}));

@@ -102,8 +102,38 @@ Result<std::string> FindConverter(const LogFormat& format) {
   return Error(ErrorCode::kMissingProgram, what);
 }
 
-/// Runs a converter to its end. Its exit code, or why it did not run.
-Result<int> RunConverter(const std::string& program, const std::vector<std::string>& arguments) {
+/// A stream of a child process, read once that has ended.
+class Captured {
+ public:
+  int descriptor() const { return fileno(file_.get()); }
+  bool usable() const { return file_ != nullptr; }
+  std::string Text() const {
+    std::string text;
+    std::rewind(file_.get());
+    std::array<char, 4096> part{};
+    for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), file_.get())) > 0;) {
+      text.append(part.data(), n);
+    }
+    return text;
+  }
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_{std::tmpfile()};
+};
+
+/// How a converter ended, and what it said, where that was captured: else it has been shown.
+struct Conversion {
+  int exit_code = 0;
+  std::string out, err;
+};
+
+/// Runs a converter to its end, or says why it did not run. `captures` what it says.
+Result<Conversion> RunConverter(const std::string& program,
+                                const std::vector<std::string>& arguments,
+                                bool captures) {
   std::vector<std::string> words = {program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
@@ -112,8 +142,22 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
   pointers.push_back(nullptr);
   std::fflush(stdout);
   pid_t child = 0;
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  std::optional<Captured> out, err;
+  if (captures) {
+    out.emplace();
+    err.emplace();
+    if (!out->usable() || !err->usable()) {
+      return Error(ErrorCode::kSystemFailure,
+                   std::string("no temporary file: ") + std::strerror(errno));
+    }
+    posix_spawn_file_actions_adddup2(&streams, out->descriptor(), STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&streams, err->descriptor(), STDERR_FILENO);
+  }
   const int failure =
-      posix_spawn(&child, program.c_str(), nullptr, nullptr, pointers.data(), environ);
+      posix_spawn(&child, program.c_str(), &streams, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&streams);
   if (failure != 0)
     return Error(ErrorCode::kSystemFailure,
                  {program},
@@ -122,7 +166,9 @@ Result<int> RunConverter(const std::string& program, const std::vector<std::stri
   while (waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));
   }
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
+  if (WIFEXITED(status)) {
+    return Conversion{WEXITSTATUS(status), out ? out->Text() : "", err ? err->Text() : ""};
+  }
   return Error(ErrorCode::kDamagedFile,
                program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
                    "; nothing was written");
@@ -140,8 +186,21 @@ Result<VerbResult> ConvertLog(const LogFormat& format) {
   pass("columns", FLAGS_columns);
   pass("units", FLAGS_units);
   if (FLAGS_list) arguments.push_back("--list");
-  TRUETRIAD_ASSIGN_OR_RETURN(const int exit_code, RunConverter(program, arguments));
-  return VerbResult{.exit_code = exit_code, .result = {{"output", FLAGS_output}}};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Conversion conversion,
+                             RunConverter(program, arguments, FLAGS_json));
+  if (FLAGS_json && conversion.exit_code != kExitGood) {
+    // "truetriad-convert-mat: what is wrong", the last line.
+    const std::string name = fs::path(program).filename().string() + ": ";
+    const std::size_t at = conversion.err.rfind(name);
+    std::string why =
+        at == std::string::npos ? conversion.err : conversion.err.substr(at + name.size());
+    why.erase(why.find_last_not_of('\n') + 1);
+    const bool is_usage = conversion.exit_code == static_cast<int>(ErrorKind::kUsage);
+    return Error(is_usage ? ErrorCode::kInvalidArgument : ErrorCode::kWrongFormat, why);
+  }
+  std::fputs(conversion.err.c_str(), stderr);
+  return VerbResult{.exit_code = conversion.exit_code,
+                    .result = {{"output", FLAGS_output}, {"text", conversion.out}}};
 }
 
 /// Whether the manifest can be opened, and what it holds.
