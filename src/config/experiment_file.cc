@@ -32,7 +32,26 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
   return YamlReader::FromText(calibration.config_yaml, path + " (config)");
 }
 
-/// Reads the presets that the documents name, the last word of each sensor.
+/// Reads a preset of version `version`: besides that and a description it holds what `read` asks
+/// for.
+void ReadPreset(const std::string& file,
+                std::string_view version,
+                const Draft& draft,
+                std::vector<Error>* errors,
+                const std::function<void(YamlReader*)>& read) {
+  Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft.experiment.path));
+  if (!preset) {
+    errors->push_back(preset.error());
+    return;
+  }
+  ReadVersion(preset->RequireChild(version));
+  preset->Child("description");
+  read(&*preset);
+  preset->RejectUnknown();
+  errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
+}
+
+/// Reads the presets that the documents name, the last word of each sensor and of the limits.
 void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
@@ -41,43 +60,23 @@ void ReadPresets(std::vector<YamlReader>& documents, Draft* draft, std::vector<E
       document.Child("sensors").Child(name).Optional("preset", &file);
     }
     if (file.empty()) continue;
-    Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft->experiment.path));
-    if (!preset) {
-      errors->push_back(preset.error());
-      continue;
-    }
-    ReadVersion(preset->RequireChild("sensor_preset"));
-    preset->Child("description");
-    for (const Triad other : kTriads) preset->Child(TriadName(other));
-    preset->RejectUnknown();
-    if (YamlReader sensor = preset->RequireChild(name)) {
-      ReadSensor(sensor, triad, draft);
-      CollectNames(sensor, "sensors.", &draft->given);
-    }
-    errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
+    ReadPreset(file, "sensor_preset", *draft, errors, [&](YamlReader* preset) {
+      for (const Triad other : kTriads) preset->Child(TriadName(other));
+      if (YamlReader sensor = preset->RequireChild(name)) {
+        ReadSensor(sensor, triad, draft);
+        CollectNames(sensor, "sensors.", &draft->given);
+      }
+    });
   }
-}
-
-/// The same of limits.
-void ReadLimitsPreset(std::vector<YamlReader>& documents,
-                      Draft* draft,
-                      std::vector<Error>* errors) {
   std::string file;
   for (YamlReader& document : documents) document.Child("limits").Optional("preset", &file);
   if (file.empty()) return;
-  Result<YamlReader> preset = YamlReader::FromFile(Resolve(file, draft->experiment.path));
-  if (!preset) {
-    errors->push_back(preset.error());
-    return;
-  }
-  ReadVersion(preset->RequireChild("limits_preset"));
-  preset->Child("description");
-  if (YamlReader limits = preset->RequireChild("limits")) {
-    ReadLimitsOfPreset(limits, &draft->experiment.options.limits);
-    CollectNames(limits, "", &draft->given);
-  }
-  preset->RejectUnknown();
-  errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
+  ReadPreset(file, "limits_preset", *draft, errors, [&](YamlReader* preset) {
+    if (YamlReader limits = preset->RequireChild("limits")) {
+      ReadLimitsOfPreset(limits, &draft->experiment.options.limits);
+      CollectNames(limits, "", &draft->given);
+    }
+  });
 }
 
 Result<Experiment> ReadOpened(YamlReader main,
@@ -94,7 +93,6 @@ Result<Experiment> ReadOpened(YamlReader main,
   draft.given = documents.Names();
   draft.places = documents.Places();
   ReadPresets(documents.all(), &draft, &errors);
-  ReadLimitsPreset(documents.all(), &draft, &errors);
   for (const YamlReader& document : documents.all()) ReadDocument(document, &draft);
   documents.CollectErrors(&errors);
   if (errors.empty()) Settle(&draft, &errors);

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
-#include <vector>
-
-#include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
 
@@ -16,9 +12,6 @@ struct Repeatability {
   PerTriad<double> bias{{0.0, 0.0, 0.0}};   ///< σ of each axis, true unit.
   PerTriad<double> scale{{0.0, 0.0, 0.0}};  ///< Relative σ of each gain.
 };
-
-/// Of "accelerometer.bias=0.01", "gyroscope.scale=1e-4". Error (usage): anything else.
-Result<Repeatability> ParseRepeatability(const std::vector<std::string>& items);
 
 /// The calibration with a covariance that allows for it, as one of another day would.
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/calibrate/compare.h"
@@ -26,6 +28,26 @@ DEFINE_string(
 
 namespace truetriad {
 namespace {
+
+/// Of "accelerometer.bias=0.01,gyroscope.scale=1e-4".
+Result<Repeatability> ParseRepeatability(const std::string& text) {
+  Repeatability repeatability;
+  for (const std::string& item : CommaSeparated(text)) {
+    const std::size_t dot = item.find('.'), equals = item.find('=');
+    const bool has_both = dot < equals && equals != std::string::npos;
+    const std::optional<Triad> triad = TriadFromName(item.substr(0, dot));
+    const std::string quantity = has_both ? item.substr(dot + 1, equals - dot - 1) : "";
+    const Error error(ErrorCode::kInvalidArgument,
+                      "--repeatability: `" + item +
+                          "` is not understood; expected SENSOR.bias=σ in m/s^2, rad/s or uT, or "
+                          "SENSOR.scale=σ as a share, as in accelerometer.bias=0.01");
+    if (!triad || (quantity != "bias" && quantity != "scale")) return error;
+    const Result<double> value = ParseReal("repeatability", item.substr(equals + 1));
+    if (!value || *value < 0.0) return error;
+    (quantity == "bias" ? repeatability.bias : repeatability.scale)[*triad] = *value;
+  }
+  return repeatability;
+}
 
 /// What the golden unit was calibrated by, for today's recording.
 Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::string> inputs) {
@@ -49,7 +71,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
                  "no log; name today's recording of the golden unit (--input=LOG)");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Repeatability repeatability,
-                             ParseRepeatability(CommaSeparated(FLAGS_repeatability)));
+                             ParseRepeatability(FLAGS_repeatability));
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration golden, ReadCalibration(FLAGS_golden));
   if (!golden.IsUsable()) {
     return Error(
