@@ -37,6 +37,7 @@ run(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --config ${CO
 file(GLOB_RECURSE texts ${prefix}/lib/*.cmake ${prefix}/share/*)
 foreach(file ${texts})
   file(READ ${file} text)
+  string(REPLACE "${prefix}/" "" text "${text}")  # The pages say where they are installed.
   foreach(folder ${SOURCE} ${BUILD})
     string(FIND "${text}" "${folder}/" at)
     if(NOT at EQUAL -1)
@@ -44,6 +45,30 @@ foreach(file ${texts})
     endif()
   endforeach()
 endforeach()
+
+# The docs are about the installed program, and their links lead somewhere.
+file(GLOB pages ${prefix}/share/doc/truetriad/*.md ${prefix}/share/doc/truetriad/docs/*.md)
+foreach(page ${pages} ${prefix}/share/man/man1/truetriad.1)
+  file(READ ${page} text)
+  if(text MATCHES "build/truetriad|[ =](configs|datasets)/[a-z]")
+    message(FATAL_ERROR "${page}: ${CMAKE_MATCH_0}")
+  endif()
+  get_filename_component(folder ${page} DIRECTORY)
+  # A bracket would hold the items of a list together.
+  string(REPLACE "](" "<to>" text "${text}")
+  string(REGEX MATCHALL "<to>[^)# ]+" links "${text}")
+  list(FILTER links EXCLUDE REGEX "https?:")
+  foreach(link ${links})
+    string(REPLACE "<to>" "${folder}/" link "${link}")
+    if(NOT EXISTS "${link}")
+      message(FATAL_ERROR "${page} leads to ${link}, which is not installed")
+    endif()
+  endforeach()
+endforeach()
+file(STRINGS ${prefix}/share/doc/truetriad/README.md first_result REGEX "^    truetriad calibrate .*out/first")
+separate_arguments(first_result UNIX_COMMAND "${first_result}")
+list(TRANSFORM first_result REPLACE "^truetriad$" ${prefix}/bin/truetriad)
+run(COMMAND ${first_result})
 
 # The library, from a prefix that was moved.
 file(RENAME ${prefix} ${WORK}/moved)
@@ -74,6 +99,8 @@ expect("${printed}" "truetriad ${VERSION}")
 run(COMMAND ${truetriad} calibrate --config=${prefix}/share/truetriad/configs/experiments/joint.yaml
   --output=${WORK}/out OUTPUT printed)
 expect("${printed}" "USABLE, within limits")
+run(COMMAND ${truetriad} help calibrate OUTPUT printed)
+expect("${printed}" " truetriad calibrate ${prefix}/share/truetriad/datasets/demo/recording.csv -o")
 file(WRITE ${WORK}/clean.yaml "experiment: 1
 input: ${prefix}/share/truetriad/datasets/demo/recording.csv
 sensors: { accelerometer: {}, magnetometer: {} }

@@ -9,8 +9,14 @@ install(DIRECTORY share/truetriad/ DESTINATION ${share} COMPONENT program)
 install(DIRECTORY configs datasets DESTINATION ${share} COMPONENT program
   # Experiments on recordings that are not part of the project.
   PATTERN recordings EXCLUDE)
-install(FILES LICENSE README.md CHANGELOG.md
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/truetriad COMPONENT program)
+set(doc ${CMAKE_INSTALL_DATADIR}/doc/truetriad)
+install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${doc} COMPONENT program)
+install(DIRECTORY docs examples DESTINATION ${doc} COMPONENT program
+  # Of those who change the source.
+  PATTERN code.md EXCLUDE)
+install(CODE "include(${CMAKE_CURRENT_LIST_DIR}/InstalledTexts.cmake)
+  rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
+  COMPONENT program)
 
 # --- development
 install(DIRECTORY include/truetriad DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)

@@ -5,11 +5,13 @@
 
 #include <gflags/gflags.h>
 
+#include "base/companion.h"
+
 namespace truetriad {
 namespace {
 
 constexpr std::size_t kWidth = 100;
-constexpr std::string_view kExampleHeading = "Example, from the root of the repository:\n";
+constexpr std::string_view kInRepository = "build/truetriad";
 constexpr std::string_view kFlagsOfAllVerbs =
     "With every verb: --json, one JSON object on stdout instead of text; --quiet, no notes and no\n"
     "progress; --v=1, the library's log.\n";
@@ -47,6 +49,31 @@ std::string Indented(std::string_view lines) {
   return text;
 }
 
+void ReplaceAll(std::string_view from, std::string_view to, std::string& text) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {
+    text.replace(at, from.size(), to);
+  }
+}
+
+/// `examples` as they are typed: from the root of the repository, or where the program is
+/// installed, in any folder.
+std::string ExampleText(std::string_view examples) {
+  const std::string_view known = "configs/experiments/joint.yaml";
+  const Result<std::string> installed = FindSharedFile(known);
+  if (!installed) {
+    return "Example, from the root of the repository:\n" + Indented(examples);
+  }
+  const std::string share = installed->substr(0, installed->size() - known.size());
+  std::string text(examples);
+  ReplaceAll(kInRepository, kInRepository.substr(kInRepository.find('/') + 1), text);
+  for (const char before : {' ', '='}) {
+    for (const std::string_view folder : {"configs/", "datasets/"}) {
+      ReplaceAll(before + std::string(folder), before + share + std::string(folder), text);
+    }
+  }
+  return "Example:\n" + Indented(text);
+}
+
 /// Two columns: names, and what they mean.
 std::string Listed(const std::vector<std::pair<std::string, std::string>>& entries) {
   std::size_t widest = 0;
@@ -67,7 +94,7 @@ std::string OverviewText() {
   for (const Command& command : Commands()) {
     verbs.emplace_back(command.name, command.summary);
   }
-  return std::string(kExampleHeading) + Indented(CalibrateCommand().examples) +
+  return ExampleText(CalibrateCommand().examples) +
          "\nUsage: truetriad VERB [LOG …] [--flag=value …]\n\n" + Listed(verbs) +
          "\nMore about one verb: `truetriad help VERB` or `truetriad VERB --help`. Results go to "
          "stdout,\nmessages to stderr.\n" +
@@ -75,7 +102,7 @@ std::string OverviewText() {
 }
 
 std::string HelpText(const Command& command) {
-  std::string text = std::string(kExampleHeading) + Indented(command.examples) + "\ntruetriad " +
+  std::string text = ExampleText(command.examples) + "\ntruetriad " +
                      std::string(command.name) + ": " + std::string(command.summary) + "\n";
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += '\n' + details;

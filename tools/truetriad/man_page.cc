@@ -37,16 +37,6 @@ std::string Verbatim(std::string_view lines) {
   return ".PP\n.nf\n" + Plain(lines) + (lines.ends_with('\n') ? "" : "\n") + ".fi\n";
 }
 
-/// The examples as they are typed where the program is installed.
-std::string InstalledExamples(std::string_view examples) {
-  const std::string_view built = "build/truetriad";
-  std::string text(examples);
-  for (std::size_t at = 0; (at = text.find(built, at)) != std::string::npos;) {
-    text.replace(at, built.size(), "truetriad");
-  }
-  return text;
-}
-
 std::string FlagEntry(const CommandFlag& flag) {
   return ".TP\n\\fB" + Plain(NamesOf(flag)) + "\\fR=\\fI" + Plain(flag.placeholder) + "\\fR\n" +
          Plain(gflags::GetCommandLineFlagInfoOrDie(GflagsName(flag.name).c_str()).description) +
@@ -59,7 +49,7 @@ std::string Verb(const Command& command) {
   const std::string details = DetailsOf(command);
   if (!details.empty()) text += Verbatim(details);
   for (const CommandFlag& flag : command.flags) text += FlagEntry(flag);
-  return text + ".PP\nExample:\n" + Verbatim(InstalledExamples(command.examples));
+  return text + ".PP\nExample:\n" + Verbatim(command.examples);
 }
 
 }  // namespace
@@ -106,10 +96,13 @@ std::string ManPage() {
                   "input gives the same bytes.")}) {
     text += std::string(".TP\n.B ") + name + '\n' + Plain(meaning) + '\n';
   }
+  // Installing puts the prefix before them (tools/cmake/InstalledTexts.cmake).
   text += ".SH FILES\n";
-  text += Plain(
-      "Run the examples in a folder with copies of configs and datasets, which are installed in "
-      "share/truetriad (on Debian /usr/share/truetriad).\n");
+  for (const auto& [name, meaning] :
+       {std::pair("configs/", "Experiments, scenarios, plans, limits and sensors to begin with."),
+        std::pair("datasets/", "The recordings of the examples.")}) {
+    text += std::string(".TP\n.I ") + name + '\n' + meaning + '\n';
+  }
   return text;
 }
 
