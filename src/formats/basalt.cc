@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
 #include <Eigen/Core>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
 #include "formats/noise.h"
+#include "json/json.h"
 
 // Basalt, in double: x = (I + E) y - c. calib_accel_bias is c and the lower triangle of E
 // (c_x c_y c_z E11 E21 E31 E22 E32 E33), calib_gyro_bias is c and E by columns.
@@ -14,7 +17,7 @@ namespace {
 
 Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
                                               std::vector<std::string>* warnings) {
-  std::vector<std::string> members;
+  Json members = Json::object();
   double rate_hz = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
@@ -29,13 +32,12 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
         numbers.push_back(E(row, col));
       }
     }
-    members.push_back(JsonText("calib_" + name + "_bias") + ": " +
-                      ListText(std::span<const double>(numbers)));
+    members["calib_" + name + "_bias"] = numbers;
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<NoiseDensities> noise,
                                NoiseOf(request.options, triad));
     if (noise) {
-      members.push_back(JsonText(name + "_noise_std") + ": " + ListText(noise->white));
-      members.push_back(JsonText(name + "_bias_std") + ": " + ListText(noise->random_walk));
+      members[name + "_noise_std"] = ListJson(noise->white);
+      members[name + "_bias_std"] = ListJson(noise->random_walk);
       rate_hz = noise->rate_hz;
     } else {
       warnings->emplace_back(std::string(TriadName(triad)) + ": " + name + "_noise_std and " +
@@ -44,13 +46,9 @@ Result<std::vector<ExportedFile>> WriteBasalt(const WriteRequest& request,
                              "walk of every axis, or fill them in");
     }
   }
-  if (rate_hz > 0.0) members.push_back(JsonText("imu_update_rate") + ": " + NumberText(rate_hz));
-  std::string text = "{\n  \"value0\": {";
-  for (const std::string& member : members) {
-    text += (&member == members.data() ? "\n    " : ",\n    ") + member;
-  }
-  text += "\n  },\n  \"comment\": " + JsonText(request.comment) + "\n}\n";
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  if (rate_hz > 0.0) members["imu_update_rate"] = rate_hz;
+  const Json json = {{"value0", std::move(members)}, {"comment", request.comment}};
+  return std::vector<ExportedFile>{{"", TextOf(json)}};
 }
 
 Result<Carried> ReadBasalt(const ReadRequest& request) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "formats/format.h"
-#include "formats/list_text.h"
 #include "formats/sensor_json.h"
 
 // Everything that calibration.yaml says of the sensors, in JSON, in the calibration's units.
@@ -14,25 +13,22 @@ constexpr int kAnyJsonOrder = 99;
 Result<std::vector<ExportedFile>> WriteJsonExport(const WriteRequest& request,
                                                   std::vector<std::string>* /*warnings*/) {
   const Calibration& calibration = request.calibration;
-  std::string sensors;
+  Json json = {{"format", kExportFormat},
+               {"comment", request.comment},
+               {"serial", calibration.serial},
+               {"model", calibration.model},
+               {"created", calibration.created},
+               {"gauge", GaugeName(calibration.gauge)},
+               {"gauge_sensor", TriadName(calibration.gauge_sensor)},
+               {"gravity_mps2", calibration.reference.gravity_mps2},
+               {"temperature_degc", calibration.reference.temperature_degc},
+               {"sensors", Json::object()}};
   for (const Triad triad : kTriads) {
-    if (!calibration.sensors[triad]) continue;
-    sensors += Member(
-        "    ", TriadName(triad), Object(SensorMembers(*calibration.sensors[triad]), "    "));
+    const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
+    if (sensor) json["sensors"][std::string(TriadName(triad))] = SensorJson(*sensor);
   }
-  const std::string text =
-      Member("  ", "format", JsonText(kExportFormat)) +
-      Member("  ", "comment", JsonText(request.comment)) +
-      Member("  ", "serial", JsonText(calibration.serial)) +
-      Member("  ", "model", JsonText(calibration.model)) +
-      Member("  ", "created", JsonText(calibration.created)) +
-      Member("  ", "gauge", JsonText(GaugeName(calibration.gauge))) +
-      Member("  ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor))) +
-      Member("  ", "gravity_mps2", NumberText(calibration.reference.gravity_mps2)) +
-      Member("  ", "temperature_degc", NumberText(calibration.reference.temperature_degc)) +
-      Member("  ", "sensors", Object(sensors, "  ")) +
-      Member("  ", "covariance", CovarianceText(calibration.covariance));
-  return std::vector<ExportedFile>{{"", Object(text, "") + "\n"}};
+  json["covariance"] = CovarianceJson(calibration.covariance);
+  return std::vector<ExportedFile>{{"", TextOf(json)}};
 }
 
 Result<Carried> ReadJsonExport(const ReadRequest& request) {

@@ -3,30 +3,6 @@
 
 namespace truetriad {
 
-std::string JsonText(std::string_view text) {
-  constexpr std::string_view kHex = "0123456789abcdef";
-  std::string quoted(1, '"');
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      quoted += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7f) {
-      quoted += {'\\', 'u', '0', '0', kHex[byte / 16], kHex[byte % 16]};
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
-std::string JsonText(const std::vector<std::string>& lines) {
-  std::string text = "[";
-  for (const std::string& line : lines) {
-    text += (text.size() > 1 ? ",\n    " : "\n    ") + JsonText(line);
-  }
-  return text + "]";
-}
-
 std::vector<double> ReadList(YamlReader reader, std::size_t count) {
   std::vector<double> numbers;
   if (!reader.Read(&numbers)) return {};

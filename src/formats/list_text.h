@@ -15,13 +15,12 @@
 
 namespace truetriad {
 
-// Lists of numbers and texts as YAML and JSON both read them.
+// Lists of numbers as YAML reads them.
 
 template <typename Number>
 std::string ListText(std::span<const Number> values) {
   std::string text = "[";
   for (std::size_t i = 0; i < values.size(); ++i) {
-    // JSON has no other word for what is not a number.
     text += (i > 0 ? ", " : "") + (std::isfinite(values[i]) ? NumberText(values[i]) : "null");
   }
   return text + "]";
@@ -49,10 +48,6 @@ std::string RowsText(const Eigen::MatrixBase<Derived>& matrix) {
   }
   return text + "]";
 }
-
-// A JSON string: quoted, escaped.
-std::string JsonText(std::string_view text);
-std::string JsonText(const std::vector<std::string>& lines);
 
 // A flat list of exactly `count` numbers; empty, with an error in the reader, when it is not.
 std::vector<double> ReadList(YamlReader reader, std::size_t count);

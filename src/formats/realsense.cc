@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
+#include <utility>
 
 #include <Eigen/Core>
 
 #include "formats/format.h"
 #include "formats/list_text.h"
+#include "json/json.h"
 
 // RealSense D400, float32 in the device: x = Sigma y - beta. The nine numbers are Sigma by columns:
 // the script stores the transpose of what it applies.
@@ -16,25 +17,24 @@ namespace {
 
 Result<std::vector<ExportedFile>> WriteRealSense(const WriteRequest& request,
                                                  std::vector<std::string>* warnings) {
-  std::string sensors;
+  Json sensors = Json::object();
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const std::optional<TriadCalibration>& sensor = request.calibration.sensors[triad];
     if (!sensor) continue;
     const Eigen::Matrix3d C = sensor->model.Correction();
     const Eigen::Matrix3f sigma = C.cast<float>();
     const Eigen::Vector3f beta = (C * sensor->model.bias).cast<float>();
-    sensors += std::string(sensors.empty() ? "" : ",") + "\n      " + JsonText(TriadName(triad)) +
-               ": {\n        \"scale_and_alignment\": " +
-               ListText(std::span<const float>(sigma.data(), 9)) +
-               ",\n        \"bias\": " + ListText(std::span<const float>(beta.data(), 3)) +
-               "\n      }";
+    sensors[std::string(TriadName(triad))] = {
+        {"scale_and_alignment", ListJson(sigma.reshaped().cast<double>())},
+        {"bias", ListJson(beta.cast<double>())}};
   }
   warnings->emplace_back(
       "RealSense corrects in the depth camera's frame (x right, y down, z forward); record and "
       "calibrate in those axes");
-  std::string text = "{\n  \"device_type\": \"D435i\",\n  \"imus\": [\n    {" + sensors +
-                     "\n    }\n  ],\n  \"comment\": " + JsonText(request.comment) + "\n}\n";
-  return std::vector<ExportedFile>{{"", std::move(text)}};
+  const Json json = {{"device_type", "D435i"},
+                     {"imus", Json::array({std::move(sensors)})},
+                     {"comment", request.comment}};
+  return std::vector<ExportedFile>{{"", TextOf(json)}};
 }
 
 Result<Carried> ReadRealSense(const ReadRequest& request) {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "formats/format.h"
-#include "formats/list_text.h"
 #include "formats/sensor_json.h"
+#include "json/json.h"
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
 #include "report/content.h"
@@ -14,6 +16,7 @@
 #include "report/page.h"
 #include "report/table.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/formats/laboratory.h"
 
 // The digital calibration record for the quality department: values with expanded uncertainties
 // (k = 2; JCGM 100:2008, 6.2), conditions, references, traceability. JSON, or one printable page
@@ -117,106 +120,100 @@ std::string StatusText(const Calibration& calibration) {
 
 // ------------------------------------------------------------------------------------------- JSON
 
-std::string ExpandedMembers(const TriadCalibration& sensor) {
-  constexpr std::string_view kIndent = "      ";
-  const auto expanded = [&](std::string_view name, const Eigen::Vector3d& sigma) {
-    return Member(kIndent,
-                  std::string(name) + "_expanded_uncertainty",
-                  ListText(Eigen::Vector3d(kCoverageFactor * sigma)));
+/// A sensor's block with U beside σ.
+Json SensorRecord(const TriadCalibration& sensor, const std::optional<double>& residual_rms) {
+  Json json = SensorJson(sensor);
+  const auto add = [&](std::string_view name, Json values) {
+    json[std::string(name) + "_expanded_uncertainty"] = std::move(values);
   };
-  std::string text = expanded("bias", sensor.bias_sigma) +
-                     Member(kIndent,
-                            "sensitivity_expanded_uncertainty",
-                            RowsText(Eigen::Matrix3d(kCoverageFactor * sensor.sensitivity_sigma)));
+  add("bias", ListJson(kCoverageFactor * sensor.bias_sigma));
+  add("sensitivity", RowsJson(kCoverageFactor * sensor.sensitivity_sigma));
   for (const AxisTermInfo& info : kAxisTerms) {
-    if (const auto& sigma = sensor.axis_term_sigma[info.term]) text += expanded(info.name, *sigma);
+    if (const auto& sigma = sensor.axis_term_sigma[info.term]) {
+      add(info.name, ListJson(kCoverageFactor * *sigma));
+    }
   }
-  return text;
+  if (residual_rms) json["residual_rms"] = *residual_rms;
+  return json;
 }
 
-// The tags that are stated, as members of one line; `separator` comes before the first.
-std::string TagMembers(std::span<const TagKey> keys, const Tags& tags, std::string separator) {
-  std::string members;
+/// The tags that are stated.
+void AddTags(std::span<const TagKey> keys, const Tags& tags, Json* json) {
   for (const TagKey& tag : keys) {
-    if ((tags.*tag.value).empty()) continue;
-    members += separator + JsonText(tag.key) + ": " + JsonText(tags.*tag.value);
-    separator = ", ";
+    if (!(tags.*tag.value).empty()) (*json)[std::string(tag.key)] = tags.*tag.value;
   }
-  return members;
 }
 
-std::string RecordJson(const WriteRequest& request) {
+template <typename Of, std::size_t kCount>
+Json StatedJson(const Of& of, const std::array<LaboratoryKey<Of>, kCount>& keys) {
+  Json json = Json::object();
+  for (const LaboratoryKey<Of>& key : keys) {
+    if (!(of.*key.value).empty()) json[std::string(key.key)] = of.*key.value;
+  }
+  return json;
+}
+
+Json LimitJson(const LimitCheck& check) {
+  return {{"name", check.name},
+          {"component", check.component},
+          {"lower", check.limit.lower},
+          {"upper", check.limit.upper},
+          {"worst", check.worst},
+          {"expanded_uncertainty", kCoverageFactor * check.sigma},
+          {"probability_outside", check.outside},
+          {"pass", check.pass}};
+}
+
+Json RecordJson(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
   const Quality& quality = calibration.quality;
-  std::string sensors;
+  Json json = {{"format", kRecordFormat},
+               {"comment", request.comment},
+               {"device", {{"serial", calibration.serial}, {"model", calibration.model}}}};
+  AddTags(kDeviceTags, calibration.tags, &json["device"]);
+  Json run = Json::object();
+  AddTags(kRunTags, calibration.tags, &run);
+  if (!run.empty()) json["run"] = std::move(run);
+  if (const std::optional<Laboratory>& laboratory = request.options.laboratory) {
+    json["laboratory"] = StatedJson(*laboratory, kLaboratoryKeys);
+    json["equipment"] = Json::array();
+    for (const Equipment& equipment : laboratory->equipment) {
+      Json& item = json["equipment"].emplace_back(StatedJson(equipment, kEquipmentKeys));
+      item["overdue"] = IsOverdue(equipment, calibration.created);
+    }
+  }
+  json["calibrated"] = calibration.created;
+  json["software"] = "truetriad " + calibration.software_version;
+  json["conformity"] = StatusText(calibration);
+  json["conditions"] = {{"poses", quality.poses},
+                        {"rejected_poses", quality.rests.rejected_poses.size()},
+                        {"temperature", Temperatures(calibration)},
+                        {"gauge", GaugeName(calibration.gauge)},
+                        {"gauge_sensor", TriadName(calibration.gauge_sensor)}};
+  for (const Reference& reference : References(calibration)) {
+    json["references"][reference.name] = {{"value", reference.value},
+                                          {"source", reference.source}};
+  }
+  json["traceability"] = Traceability(calibration);
+  json["inputs"] = Json::array();
+  for (const InputFile& input : calibration.inputs) {
+    json["inputs"].push_back({{"file", input.file}, {"sha256", input.sha256}});
+  }
+  json["uncertainty"] = {{"coverage_factor", kCoverageFactor},
+                         {"coverage_probability", CoverageProbability(quality)},
+                         {"effective_dof", quality.effective_dof},
+                         {"statement", UncertaintyStatement(calibration)}};
+  json["sensors"] = Json::object();
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (!sensor) continue;
-    std::string members = SensorMembers(*sensor) + ExpandedMembers(*sensor);
-    if (quality.residual_rms[triad]) {
-      members += Member("      ", "residual_rms", NumberText(*quality.residual_rms[triad]));
-    }
-    sensors += Member("    ", TriadName(triad), Object(members, "    "));
+    json["sensors"][std::string(TriadName(triad))] =
+        SensorRecord(*sensor, quality.residual_rms[triad]);
   }
-  std::string references;
-  for (const Reference& reference : References(calibration)) {
-    references += Member("    ",
-                         reference.name,
-                         Object(Member("      ", "value", JsonText(reference.value)) +
-                                    Member("      ", "source", JsonText(reference.source)),
-                                "    "));
-  }
-  std::string inputs;
-  for (const InputFile& input : calibration.inputs) {
-    inputs += std::string(inputs.empty() ? "" : ", ") + "{" + JsonText("file") + ": " +
-              JsonText(input.file) + ", " + JsonText("sha256") + ": " + JsonText(input.sha256) +
-              "}";
-  }
-  std::string limits;
-  for (const LimitCheck& check : quality.limits) {
-    limits += std::string(limits.empty() ? "" : ", ") + "{" + JsonText("name") + ": " +
-              JsonText(check.name) + ", " + JsonText("component") + ": " +
-              JsonText(check.component) + ", " + JsonText("lower") + ": " +
-              NumberText(check.limit.lower) + ", " + JsonText("upper") + ": " +
-              NumberText(check.limit.upper) + ", " + JsonText("worst") + ": " +
-              NumberText(check.worst) + ", " + JsonText("expanded_uncertainty") + ": " +
-              NumberText(kCoverageFactor * check.sigma) + ", " + JsonText("probability_outside") +
-              ": " + NumberText(check.outside) + ", " + JsonText("pass") + ": " +
-              (check.pass ? "true" : "false") + "}";
-  }
-  const std::string conditions =
-      Member("    ", "poses", std::to_string(quality.poses)) +
-      Member("    ", "rejected_poses", std::to_string(quality.rests.rejected_poses.size())) +
-      Member("    ", "temperature", JsonText(Temperatures(calibration))) +
-      Member("    ", "gauge", JsonText(GaugeName(calibration.gauge))) +
-      Member("    ", "gauge_sensor", JsonText(TriadName(calibration.gauge_sensor)));
-  const std::string uncertainty =
-      Member("    ", "coverage_factor", NumberText(kCoverageFactor)) +
-      Member("    ", "coverage_probability", NumberText(CoverageProbability(quality))) +
-      Member("    ",
-             "effective_dof",  // JSON has no infinity
-             std::isfinite(quality.effective_dof) ? NumberText(quality.effective_dof) : "null") +
-      Member("    ", "statement", JsonText(UncertaintyStatement(calibration)));
-  const std::string device = "{" + JsonText("serial") + ": " + JsonText(calibration.serial) + ", " +
-                             JsonText("model") + ": " + JsonText(calibration.model) +
-                             TagMembers(kDeviceTags, calibration.tags, ", ") + "}";
-  const std::string run = TagMembers(kRunTags, calibration.tags, "");
-  return Object(
-      Member("  ", "format", JsonText(kRecordFormat)) +
-          Member("  ", "comment", JsonText(request.comment)) + Member("  ", "device", device) +
-          (run.empty() ? "" : Member("  ", "run", "{" + run + "}")) +
-          Member("  ", "calibrated", JsonText(calibration.created)) +
-          Member("  ", "software", JsonText("truetriad " + calibration.software_version)) +
-          Member("  ", "conformity", JsonText(StatusText(calibration))) +
-          Member("  ", "conditions", Object(conditions, "  ")) +
-          Member("  ", "references", Object(references, "  ")) +
-          Member("  ", "traceability", JsonText(Traceability(calibration))) +
-          Member("  ", "inputs", "[" + inputs + "]") +
-          Member("  ", "uncertainty", Object(uncertainty, "  ")) +
-          Member("  ", "sensors", Object(sensors, "  ")) +
-          Member("  ", "limits", "[" + limits + "]") +
-          Member("  ", "covariance", CovarianceText(calibration.covariance)),
-      "");
+  json["limits"] = Json::array();
+  for (const LimitCheck& check : quality.limits) json["limits"].push_back(LimitJson(check));
+  json["covariance"] = CovarianceJson(calibration.covariance);
+  return json;
 }
 
 // ------------------------------------------------------------------------------------------- page
@@ -342,6 +339,24 @@ table{font-size:.78rem;margin:.2rem 0}th,td{padding:.08rem .6rem .08rem 0}.verdi
 @media print{body{font-size:9.5px}.verdict{padding:.3rem .6rem}}
 )css";
 
+std::string LaboratoryHtml(const Laboratory& laboratory, const std::string& created) {
+  Table table{{}, "ll", {}};
+  for (const auto& key : kLaboratoryKeys) {
+    const std::string& value = laboratory.*key.value;
+    if (!value.empty()) table.rows.push_back({std::string(key.key), value});
+  }
+  std::string html = Element("h2", "Laboratory and equipment") + HtmlOf(table);
+  if (laboratory.equipment.empty()) return html;
+  Table equipment{{}, std::string(kEquipmentKeys.size(), 'l'), {}};
+  for (const auto& key : kEquipmentKeys) equipment.header.emplace_back(key.key);
+  for (const Equipment& item : laboratory.equipment) {
+    std::vector<std::string>& row = equipment.rows.emplace_back();
+    for (const auto& key : kEquipmentKeys) row.push_back(item.*key.value);
+    if (IsOverdue(item, created)) row.back() += " (overdue)";
+  }
+  return html + HtmlOf(equipment);
+}
+
 std::string RecordPage(const WriteRequest& request, std::string json) {
   const Calibration& calibration = request.calibration;
   Table conditions{{}, "ll", {}};
@@ -354,8 +369,11 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   for (const Reference& reference : References(calibration)) {
     references.rows.push_back({reference.name, reference.value, reference.source});
   }
-  std::string body = HtmlOf(IdentityTable(calibration), "identity") +
-                     Element("h2", "Conditions and references") + HtmlOf(conditions) +
+  std::string body = HtmlOf(IdentityTable(calibration), "identity");
+  if (request.options.laboratory) {
+    body += LaboratoryHtml(*request.options.laboratory, calibration.created);
+  }
+  body += Element("h2", "Conditions and references") + HtmlOf(conditions) +
                      HtmlOf(references) + Element("p", Traceability(calibration)) +
                      Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
   for (const Triad triad : kTriads) {
@@ -380,8 +398,15 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
 bool IsPage(std::string_view name) { return name.ends_with(".html") || name.ends_with(".htm"); }
 
 Result<std::vector<ExportedFile>> WriteRecord(const WriteRequest& request,
-                                              std::vector<std::string>* /*warnings*/) {
-  std::string json = RecordJson(request) + "\n";
+                                              std::vector<std::string>* warnings) {
+  if (const std::optional<Laboratory>& laboratory = request.options.laboratory) {
+    for (const Equipment& equipment : laboratory->equipment) {
+      if (!IsOverdue(equipment, request.calibration.created)) continue;
+      warnings->push_back("`" + equipment.name + "` was due for calibration on " + equipment.due +
+                          ", before this calibration; the record says so");
+    }
+  }
+  std::string json = TextOf(RecordJson(request));
   if (IsPage(request.options.file_name)) json = RecordPage(request, std::move(json));
   return std::vector<ExportedFile>{{"", std::move(json)}};
 }

@@ -9,48 +9,25 @@
 
 namespace truetriad {
 
-std::string Member(std::string_view indent, std::string_view name, const std::string& value) {
-  return std::string(indent) + JsonText(name) + ": " + value + ",\n";
-}
-
-std::string Object(std::string members, std::string_view indent) {
-  // Members end with a comma; the last one of an object must not.
-  if (!members.empty()) members.erase(members.rfind(','), 1);
-  return "{\n" + members.append(indent) + "}";
-}
-
 namespace {
 
-std::string ThermalText(const ThermalTerms& thermal) {
-  constexpr std::string_view kIndent = "        ";
-  std::string bias;
-  for (const Eigen::Vector3d& term : thermal.bias) {
-    bias += (bias.empty() ? "" : ", ") + ListText(term);
-  }
-  std::string sensitivity;
+Json ThermalJson(const ThermalTerms& thermal) {
+  Json json = {{"reference_degc", thermal.reference_degc},
+               {"range_degc", ListJson(thermal.range_degc)},
+               {"bias", Json::array()},
+               {"sensitivity", Json::array()}};
+  for (const Eigen::Vector3d& term : thermal.bias) json["bias"].push_back(ListJson(term));
   for (const Eigen::Matrix3d& term : thermal.sensitivity) {
-    sensitivity += (sensitivity.empty() ? "" : ", ") + RowsText(term);
+    json["sensitivity"].push_back(RowsJson(term));
   }
-  std::string text = Member(kIndent, "reference_degc", NumberText(thermal.reference_degc)) +
-                     Member(kIndent,
-                            "range_degc",
-                            "[" + NumberText(thermal.range_degc[0]) + ", " +
-                                NumberText(thermal.range_degc[1]) + "]") +
-                     Member(kIndent, "bias", "[" + bias + "]") +
-                     Member(kIndent, "sensitivity", "[" + sensitivity + "]");
   for (const RateTermInfo& info : kRateTerms) {
-    if (const auto& rate = thermal.rate[info.term]) {
-      text += Member(kIndent, "rate_" + std::string(info.name()), ListText(*rate));
-    }
+    const auto& rate = thermal.rate[info.term];
+    if (rate) json["rate_" + std::string(info.name())] = ListJson(*rate);
   }
-  if (thermal.element_lag_s) {
-    text += Member(kIndent, "element_lag_s", ListText(*thermal.element_lag_s));
-  }
-  if (thermal.rate_lag_s) text += Member(kIndent, "rate_lag_s", ListText(*thermal.rate_lag_s));
-  if (thermal.smoothing_s > 0.0) {
-    text += Member(kIndent, "smoothing_s", NumberText(thermal.smoothing_s));
-  }
-  return Object(text, "      ");
+  if (thermal.element_lag_s) json["element_lag_s"] = ListJson(*thermal.element_lag_s);
+  if (thermal.rate_lag_s) json["rate_lag_s"] = ListJson(*thermal.rate_lag_s);
+  if (thermal.smoothing_s > 0.0) json["smoothing_s"] = thermal.smoothing_s;
+  return json;
 }
 
 /// What a consumer needs of a sensor's block.
@@ -85,40 +62,29 @@ TriadCalibration ReadSensor(YamlReader* sensor) {
 
 }  // namespace
 
-std::string SensorMembers(const TriadCalibration& sensor) {
-  constexpr std::string_view kIndent = "      ";
-  std::string text = Member(kIndent, "input_unit", JsonText(sensor.input_unit)) +
-                     Member(kIndent, "output_unit", JsonText(sensor.output_unit)) +
-                     Member(kIndent, "bias", ListText(sensor.model.bias)) +
-                     Member(kIndent, "sensitivity", RowsText(sensor.model.sensitivity)) +
-                     Member(kIndent, "correction", RowsText(sensor.model.Correction())) +
-                     Member(kIndent, "bias_sigma", ListText(sensor.bias_sigma)) +
-                     Member(kIndent, "sensitivity_sigma", RowsText(sensor.sensitivity_sigma));
+Json SensorJson(const TriadCalibration& sensor) {
+  Json json = {{"input_unit", sensor.input_unit},
+               {"output_unit", sensor.output_unit},
+               {"bias", ListJson(sensor.model.bias)},
+               {"sensitivity", RowsJson(sensor.model.sensitivity)},
+               {"correction", RowsJson(sensor.model.Correction())},
+               {"bias_sigma", ListJson(sensor.bias_sigma)},
+               {"sensitivity_sigma", RowsJson(sensor.sensitivity_sigma)}};
   for (const AxisTermInfo& info : kAxisTerms) {
     const auto& sigma = sensor.axis_term_sigma[info.term];
     if (!sigma) continue;
     const std::string name(info.name);
-    text += Member(kIndent, name, ListText(sensor.model.axis_terms[info.term])) +
-            Member(kIndent, name + "_sigma", ListText(*sigma));
+    json[name] = ListJson(sensor.model.axis_terms[info.term]);
+    json[name + "_sigma"] = ListJson(*sigma);
   }
-  if (sensor.g_sensitivity) {
-    text += Member(kIndent, "g_sensitivity", RowsText(*sensor.g_sensitivity));
-  }
-  if (sensor.si_per_count) {
-    text += Member(kIndent, "si_per_count", NumberText(*sensor.si_per_count));
-  }
-  if (sensor.thermal) text += Member(kIndent, "thermal", ThermalText(*sensor.thermal));
-  return text;
+  if (sensor.g_sensitivity) json["g_sensitivity"] = RowsJson(*sensor.g_sensitivity);
+  if (sensor.si_per_count) json["si_per_count"] = *sensor.si_per_count;
+  if (sensor.thermal) json["thermal"] = ThermalJson(*sensor.thermal);
+  return json;
 }
 
-std::string CovarianceText(const NamedCovariance& covariance) {
-  std::string names;
-  for (const std::string& name : covariance.parameters) {
-    names += (names.empty() ? "" : ", ") + JsonText(name);
-  }
-  return Object(Member("    ", "parameters", "[" + names + "]") +
-                    Member("    ", "matrix", RowsText(covariance.matrix)),
-                "  ");
+Json CovarianceJson(const NamedCovariance& covariance) {
+  return {{"parameters", covariance.parameters}, {"matrix", RowsJson(covariance.matrix)}};
 }
 
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name) {

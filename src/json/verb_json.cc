@@ -12,12 +12,6 @@
 namespace truetriad {
 namespace {
 
-Json ListOf(const Eigen::Ref<const Eigen::VectorXd>& vector) {
-  Json list = Json::array();
-  for (const double value : vector) list.push_back(value);
-  return list;
-}
-
 template <typename T>
 Json OrNull(const std::optional<T>& value) {
   return value ? Json(*value) : Json(nullptr);
@@ -44,11 +38,11 @@ Json StreamJson(const StreamSummary& stream, bool has_time) {
     json["gaps"] = stream.gaps;
     json["longest_gap_s"] = stream.longest_gap_s;
   }
-  json["smallest"] = ListOf(stream.minimum_raw);
-  json["largest"] = ListOf(stream.maximum_raw);
+  json["smallest"] = ListJson(stream.minimum_raw);
+  json["largest"] = ListJson(stream.maximum_raw);
   if (stream.noise_sigma_raw.maxCoeff() > 0.0) {
-    json["noise_sigma"] = ListOf(stream.noise_sigma_raw);
-    json["correlation"] = ListOf(stream.correlation_inflation);
+    json["noise_sigma"] = ListJson(stream.noise_sigma_raw);
+    json["correlation"] = ListJson(stream.correlation_inflation);
   }
   return json;
 }
@@ -65,7 +59,7 @@ Json PoseJson(const StaticPose& pose, bool has_time) {
   for (const Triad triad : kTriads) {
     if (!pose.triads[triad]) continue;
     json["means"][std::string(TriadName(triad))] = {{"samples", pose.triads[triad]->samples},
-                                                    {"mean", ListOf(pose.triads[triad]->mean_raw)}};
+                                                    {"mean", ListJson(pose.triads[triad]->mean_raw)}};
   }
   return json;
 }
@@ -116,7 +110,7 @@ Json ToJson(const PoseSet& poses) {
                {"duration_s", poses.has_time ? Json(poses.duration_s) : Json(nullptr)},
                {"static_share", poses.static_share}};
   json["temperature_range_degc"] =
-      poses.temperature_range_degc ? ListOf(*poses.temperature_range_degc) : Json(nullptr);
+      poses.temperature_range_degc ? ListJson(*poses.temperature_range_degc) : Json(nullptr);
   json["streams"] = Json::array();
   for (const StreamSummary& stream : poses.streams) {
     json["streams"].push_back(StreamJson(stream, poses.has_time));

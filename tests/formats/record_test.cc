@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <limits>
 #include <string>
 
@@ -7,6 +8,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "formats/sample_units.h"
+#include "io/temporary_folder.h"
 #include "truetriad/formats/export.h"
 
 namespace truetriad {
@@ -89,6 +91,52 @@ TEST(CalibrationRecord, PageCannotBeBrokenByASerialNumber) {
   const std::string page = Record(unit, "unit.html");
   EXPECT_THAT(page, Not(HasSubstr("<b>\"&")));
   EXPECT_EQ(YAML::Load(Embedded(page))["device"]["serial"].as<std::string>(), unit.serial);
+}
+
+TEST(CalibrationRecord, NamesTheLaboratoryAndWhatWasOverdue) {
+  const std::string file =
+      (std::filesystem::path(TRUETRIAD_SOURCE_DIR) / "configs/templates/laboratory.yaml").string();
+  const Result<Laboratory> laboratory = ReadLaboratory(file);
+  ASSERT_TRUE(laboratory) << laboratory.error().message;
+  ASSERT_EQ(laboratory->equipment.size(), 2u);
+  Calibration unit = Unit();
+  unit.created = laboratory->equipment[0].due + "T23:59:59Z";
+  ExportOptions options{.file_name = "unit.json", .laboratory = *laboratory};
+  Result<Export> result = ExportCalibration(unit, "record", options);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_TRUE(result->warnings.empty());  // the last day counts
+  YAML::Node record = YAML::Load(result->files[0].text);
+  EXPECT_EQ(record["laboratory"]["name"].as<std::string>(), laboratory->name);
+  EXPECT_FALSE(record["equipment"][0]["overdue"].as<bool>());
+
+  unit.created = "2027-03-02T00:00:00Z";
+  result = ExportCalibration(unit, "record", options);
+  ASSERT_TRUE(result) << result.error().message;
+  ASSERT_EQ(result->warnings.size(), 1u);
+  EXPECT_THAT(result->warnings[0], HasSubstr("due for calibration on 2027-03-01"));
+  record = YAML::Load(result->files[0].text);
+  EXPECT_TRUE(record["equipment"][0]["overdue"].as<bool>());
+  EXPECT_FALSE(record["equipment"][1]["overdue"].as<bool>());
+
+  options.file_name = "unit.html";
+  result = ExportCalibration(unit, "record", options);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_THAT(result->files[0].text, AllOf(HasSubstr("2027-03-01 (overdue)"), HasSubstr("C-07")));
+}
+
+TEST(CalibrationRecord, RefusesALaboratoryFileWithMistakesAndNamesThemAll) {
+  const TemporaryFolder folder;
+  const std::string file = folder.Write("laboratory.yaml",
+                                        "laboratory: { adress: here }\n"
+                                        "equipment:\n"
+                                        "  - { name: Table, due: 2026-02-30 }\n");
+  const Result<Laboratory> laboratory = ReadLaboratory(file);
+  ASSERT_FALSE(laboratory);
+  EXPECT_THAT(laboratory.error().message,
+              AllOf(HasSubstr(file + ":1: "),
+                    HasSubstr("adress"),
+                    HasSubstr(file + ":3: "),
+                    HasSubstr("`2026-02-30` is not a date")));
 }
 
 TEST(CalibrationRecord, SaysThatANominalFieldMakesGainsRelative) {

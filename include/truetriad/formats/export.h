@@ -12,6 +12,7 @@
 #include "truetriad/allan/allan.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/formats/laboratory.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {
@@ -48,6 +49,8 @@ struct ExportOptions {
   PerTriad<std::optional<std::int64_t>> device_ids = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
+  /// Who calibrated with what, for the calibration record.
+  std::optional<Laboratory> laboratory = {};
 };
 
 /// How far the consumer's result is from C(T) (y - b(T)) over a sphere of inputs and the calibrated

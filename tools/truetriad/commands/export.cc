@@ -37,6 +37,9 @@ DEFINE_string(allan,
               "",
               "allan.yaml written by `allan`: noise densities and rate, for Kalibr and other "
               "formats with noise");
+DEFINE_string(laboratory,
+              "",
+              "laboratory.yaml: who calibrates with what equipment, for `record`");
 
 namespace truetriad {
 namespace {
@@ -87,6 +90,14 @@ Result<ExportOptions> ParseOptions() {
   if (!FLAGS_allan.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(AllanResult allan, ReadAllanFile(FLAGS_allan));
     options.allan = std::move(allan);
+  }
+  if (!FLAGS_laboratory.empty()) {
+    if (FLAGS_to != "record") {
+      return Error(ErrorCode::kConflictingArguments,
+                   "--laboratory is for --to=record; " + FLAGS_to + " has no place for it");
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(Laboratory laboratory, ReadLaboratory(FLAGS_laboratory));
+    options.laboratory = std::move(laboratory);
   }
   return options;
 }
@@ -218,7 +229,8 @@ Command ExportCommand() {
                     {"units", "UNIT[,UNIT]"},
                     {"instance", "N"},
                     {"id", "DEVICE_ID"},
-                    {"allan", "FILE"}},
+                    {"allan", "FILE"},
+                    {"laboratory", "FILE"}},
           .words = {"calibration"},
           .run = RunExport};
 }
