@@ -17,13 +17,19 @@
 namespace truetriad {
 namespace {
 
+struct ColumnUnit {
+  std::string column, unit;
+};
+
 /// One way in which a file may hold a triad.
 struct Candidate {
   Triad triad = Triad::kAccelerometer;
-  int input = 1;  ///< 1-based.
-  std::string time_column, time_unit;
+  int input = 1;                   ///< 1-based.
+  std::optional<ColumnUnit> time;  ///< None: rows.
   std::array<std::string, 3> axes;
   std::string unit;
+  std::optional<double> si_per_count;
+  std::optional<ColumnUnit> temperature, ambient_temperature;
   std::string separator, header;  ///< Empty: found.
 };
 
@@ -33,6 +39,15 @@ struct Mapping {
   std::vector<Candidate> candidates;
 };
 
+std::optional<ColumnUnit> ReadColumnUnit(YamlReader yaml) {
+  if (!yaml) return std::nullopt;
+  ColumnUnit read;
+  yaml.Require("column", &read.column);
+  yaml.Require("unit", &read.unit);
+  yaml.RejectUnknown();
+  return read;
+}
+
 Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
   Candidate candidate;
   candidate.triad = triad;
@@ -41,13 +56,13 @@ Candidate ReadCandidate(YamlReader yaml, Triad triad, int input_count) {
     yaml.Child("input").Fail("is not among the inputs, which are counted from 1");
     candidate.input = 1;
   }
-  YamlReader time = yaml.RequireChild("time");
-  time.Require("column", &candidate.time_column);
-  time.Require("unit", &candidate.time_unit);
-  time.RejectUnknown();
+  candidate.time = ReadColumnUnit(yaml.Child("time"));
   for (std::size_t axis = 0; axis < 3; ++axis)
     yaml.Require(kAxisLetters.substr(axis, 1), &candidate.axes[axis]);
   yaml.Require("unit", &candidate.unit);
+  if (double value = 0.0; yaml.Optional("si_per_count", &value)) candidate.si_per_count = value;
+  candidate.temperature = ReadColumnUnit(yaml.Child("temperature"));
+  candidate.ambient_temperature = ReadColumnUnit(yaml.Child("ambient_temperature"));
   yaml.Optional("separator", &candidate.separator);
   yaml.Optional("header", &candidate.header);
   yaml.RejectUnknown();
@@ -121,20 +136,31 @@ Status CheckFirstLine(const std::string& expected, const std::string& path) {
 Result<bool> Fits(const Candidate& candidate, const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<CsvReader> csv,
                              CsvReader::Open(path, LayoutOf(candidate)));
-  return HasColumn(*csv, candidate.time_column) &&
-         std::all_of(candidate.axes.begin(), candidate.axes.end(), [&](const std::string& axis) {
-           return HasColumn(*csv, axis);
-         });
+  std::vector<std::string> columns(candidate.axes.begin(), candidate.axes.end());
+  for (const auto* other :
+       {&candidate.time, &candidate.temperature, &candidate.ambient_temperature}) {
+    if (*other) columns.push_back((*other)->column);
+  }
+  return std::all_of(columns.begin(), columns.end(), [&](const std::string& column) {
+    return HasColumn(*csv, column);
+  });
 }
 
 void WriteStream(const Candidate& candidate, const std::string& path, YamlText* yaml) {
-  *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path}
-        << "\n    time: {column: " << Quoted{candidate.time_column}
-        << ", unit: " << candidate.time_unit << "}\n";
+  *yaml << "  " << TriadName(candidate.triad) << ":\n    file: " << Quoted{path} << "\n";
+  const auto write = [&](std::string_view key, const std::optional<ColumnUnit>& what) {
+    if (!what) return;
+    *yaml << "    " << key << ": {column: " << Quoted{what->column} << ", unit: " << what->unit
+          << "}\n";
+  };
+  write("time", candidate.time);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     *yaml << "    " << kAxisLetters.substr(axis, 1) << ": " << Quoted{candidate.axes[axis]} << "\n";
   }
   *yaml << "    unit: " << candidate.unit << "\n";
+  if (candidate.si_per_count) *yaml << "    si_per_count: " << *candidate.si_per_count << "\n";
+  write("temperature", candidate.temperature);
+  write("ambient_temperature", candidate.ambient_temperature);
   if (!candidate.separator.empty())
     *yaml << "    separator: " << Quoted{candidate.separator} << "\n";
   if (!candidate.header.empty()) *yaml << "    header: " << candidate.header << "\n";
@@ -169,7 +195,7 @@ Result<std::string> ManifestFromMapping(const std::string& text,
   }
   YamlText yaml;
   yaml << "recording: 1\nsource: {format: " << Quoted{name} << "}\napplied: none\nstreams:\n";
-  bool any = false;
+  bool any = false, has_time = false;
   std::string wanted;
   for (const Triad triad : kTriads) {
     for (const Candidate& candidate : mapping.candidates) {
@@ -186,6 +212,7 @@ Result<std::string> ManifestFromMapping(const std::string& text,
       if (failure || path.empty()) path = fs::absolute(input);
       WriteStream(candidate, path.string(), &yaml);
       any = true;
+      has_time = has_time || candidate.time;
       break;
     }
   }
@@ -194,6 +221,8 @@ Result<std::string> ManifestFromMapping(const std::string& text,
                  {inputs[0]},
                  "has none of the columns of " + name + ": " + wanted);
   }
+  // What has no time has no rests that could be found.
+  if (!has_time) yaml << "poses: every_row\n";
   return yaml.str();
 }
 

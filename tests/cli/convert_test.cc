@@ -374,6 +374,17 @@ TEST_F(Convert, ReadsMatricesStructsAndColumnsOfAMatFile) {
     // Names that can only mean one thing need not be said; units always.
     EXPECT_THAT(Run("mat", file, {"--units=s,m/s^2,rad/s"}).err,
                 HasSubstr("accelerometer: taken from imu.acc"));
+    // Of two files with the same names, which is which must be said.
+    const std::string other = folder_.Path(version + "-other.mat");
+    fs::copy_file(file, other);
+    const Finished two = Run("mat",
+                             file,
+                             {other,
+                              "--columns=time=t,accelerometer=" + version +
+                                  "/imu.acc,gyroscope=" + version + "-other/imu.gyr",
+                              "--units=s,m/s^2,rad/s"});
+    ASSERT_EQ(two.exit_code, 0) << two.err;
+    EXPECT_EQ(Samples().streams[Triad::kGyroscope].x[499], 0.25 * 499.0);
     const Finished without_units = Run("mat", file);
     EXPECT_EQ(without_units.exit_code, 1);
     EXPECT_THAT(without_units.err, HasSubstr("the unit of the accelerometer is missing"));
@@ -505,6 +516,93 @@ TEST_F(Convert, TakesAMappingOfTheUsersOwn) {
   const Finished run = Run(wrong, log);
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr("abuot"));
+}
+
+TEST_F(Convert, TakesAMappingWithTemperatureAndOneWithoutTime) {
+  const std::string log = folder_.Write("log.csv", "T,n,ax,ay,az\n290,7,4,5,6\n291,8,14,15,16\n");
+  const auto mapping = [&](const std::string& stream) {
+    return folder_.Write(
+        "mine.yaml",
+        "mapping: 1\nabout: mine\ninputs: [log.csv]\nstreams:\n  - accelerometer: {" + stream +
+            ", x: ax, y: ay, z: az}\n");
+  };
+  ASSERT_EQ(Run(mapping("time: {column: n, unit: s}, unit: counts, si_per_count: 0.01, "
+                        "temperature: {column: T, unit: K}"),
+                log)
+                .exit_code,
+            0);
+  const RecordingSamples warm = Samples();
+  EXPECT_EQ(warm.streams[Triad::kAccelerometer].time_ns[1], 8'000'000'000);
+  EXPECT_THAT(Manifest(),
+              AllOf(HasSubstr("temperature: {column: \"T\", unit: K}"), HasSubstr("si_per_count")));
+  ASSERT_EQ(Run(mapping("unit: m/s^2"), log).exit_code, 0);
+  const Finished run = RunTruetriad({"inspect", out_ + "/recording.yaml"});
+  EXPECT_THAT(run.out, HasSubstr("2 poses by every row"));
+  EXPECT_EQ(Run(mapping("temperature: {column: V, unit: K}, unit: m/s^2"), log).exit_code, 2);
+}
+
+TEST_F(Convert, ReadsArraysAndRecordsOfJson) {
+  const std::string units = "--units=s,m/s^2,uT";
+  // Records, with what Python writes for no number.
+  const std::string records = folder_.Write(
+      "records.json",
+      R"({"unit": "NaN 7", "rows": [{"t": 0, "imu": {"acc": [1, 2, 3]}, "mag": [4, 5, 6]},
+          {"t": 0.5, "imu": {"acc": [1, 2, NaN]}}, {"t": 1, "imu": {"acc": [7, 8, 9.25]}}]})");
+  Finished run = Run("json", records, {units});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("accelerometer: 2 samples over 1.000 s; 1 row skipped"));
+  EXPECT_THAT(Samples().streams[Triad::kAccelerometer].z, ::testing::ElementsAre(3.0, 9.25));
+  EXPECT_THAT(Samples().streams[Triad::kMagnetometer].y, ::testing::ElementsAre(5.0));
+  // One object a line.
+  const std::string lines = folder_.Write(
+      "lines.json", "{\"t\": 0, \"acc\": [1, 2, 3]}\n{\"t\": 1, \"acc\": [4, 5, 6]}\n");
+  ASSERT_EQ(Run("json", lines, {units}).exit_code, 0);
+  EXPECT_THAT(Samples().streams[Triad::kAccelerometer].x, ::testing::ElementsAre(1.0, 4.0));
+  const std::string cut = folder_.Write("cut.json", "{\"t\": [0, 1],\n \"acc\": [[1, 2, 3], [4,");
+  run = Run("json", cut, {units});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr(cut + ":2: is not JSON from here on"));
+}
+
+TEST_F(Convert, WithoutATimeKeepsRowsTogether) {
+  const std::string file = folder_.Write(
+      "unit.json",
+      R"({"grav": [[1, 2, 3], [null, 2, 3], [4, 5, 6]], "mag": [1, 2, 3, 4, 5, 6, 7, null, 9, null],
+          "few": [[1, 2, 3]]})");
+  const std::string columns = "--columns=accelerometer=grav,magnetometer=mag:xyz";
+  const std::string units = "--units=m/s^2,uT";
+  Finished run = Run("json", file, {columns, units});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("time=none if every row is one reading at rest"));
+  ExpectNothingWritten();
+  run = Run("json", file, {columns + ",time=none", units});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(TemporaryFolder::Read(out_ + "/recording.csv"),
+            "accel_x,accel_y,accel_z,mag_x,mag_y,mag_z\n1,2,3,1,2,3\n,,,4,5,6\n4,5,6,,,\n");
+  EXPECT_THAT(Manifest(), HasSubstr("poses: every_row"));
+  run = Run("json",
+            file,
+            {"--columns=time=none,accelerometer=grav,gyroscope=few", "--units=m/s^2,rad/s"});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("the gyroscope has 1 rows, but the accelerometer has 3"));
+}
+
+TEST_F(Convert, JoinsSeveralFilesWithATimeEach) {
+  const std::string acc =
+      folder_.Write("acc.json", R"({"t": [0, 1], "data": [[1, 2, 3], [4, 5, 6]]})");
+  const std::string gyr =
+      folder_.Write("gyr.json", R"({"t": [0, 1, 2], "data": [[1, 2, 3], [4, 5, 6], [7, 8, 9]]})");
+  const std::string units = "--units=s,m/s^2,rad/s";
+  const Finished run = Run("json",
+                           acc + "," + gyr,
+                           {"--columns=time=t,accelerometer=acc/data,gyroscope=gyr/data", units});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Samples().streams[Triad::kAccelerometer].time_ns.size(), 2u);
+  EXPECT_EQ(Samples().streams[Triad::kGyroscope].time_ns.size(), 3u);
+  const Finished vague =
+      Run("json", acc, {gyr, "--columns=time=t,accelerometer=data,gyroscope=gyr/data", units});
+  EXPECT_EQ(vague.exit_code, 1);
+  EXPECT_THAT(vague.err, HasSubstr("several files have a variable `data`; name the file, too"));
 }
 
 TEST_F(Convert, SaysHowToDecodeABlackboxLog) {

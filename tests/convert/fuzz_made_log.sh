@@ -18,6 +18,14 @@ if [[ $format == mat ]]; then
       --columns=time=t,accelerometer=imu.acc,gyroscope=imu.gyr,magnetometer=data:2-4 \
       --units=s,m/s^2,rad/s,counts
   done
+elif [[ $format == json ]]; then
+  python3 - "$folder/log.json" <<'EOF'
+import json, sys
+rows = [{"t": 0.01 * i, "imu": {"acc": [i, -i, 9.5], "gyr": [0.1, i, 0.25]}} for i in range(200)]
+json.dump({"unit": "A1", "rows": rows, "mag": [[i, 2, 3] for i in range(200)]}, open(sys.argv[1], "w"))
+EOF
+  fuzz "$folder/log.json" "$count" --units=s,m/s^2,rad/s,counts \
+    --columns=time=rows.t,accelerometer=rows.imu.acc,gyroscope=rows.imu.gyr,magnetometer=mag
 else
   "$here/../../tools/bench/make_log.py" "$format" "$folder/log" 400
   fuzz "$folder/log" "$count"

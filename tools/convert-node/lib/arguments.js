@@ -1,11 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-/** The call is wrong; exit code 1. */
-class UsageError extends Error {}
+/** The call is wrong; exit code 1. `reason` is its code in docs/reasons.md. */
+class UsageError extends Error {
+  constructor(message, reason = 'invalid-argument') {
+    super(message);
+    this.reason = reason;
+  }
+}
 
 /** A file cannot be read or holds nothing that can be used; exit code 2. */
-class BadInput extends Error {}
+class BadInput extends Error {
+  constructor(message, reason = 'wrong-format') {
+    super(message);
+    this.reason = reason;
+  }
+}
 
 /** `text` with every character that could do something to a terminal as `?`. */
 function printable(text) {
@@ -38,8 +48,9 @@ function parse(converter, words) {
       found.list = true;
       continue;
     }
+    if (word === '--json') continue; // Has been read.
     if (!word.startsWith('-')) {
-      if (found.input) throw new UsageError(`\`${word}\`: give one log at a time`);
+      if (found.input) throw new UsageError(`\`${word}\`: give one log at a time`, 'extra-argument');
       found.input = word;
       continue;
     }
@@ -47,7 +58,7 @@ function parse(converter, words) {
     const name = word.replace(/^--?/, '').replace(/=.*/s, '');
     let value = equals < 0 ? '' : word.slice(equals + 1);
     if (equals < 0 && i + 1 < words.length && !words[i + 1].startsWith('-')) value = words[++i];
-    if (!value) throw new UsageError(`--${name} needs a value: --${name}=…`);
+    if (!value) throw new UsageError(`--${name} needs a value: --${name}=…`, 'missing-argument');
     if (name === 'output') {
       found.output = value;
     } else if (name === 'topic' && converter.takesTopics) {
@@ -60,14 +71,14 @@ function parse(converter, words) {
     } else if ((converter.others ?? []).includes(name)) {
       found.others[name] = value;
     } else if (name === 'topic' || name === 'instance') {
-      throw new UsageError(`--${name} does not apply to this format`);
+      throw new UsageError(`--${name} does not apply to this format`, 'conflicting-arguments');
     } else {
-      throw new UsageError(`--${name} is not a flag`);
+      throw new UsageError(`--${name} is not a flag`, 'unknown-flag');
     }
   }
-  if (!found.input) throw new UsageError('no log given; name the file to convert');
+  if (!found.input) throw new UsageError('no log given; name the file to convert', 'missing-argument');
   if (!found.output && !found.list) {
-    throw new UsageError('no --output given; name the folder for the recording (--output=DIR), or use --list');
+    throw new UsageError('no --output given; name the folder for the recording (--output=DIR), or use --list', 'missing-argument');
   }
   return found;
 }
@@ -84,27 +95,30 @@ async function runConverter(converter) {
   if (words.includes('--help') || words.includes('-h')) {
     process.stdout.write(
       `${usage(converter)}\nConverts ${converter.input} to DIR/recording.yaml and its CSV files, the input of ` +
-        `every truetriad verb.\n--list shows what the log contains and writes nothing.\n` +
+        `every truetriad verb.\n--list shows what the log contains and writes nothing. --json: an error is an object on ` +
+        `stdout, too.\n` +
         `${converter.details}\nExit codes: 0 good, 1 usage, 2 bad input.\n`);
     return;
   }
   try {
     await converter.run(parse(converter, words), note);
   } catch (error) {
+    const fail = (message, code, exitCode) => {
+      note(message);
+      process.exitCode = exitCode;
+      if (words.includes('--json')) process.stdout.write(JSON.stringify({ error: { code, message } }) + '\n');
+    };
     if (error instanceof UsageError) {
-      note(error.message);
+      fail(error.message, error.reason, 1);
       process.stderr.write(usage(converter));
-      process.exitCode = 1;
     } else if (error instanceof BadInput) {
-      note(error.message);
-      process.exitCode = 2;
+      fail(error.message, error.reason, 2);
     } else if (typeof error.code === 'string' && error.syscall) {
       // What the system says of a file: not there, not readable, disk full.
-      note(`${error.path ?? 'a file'}: ${error.code}: ${error.message}`);
-      process.exitCode = 2;
+      const reads = ['open', 'read', 'stat', 'fstat', 'scandir'].includes(error.syscall);
+      fail(`${error.path ?? 'a file'}: ${error.code}: ${error.message}`, reads ? 'unreadable-file' : 'cannot-write', 2);
     } else {
-      note(`the log cannot be converted: ${printable(error.message)}`);
-      process.exitCode = 2;
+      fail(`the log cannot be converted: ${printable(error.message)}`, 'damaged-file', 2);
     }
   }
 }

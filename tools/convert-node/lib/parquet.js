@@ -114,7 +114,7 @@ function mapColumns(found, options) {
     const [name, column] = [pair.slice(0, equals), pair.slice(equals + 1)];
     const source = found.find((leaf) => leaf.name === column);
     if (equals < 1 || !source) {
-      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}`);
+      throw new UsageError(`--columns: \`${printable(pair)}\` is not NAME=COLUMN of this file; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}`, 'unknown-name');
     }
     if (!meaning(name, source.isTime)) {
       throw new UsageError(`--columns: \`${printable(name)}\` is not a name with a unit, such as time[ns], accel_x[m/s^2], gyro_y[deg/s], mag_z[uT] or temperature[degC]`);
@@ -139,11 +139,11 @@ function mapColumns(found, options) {
   const help = `; its columns are ${listOf(found.map((leaf) => leaf.name), 40)}. State what they are with --columns=time[ns]=…,accel_x[m/s^2]=…`;
   for (const [triad, columns] of Object.entries(map.triads)) {
     for (const axis of ['x', 'y', 'z']) {
-      if (!columns[axis]) throw new BadInput(`${options.input}: has no column for ${axis} of the ${triad}${help}`);
+      if (!columns[axis]) throw new BadInput(`${options.input}: has no column for ${axis} of the ${triad}${help}`, 'missing-column');
     }
   }
-  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column is recognised as readings${help}`);
-  if (!map.time) throw new BadInput(`${options.input}: no column is recognised as time${help}`);
+  if (Object.keys(map.triads).length === 0) throw new BadInput(`${options.input}: no column is recognised as readings${help}`, 'missing-column');
+  if (!map.time) throw new BadInput(`${options.input}: no column is recognised as time${help}`, 'missing-column');
   return map;
 }
 
@@ -242,7 +242,7 @@ async function convert(decoder, options, note) {
   if (damage) source.damage = damage;
   const written = folder.writeManifest('recording.yaml', {
     source, streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: map.triads[triad].unit })) });
-  if (!written) throw new BadInput(`${options.input}: contains no complete reading${damage ? `: ${damage}` : ''}`);
+  if (!written) throw new BadInput(`${options.input}: contains no complete reading${damage ? `: ${damage}` : ''}`, 'no-readings');
   folder.commit();
   for (const table of Object.values(tables)) note(table.summary());
   if (untimed > 0) note(`${count(untimed, 'row', 'rows')} skipped (no time)`);

@@ -110,10 +110,10 @@ function choose(log, file, topics) {
   if (topics.length > 0) {
     for (const topic of topics) {
       if (!kTopics[topic]) {
-        throw new UsageError(`--topic=${printable(topic)}: is not among ${listOf(Object.keys(kTopics), 20)}`);
+        throw new UsageError(`--topic=${printable(topic)}: is not among ${listOf(Object.keys(kTopics), 20)}`, 'unknown-name');
       }
       if (!names.includes(topic)) {
-        throw new UsageError(`--topic=${topic}: ${file} has no such readings; it contains ${listOf(names)}`);
+        throw new UsageError(`--topic=${topic}: ${file} has no such readings; it contains ${listOf(names)}`, 'unknown-name');
       }
     }
     const triads = topics.flatMap((topic) => kTopics[topic].map((stream) => stream.triad));
@@ -300,7 +300,7 @@ async function run(options, note) {
   folder.closeTables();
   const entries = [...opened.values()].flat();
   const instances = [...new Set(entries.filter(({ table }) => table.rows > 0).map(({ topic }) => topic.instance))];
-  if (instances.length === 0) throw new BadInput(`${options.input}: no reading in the log is whole`);
+  if (instances.length === 0) throw new BadInput(`${options.input}: no reading in the log is whole`, 'no-readings');
   instances.sort((a, b) => a - b);
   const names = instances.map((instance, i) => (i === 0 ? 'recording.yaml' : `recording-${instance}.yaml`));
   instances.forEach((instance, i) => {

@@ -4,6 +4,7 @@
 // A recording as truetriad reads it: DIR/recording.yaml and the CSV files that it names.
 
 const fs = require('fs');
+const os = require('os');
 const path = require('path');
 const { BadInput, count, printable } = require('./arguments.js');
 
@@ -142,6 +143,50 @@ class Table {
   }
 }
 
+/** What temporary names of this machine (and container) hold, as src/io/whole_file.cc makes them. */
+function numbering() {
+  let container = '';
+  try {
+    container = fs.readlinkSync('/proc/self/ns/pid');
+  } catch {
+    // Another system.
+  }
+  let hash = 2166136261; // Fowler, Noll and Vo's FNV-1a.
+  for (const byte of Buffer.from(os.hostname() + container)) hash = Math.imul(hash ^ byte, 16777619) >>> 0;
+  return String(hash);
+}
+
+function isRunning(process_id) {
+  try {
+    process.kill(process_id, 0);
+    return true;
+  } catch (error) {
+    return error.code !== 'ESRCH';
+  }
+}
+
+/** Removes folders that writers on this machine left in `parent` when they were killed. */
+function sweep(parent) {
+  const mark = new RegExp(`\\.tmp-${numbering()}-(\\d+)-\\d+$`);
+  for (const name of fs.readdirSync(parent)) {
+    const found = mark.exec(name);
+    if (!found || isRunning(Number(found[1]))) continue;
+    fs.rmSync(path.join(parent, name), { recursive: true, force: true });
+  }
+}
+
+/** On the disk, not only on its way there. */
+function sync(file) {
+  const descriptor = fs.openSync(file, 'r');
+  try {
+    fs.fsyncSync(descriptor);
+  } catch (error) {
+    if (!['EINVAL', 'ENOTSUP'].includes(error.code)) throw error;
+  } finally {
+    fs.closeSync(descriptor);
+  }
+}
+
 /** A text as YAML takes it. */
 function quoted(text) {
   return JSON.stringify(printable(text));
@@ -156,12 +201,13 @@ class RecordingFolder {
     this.directory = path.resolve(directory);
     this.shown = directory;
     if (fs.existsSync(this.directory) && !fs.statSync(this.directory).isDirectory()) {
-      throw new BadInput(`${directory}: is a file; give the name of a folder`);
+      throw new BadInput(`${directory}: is a file; give the name of a folder`, 'output-in-the-way');
     }
     const parent = path.dirname(this.directory);
     fs.mkdirSync(parent, { recursive: true });
-    this.temporary = fs.mkdtempSync(path.join(parent, `.${path.basename(this.directory)}.tmp-`));
-    fs.chmodSync(this.temporary, 0o755);
+    sweep(parent);
+    this.temporary = path.join(parent, `.${path.basename(this.directory)}.tmp-${numbering()}-${process.pid}-0`);
+    fs.mkdirSync(this.temporary, 0o755);
     this.tables = [];
     this.remove = () => fs.rmSync(this.temporary, { recursive: true, force: true });
     process.on('exit', this.remove);
@@ -228,6 +274,7 @@ class RecordingFolder {
     const names = fs.readdirSync(this.temporary);
     // The manifests last: until then nobody reads the rest.
     names.sort((a, b) => a.endsWith('.yaml') - b.endsWith('.yaml') || (a < b ? -1 : 1));
+    for (const name of names) sync(path.join(this.temporary, name));
     let there = true;
     try {
       there = fs.readdirSync(this.directory).length > 0;
@@ -241,6 +288,8 @@ class RecordingFolder {
     } else {
       fs.renameSync(this.temporary, this.directory);
     }
+    sync(this.directory);
+    sync(path.dirname(this.directory));
     this.remove();
   }
 }

@@ -58,7 +58,7 @@ function choose(topics, options) {
   const usable = topics.filter((topic) => topic.role);
   for (const name of options.topics) {
     const topic = topics.find((candidate) => candidate.name === name);
-    if (!topic) throw new UsageError(`--topic=${printable(name)}: no such topic; the file contains ${listOf(topics.map((t) => t.name))}`);
+    if (!topic) throw new UsageError(`--topic=${printable(name)}: no such topic; the file contains ${listOf(topics.map((t) => t.name))}`, 'unknown-name');
     if (!topic.role) {
       throw new UsageError(`--topic=${printable(name)}: is ${printable(topic.type)}; supported are Imu and MagneticField of sensor_msgs`);
     }
@@ -83,7 +83,7 @@ function choose(topics, options) {
     if (options.instance !== null && usable.length > 0) {
       throw new UsageError(`--instance=${options.instance}: no such instance; there are fewer topics of one kind`);
     }
-    throw new BadInput(`${options.input}: contains no complete message of sensor_msgs Imu or MagneticField; topics: ${listOf(topics.map((t) => t.name))}`);
+    throw new BadInput(`${options.input}: contains no complete message of sensor_msgs Imu or MagneticField; topics: ${listOf(topics.map((t) => t.name))}`, 'no-readings');
   }
   return chosen;
 }
@@ -162,7 +162,7 @@ async function run(options, note) {
     frame: [...frames].filter((frame) => frame).join(' '),
     streams: Object.entries(tables).map(([triad, table]) => ({ table, unit: units[triad] })),
   });
-  if (!written) throw new BadInput(`${options.input}: the log contains no complete reading`);
+  if (!written) throw new BadInput(`${options.input}: the log contains no complete reading`, 'no-readings');
   await breathe();
   folder.commit();
   for (const table of Object.values(tables)) note(table.summary());

@@ -15,7 +15,8 @@ Result<std::unique_ptr<ByteStream>> ByteStream::Open(const std::string& path) {
   stream->path_ = path;
   stream->file_.reset(std::fopen(path.c_str(), "rbe"));
   if (!stream->file_)
-    return Error(ErrorCode::kUnreadableFile, {path}, std::string("cannot be read: ") + std::strerror(errno));
+    return Error(
+        ErrorCode::kUnreadableFile, {path}, std::string("cannot be read: ") + std::strerror(errno));
   struct stat status {};
   if (fstat(fileno(stream->file_.get()), &status) != 0 || !S_ISREG(status.st_mode)) {
     return Error(

@@ -7,30 +7,35 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 #include <sstream>
 
 #include <glog/logging.h>
 
 #include "base/spelling.h"
+#include "json/verb_json.h"
 #include "tools/truetriad/interruption.h"
 
 namespace truetriad::convert {
 namespace {
 
 std::string program = "truetriad-convert";  // NOLINT: set once, before anything is said.
+bool says_json = false;                     // NOLINT: as well.
 
 std::string Usage(const Converter& converter) {
-  std::string flags = " INPUT --output=DIR";
+  const std::string input = converter.takes_several ? " INPUT…" : " INPUT";
+  std::string flags = input + " --output=DIR";
   if (converter.takes_topics) flags += " [--topic=NAME,…]";
   if (converter.takes_instance) flags += " [--instance=N]";
   for (const std::string_view flag : converter.others) flags += " [--" + std::string(flag) + "=…]";
-  return program + flags + "\n" + program + " INPUT --list\n";
+  return program + flags + "\n" + program + input + " --list\n";
 }
 
 std::string Help(const Converter& converter) {
   return "Usage:\n" + Usage(converter) + "\nConverts " + std::string(converter.input) +
          " to DIR/recording.yaml and its CSV files, the input of every truetriad verb.\n"
-         "--list shows what the log contains and writes nothing.\n" +
+         "--list shows what the log contains and writes nothing. --json: an error is an object on "
+         "stdout, too.\n" +
          std::string(converter.details) + "\nExit codes: 0 good, 1 usage, 2 bad input.\n";
 }
 
@@ -81,6 +86,8 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
     const std::string& word = words[i];
     if (word == "--list") {
       arguments.list = true;
+    } else if (word == "--json") {
+      continue;  // Has been read.
     } else if (word.starts_with("--")) {
       const std::size_t equals = word.find('=');
       const std::string name = word.substr(2, equals == std::string::npos ? equals : equals - 2);
@@ -95,7 +102,15 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
                      std::string("--").append(name).append(" needs a value"));
       TRUETRIAD_RETURN_IF_ERROR(SetFlag(converter, name, value, &arguments));
     } else if (arguments.input.empty()) {
-      arguments.input = word;
+      std::error_code missing;
+      const bool is_list = converter.takes_several && !std::filesystem::exists(word, missing);
+      const std::vector<std::string> files =
+          is_list ? SplitList(word) : std::vector<std::string>{word};
+      if (files.empty()) continue;
+      arguments.input = files[0];
+      arguments.more_inputs.assign(files.begin() + 1, files.end());
+    } else if (converter.takes_several) {
+      arguments.more_inputs.push_back(word);
     } else {
       return Error(ErrorCode::kExtraArgument, "`" + word + "`: give one log at a time");
     }
@@ -110,12 +125,17 @@ Result<Arguments> Parse(const Converter& converter, const std::vector<std::strin
   return arguments;
 }
 
-int Fail(const Error& error) {
-  if (!error.message.empty()) Note(error.message);
+}  // namespace
+
+int Report(const Error& error) {
+  // A process of its own may have said it.
+  if (!error.message.empty()) {
+    Note(error.message);
+    if (says_json) std::fputs(TextOf({{"error", ToJson(error)}}).c_str(), stdout);
+  }
+  std::fflush(stdout);
   return static_cast<int>(error.kind());
 }
-
-}  // namespace
 
 int RunConverter(const Converter& converter, int argc, char** argv) {
   program = "truetriad-convert-" + std::string(converter.format);
@@ -123,6 +143,7 @@ int RunConverter(const Converter& converter, int argc, char** argv) {
   FLAGS_minloglevel = google::GLOG_FATAL;
   google::InitGoogleLogging(argc > 0 ? argv[0] : program.c_str());
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  says_json = std::find(words.begin(), words.end(), "--json") != words.end();
   for (const std::string& word : words) {
     if (word == "--help" || word == "-h") {
       std::fputs(Help(converter).c_str(), stdout);
@@ -132,20 +153,20 @@ int RunConverter(const Converter& converter, int argc, char** argv) {
   try {
     const Result<Arguments> arguments = Parse(converter, words);
     if (!arguments) {
-      const int code = Fail(arguments.error());
+      const int code = Report(arguments.error());
       std::fputs(("Usage:\n" + Usage(converter)).c_str(), stderr);
       return code;
     }
     const Status status = converter.run(*arguments);
-    if (!status) return Fail(status.error());
+    if (!status) return Report(status.error());
   } catch (const Interrupted&) {
     EndAsInterrupted();
   } catch (const std::exception& failure) {
-    return Fail(Error(ErrorCode::kDamagedFile, failure.what()));
+    return Report(Error(ErrorCode::kDamagedFile, failure.what()));
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return Fail(Error(ErrorCode::kCannotWrite,
-                      "stdout: cannot be written: " + std::string(std::strerror(errno))));
+    return Report(Error(ErrorCode::kCannotWrite,
+                        "stdout: cannot be written: " + std::string(std::strerror(errno))));
   }
   return 0;
 }

@@ -18,6 +18,7 @@ struct Interrupted {};
 /// [--instance=N] [--list]`.
 struct Arguments {
   std::string input;
+  std::vector<std::string> more_inputs;                    ///< Where the format takes several.
   std::string output;                                      ///< Empty only with `list`.
   std::vector<std::string> topics;                         ///< Empty: the converter's choice.
   std::optional<int> instance;                             ///< Range: >= 0.
@@ -27,9 +28,10 @@ struct Arguments {
 
 /// One converter program.
 struct Converter {
-  std::string_view format;   ///< "dataflash": the program is truetriad-convert-dataflash.
-  std::string_view input;    ///< "an ArduPilot log (.bin)"
-  std::string_view details;  ///< Lines of --help about topics, instances and choices.
+  std::string_view format;     ///< "dataflash": the program is truetriad-convert-dataflash.
+  std::string_view input;      ///< "an ArduPilot log (.bin)"
+  std::string_view details;    ///< Lines of --help about topics, instances and choices.
+  bool takes_several = false;  ///< Inputs, in one or separated by commas.
   bool takes_topics = false;
   bool takes_instance = false;
   std::vector<std::string_view> others;  ///< Names of its own flags.
@@ -39,6 +41,9 @@ struct Converter {
 
 /// The `main` of a converter. Exit code: 0 good, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
+
+/// Says why there is nothing: on stderr, and with --json as an object on stdout. The exit code.
+int Report(const Error& error);
 
 /// "/a, /b and 3 more", for messages; nothing of a damaged name can reach the terminal as a control
 /// character.

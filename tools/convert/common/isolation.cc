@@ -20,14 +20,17 @@ namespace {
 
 constexpr int kInterrupted = 120;
 
-/// Bounded by what a file of this size can sensibly hold.
-void BoundMemory([[maybe_unused]] const std::string& path) {
+/// Bounded by what files of this size can sensibly hold.
+void BoundMemory([[maybe_unused]] const std::vector<std::string>& paths) {
 #ifndef __SANITIZE_ADDRESS__  // Which maps terabytes.
   constexpr rlim_t kLeast = rlim_t{2} << 30U;
   constexpr rlim_t kPerByte = 64;
-  std::error_code ignored;
-  const rlim_t size = std::filesystem::file_size(path, ignored);
-  const rlim_t bytes = ignored ? kLeast : kLeast + kPerByte * size;
+  rlim_t bytes = kLeast;
+  for (const std::string& path : paths) {
+    std::error_code missing;
+    const rlim_t size = std::filesystem::file_size(path, missing);
+    if (!missing) bytes += kPerByte * size;
+  }
   const rlimit limit = {bytes, bytes};
   setrlimit(RLIMIT_AS, &limit);
 #endif
@@ -35,30 +38,25 @@ void BoundMemory([[maybe_unused]] const std::string& path) {
 
 int Work(const std::function<Status()>& work) {
   try {
-    const Status status = work();
-    if (!status) {
-      Note(status.error().message);
-      return static_cast<int>(status.error().kind());
-    }
+    if (const Status status = work(); !status) return Report(status.error());
   } catch (const Interrupted&) {
     return kInterrupted;
   } catch (const std::exception& failure) {
-    Note(failure.what());
-    return static_cast<int>(ErrorKind::kBadInput);
+    return Report(Error(ErrorCode::kDamagedFile, failure.what()));
   }
   return std::fflush(stdout) == 0 ? 0 : static_cast<int>(ErrorKind::kBadInput);
 }
 
 }  // namespace
 
-Status Isolated(const std::string& path, const std::function<Status()>& work) {
+Status Isolated(const std::vector<std::string>& paths, const std::function<Status()>& work) {
   std::fflush(stdout);
   const pid_t child = fork();
   if (child < 0)
     return Error(ErrorCode::kSystemFailure,
                  std::string("cannot start a process: ") + std::strerror(errno));
   if (child == 0) {
-    BoundMemory(path);
+    BoundMemory(paths);
     _exit(Work(work));  // What the parent holds is the parent's to clear away.
   }
   int status = 0;
@@ -67,14 +65,15 @@ Status Isolated(const std::string& path, const std::function<Status()>& work) {
   }
   if (!WIFEXITED(status)) {
     return Error(ErrorCode::kDamagedFile,
-                 {path},
+                 {paths.size() == 1 ? paths[0] : "one of the files"},
                  "is damaged; the reader crashed on it (signal " +
                      std::to_string(WTERMSIG(status)) + "); nothing was written");
   }
   if (WEXITSTATUS(status) == kInterrupted) throw Interrupted();
   if (WEXITSTATUS(status) == 0) return {};
   // The child has said why.
-  return Error{static_cast<ErrorCode>(WEXITSTATUS(status)), ""};
+  const bool is_usage = WEXITSTATUS(status) == static_cast<int>(ErrorKind::kUsage);
+  return Error(is_usage ? ErrorCode::kInvalidArgument : ErrorCode::kDamagedFile, "");
 }
 
 }  // namespace truetriad::convert

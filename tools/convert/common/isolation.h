@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "truetriad/base/result.h"
 
@@ -10,6 +11,6 @@ namespace truetriad::convert {
 
 /// Does `work` in a process of its own, with a bound on its memory, for libraries that a damaged
 /// file can bring down. Its error becomes that of this process; a crash becomes bad input.
-Status Isolated(const std::string& path, const std::function<Status()>& work);
+Status Isolated(const std::vector<std::string>& paths, const std::function<Status()>& work);
 
 }  // namespace truetriad::convert

@@ -62,19 +62,20 @@ constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 
 Table::Table(const std::string& folder,
              std::string file,
              std::vector<TriadColumns> triads,
-             bool has_temperature)
+             TableColumns columns)
     : file_name_(std::move(file)),
       triads_(std::move(triads)),
-      has_temperature_(has_temperature),
+      columns_(columns),
       output_(folder + "/" + file_name_) {
-  CHECK_LE(3 * triads_.size() + (has_temperature ? 1 : 0), kMostColumns);
-  for (const TriadColumns& columns : triads_) largest_.push_back(LargestReading(columns));
-  std::string header(kTimeColumn);
+  CHECK_LE(3 * triads_.size() + (columns.has_temperature ? 1 : 0), kMostColumns);
+  for (const TriadColumns& triad : triads_) largest_.push_back(LargestReading(triad));
+  std::string header;
+  if (columns.has_time) header.append(",").append(kTimeColumn);
   for (const TriadColumns& triad : triads_) {
     for (const char axis : {'x', 'y', 'z'}) header.append(",").append(Column(triad, axis));
   }
-  if (has_temperature_) header.append(",").append(kTemperatureColumn);
-  output_.Write(header + "\n");
+  if (columns.has_temperature) header.append(",").append(kTemperatureColumn);
+  output_.Write(header.substr(1) + "\n");
   text_.resize(kChunk + kLongestNumber * (kMostColumns + 1));
 }
 
@@ -94,7 +95,7 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
     any = any || whole;
   }
   if (!any) return;
-  if (has_temperature_) {
+  if (columns_.has_temperature) {
     // From absolute zero to where no electronics live; NaN is neither.
     const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
     row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
@@ -132,10 +133,10 @@ void Table::WriteFirst() {
 }
 
 char* Table::WriteRow(const Row& row, char* text) const {
-  text = std::to_chars(text, text + kLongestNumber, row.time_ns).ptr;
-  const std::size_t columns = 3 * triads_.size() + (has_temperature_ ? 1 : 0);
+  if (columns_.has_time) text = std::to_chars(text, text + kLongestNumber, row.time_ns).ptr;
+  const std::size_t columns = 3 * triads_.size() + (columns_.has_temperature ? 1 : 0);
   for (std::size_t i = 0; i < columns; ++i) {
-    *text++ = ',';
+    if (i > 0 || columns_.has_time) *text++ = ',';
     if (!std::isnan(row.values[i])) {
       text = std::to_chars(text, text + kLongestNumber, row.values[i]).ptr;
     }
@@ -181,9 +182,9 @@ RecordingFolder::~RecordingFolder() {
 
 Table* RecordingFolder::AddTable(std::string file,
                                  std::vector<TriadColumns> triads,
-                                 bool has_temperature) {
+                                 TableColumns columns) {
   tables_.push_back(
-      std::make_unique<Table>(temporary_, std::move(file), std::move(triads), has_temperature));
+      std::make_unique<Table>(temporary_, std::move(file), std::move(triads), columns));
   return tables_.back().get();
 }
 
@@ -208,8 +209,8 @@ std::string RecordingFolder::Manifest() const {
         if (!columns.applied.empty()) {
           applied << "  " << TriadName(triad) << ":" << columns.applied;
         }
-        streams << "  " << TriadName(triad) << ":\n    file: " << table->file()
-                << "\n    time: {column: " << kTimeColumn << ", unit: ns}\n";
+        streams << "  " << TriadName(triad) << ":\n    file: " << table->file() << "\n";
+        if (table->has_time()) streams << "    time: {column: " << kTimeColumn << ", unit: ns}\n";
         for (const char axis : {'x', 'y', 'z'}) {
           streams << "    " << std::string_view(&axis, 1) << ": " << Column(columns, axis) << "\n";
         }
@@ -222,7 +223,13 @@ std::string RecordingFolder::Manifest() const {
   }
   yaml << (applied.str().empty() ? "applied: none\n" : "applied:\n" + applied.str());
   yaml << "streams:\n" << streams.str();
-  if (!poses_.empty()) yaml << "poses: {file: " << kPoses << "}\n";
+  const bool has_time =
+      std::any_of(tables_.begin(), tables_.end(), [](const auto& t) { return t->has_time(); });
+  if (!poses_.empty()) {
+    yaml << "poses: {file: " << kPoses << "}\n";
+  } else if (!has_time) {
+    yaml << "poses: every_row\n";
+  }
   return yaml.str();
 }
 
@@ -273,7 +280,7 @@ Status RecordingFolder::Commit() {
     for (const TriadColumns& columns : table->triads()) {
       std::string line =
           std::string(TriadName(columns.triad)) + ": " + Count(columns.rows, "sample", "samples");
-      if (columns.rows > 0) {
+      if (columns.rows > 0 && table->has_time()) {
         char span[32];
         std::snprintf(span,
                       sizeof span,

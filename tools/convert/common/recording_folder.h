@@ -26,6 +26,12 @@ struct TriadColumns {
   std::uint64_t without_numbers = 0;  ///< Rows with NaN, or what no sensor says.
 };
 
+/// What the rows of a table hold beside readings.
+struct TableColumns {
+  bool has_temperature = false;
+  bool has_time = true;  ///< Else the times that rows are added with are only their order.
+};
+
 /// One CSV of a recording: rows of a time, some triads and perhaps a temperature.
 ///
 /// Rows may come a little out of order: the last kReach are put in order of time. A row that comes
@@ -38,7 +44,7 @@ class Table {
   Table(const std::string& folder,
         std::string file,
         std::vector<TriadColumns> triads,
-        bool has_temperature);
+        TableColumns columns);
 
   /// Adds a row: three readings for each triad, in their order; bit i of `present` says whether the
   /// i-th triad has any at this time. One that has, but not three numbers that can be
@@ -52,7 +58,8 @@ class Table {
   const std::string& file() const { return file_name_; }
   const std::vector<TriadColumns>& triads() const { return triads_; }
   std::vector<TriadColumns>& triads() { return triads_; }
-  bool has_temperature() const { return has_temperature_; }
+  bool has_temperature() const { return columns_.has_temperature; }
+  bool has_time() const { return columns_.has_time; }
   std::uint64_t rows() const { return rows_; }
   std::uint64_t too_late() const { return too_late_; }
   std::int64_t first_time_ns() const { return first_time_ns_; }
@@ -70,7 +77,7 @@ class Table {
   std::string file_name_;
   std::vector<TriadColumns> triads_;
   std::vector<double> largest_;  ///< Of a reading, by triad.
-  bool has_temperature_;
+  TableColumns columns_;
   WholeFile output_;
   std::string text_;
   std::size_t filled_ = 0;
@@ -93,7 +100,7 @@ class RecordingFolder {
   RecordingFolder& operator=(const RecordingFolder&) = delete;
 
   /// Valid as long as the folder.
-  Table* AddTable(std::string file, std::vector<TriadColumns> triads, bool has_temperature);
+  Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
   /// What the manifest says about the origin: `source: {key: value, …}`, and `frame:`.
   void SetSource(const std::string& key, const std::string& value);

@@ -347,7 +347,7 @@ class Conversion {
            RecordingFolder* folder) {
     Route& route = routes_[kind];
     route.time_field = time_field;
-    route.table = folder->AddTable(file, triads, has_temperature);
+    route.table = folder->AddTable(file, triads, {has_temperature});
   }
 
   void SetTemperature(const MessageFormat& format, std::string_view record) {

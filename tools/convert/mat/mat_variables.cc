@@ -15,7 +15,7 @@ namespace {
 struct FreeVariable {
   void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
 };
-using Variable = std::unique_ptr<matvar_t, FreeVariable>;
+using OwnedVariable = std::unique_ptr<matvar_t, FreeVariable>;
 
 constexpr int kDeepest = 8;                                   ///< Structs in structs.
 constexpr std::size_t kMostElements = std::size_t{1} << 28U;  ///< Of one matrix: 2 GiB of doubles.
@@ -137,7 +137,7 @@ std::optional<int> ElementsOf5(ByteStream* file) {
 
 }  // namespace
 
-Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
+Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
   const Version version = VersionOf(bytes.get());
   mat_t* const handle =
@@ -155,14 +155,14 @@ Result<std::unique_ptr<MatFile>> MatFile::Open(const std::string& path) {
   constexpr int kMostVariables = 100'000;
   int count = 0;
   for (; count < kMostVariables; ++count) {
-    const Variable variable(Mat_VarReadNextInfo(handle));
+    const OwnedVariable variable(Mat_VarReadNextInfo(handle));
     if (!variable) break;
     if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
   }
   if (version == Version::k5 && bytes->Peek(kHeader5)[kHeader5 - 2] == 'I') {
     file->is_damaged_ = ElementsOf5(bytes.get()) != count;
   }
-  return file;
+  return std::unique_ptr<VariableFile>(std::move(file));
 }
 
 void MatFile::Collect(const matvar_t& variable, const std::string& name, int depth) {
@@ -179,13 +179,6 @@ void MatFile::Collect(const matvar_t& variable, const std::string& name, int dep
       }
     }
   }
-}
-
-const MatVariable* MatFile::Find(const std::string& name) const {
-  for (const MatVariable& variable : variables_) {
-    if (variable.name == name) return &variable;
-  }
-  return nullptr;
 }
 
 /// Whether so many elements can come out of a file of this size: each has a byte at least, and zlib
@@ -210,13 +203,13 @@ bool MatFile::IsPlausible(const matvar_t& variable, int depth) const {
   return true;
 }
 
-Result<MatMatrix> MatFile::Read(const MatVariable& wanted) {
+Result<Matrix> MatFile::Read(const Variable& wanted) {
   const Error damaged = Error(ErrorCode::kDamagedFile,
                               {path_},
                               "variable " + wanted.name + " is incomplete or inconsistent");
   const std::size_t dot = wanted.name.find('.');
   const std::string top = wanted.name.substr(0, dot);
-  const Variable variable(Mat_VarReadInfo(file_.get(), top.c_str()));
+  const OwnedVariable variable(Mat_VarReadInfo(file_.get(), top.c_str()));
   if (!variable || !IsPlausible(*variable, 0)) return damaged;
   if (Mat_VarReadDataAll(file_.get(), variable.get()) != 0) return damaged;
   const matvar_t* at = variable.get();
@@ -228,7 +221,7 @@ Result<MatMatrix> MatFile::Read(const MatVariable& wanted) {
     begin = end;
   }
   if (!IsMatrix(*at)) return damaged;
-  MatMatrix matrix{.rows = at->dims[0], .columns = at->dims[1], .values = {}};
+  Matrix matrix{.rows = at->dims[0], .columns = at->dims[1], .values = {}};
   if (matrix.rows != wanted.rows || matrix.columns != wanted.columns ||
       !CopyNumbers(*at, matrix.rows * matrix.columns, &matrix.values)) {
     return damaged;

@@ -4,42 +4,22 @@
 #include <cstddef>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include <matio.h>
 
+#include "tools/convert/common/variables.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::convert {
 
-/// A real matrix of a .mat file, or a field of one of its structs, by its full name: "imu.acc".
-struct MatVariable {
-  std::string name;
-  std::string class_name;  ///< "double", "int16", …
-  std::size_t rows = 0, columns = 0;
-};
-
-/// A numeric matrix, column by column as MATLAB stores it.
-struct MatMatrix {
-  std::size_t rows = 0, columns = 0;
-  std::vector<double> values;
-
-  double At(std::size_t row, std::size_t column) const { return values[column * rows + row]; }
-};
-
-/// A .mat file of version 5 (plain or compressed) or 7.3, through libmatio.
-class MatFile {
+/// A .mat file of version 5 (plain or compressed) or 7.3, through libmatio: real numeric matrices
+/// and vectors, those in (nested) 1×1 structs included.
+class MatFile : public VariableFile {
  public:
   /// Error: unreadable, or no .mat file.
-  static Result<std::unique_ptr<MatFile>> Open(const std::string& path);
+  static Result<std::unique_ptr<VariableFile>> Open(const std::string& path);
 
-  /// Real numeric matrices and vectors, those in (nested) 1×1 structs included.
-  const std::vector<MatVariable>& variables() const { return variables_; }
-  const MatVariable* Find(const std::string& name) const;
-  /// Whether the file ends, or goes astray, inside of a variable: then some may be missing.
-  bool is_damaged() const { return is_damaged_; }
-  /// Error: it is not whole, or too large to be what it says.
-  Result<MatMatrix> Read(const MatVariable& variable);
+  Result<Matrix> Read(const Variable& variable) override;
 
  private:
   struct CloseFile {
@@ -53,8 +33,6 @@ class MatFile {
   std::unique_ptr<mat_t, CloseFile> file_;
   std::size_t file_size_ = 0;
   bool is_hdf5_ = false;
-  bool is_damaged_ = false;
-  std::vector<MatVariable> variables_;
 };
 
 }  // namespace truetriad::convert

@@ -129,14 +129,14 @@ Result<std::unique_ptr<ImuRecording>> ImuRecording::Create(const TopicChoice& ch
         files.AddTable("imu.csv",
                        {{.triad = Triad::kGyroscope, .unit = "rad/s", .applied = {}},
                         {.triad = Triad::kAccelerometer, .unit = "m/s^2", .applied = {}}},
-                       has_temperature);
+                       {has_temperature});
   }
   if (choice.field != nullptr) {
     files.SetSource("magnetic field topic", choice.field->name);
     recording->field_ =
         files.AddTable("magnetometer.csv",
                        {{.triad = Triad::kMagnetometer, .unit = "uT", .applied = {}}},
-                       has_temperature);
+                       {has_temperature});
   }
   if (has_temperature) files.SetSource("temperature topic", choice.temperature->name);
   return recording;

@@ -93,8 +93,8 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
       if (rows == *count) continue;
       return Error(ErrorCode::kDoesNotMatch,
                    {sensor.csv->path()},
-                   std::string("has ") + (rows < *count ? "fewer" : "more") + " rows than " + time->path() +
-                       "; both need one row for each sample");
+                   std::string("has ") + (rows < *count ? "fewer" : "more") + " rows than " +
+                       time->path() + "; both need one row for each sample");
     }
     if (*count == 0) return {};
     for (std::size_t i = 0; i < *count; ++i) {
@@ -116,7 +116,7 @@ Status Run(const Arguments& arguments) {
   const fs::path folder = arguments.input;
   std::error_code missing;
   if (!fs::is_directory(folder, missing)) {
-    return Error(ErrorCode::kUnreadableFile,
+    return Error(ErrorCode::kWrongFormat,
                  {arguments.input},
                  "is not a folder; expected one with time.csv, accel-0.csv, …");
   }
@@ -151,7 +151,7 @@ Status Run(const Arguments& arguments) {
   recording->SetSource("format", "gnss-ins-sim");
   recording->SetSource("converter", "truetriad-convert-gnss-ins-sim " TRUETRIAD_VERSION);
   recording->SetSource("run", run);
-  Table* const table = recording->AddTable("recording.csv", triads, false);
+  Table* const table = recording->AddTable("recording.csv", triads, {});
   TRUETRIAD_RETURN_IF_ERROR(CopyRows(time.get(), &sensors, table));
   return recording->Commit();
 }

@@ -124,7 +124,7 @@ Status CheckSameStreams(const Rest& first, const Rest& rest, const fs::path& pat
 Status Run(const Arguments& arguments) {
   std::error_code missing;
   if (!fs::is_directory(arguments.input, missing)) {
-    return Error(ErrorCode::kUnreadableFile,
+    return Error(ErrorCode::kWrongFormat,
                  {arguments.input},
                  "is not a folder; expected one with +x.csv, -x.csv, …");
   }
@@ -161,7 +161,7 @@ Status Run(const Arguments& arguments) {
       for (const StreamInfo& stream : rest.streams) {
         triads.push_back({.triad = stream.triad, .unit = stream.unit.name, .applied = {}});
       }
-      table = folder->AddTable("recording.csv", triads, HasTemperature(rest.streams));
+      table = folder->AddTable("recording.csv", triads, {HasTemperature(rest.streams)});
       first.streams = rest.streams;
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, rest, path));

@@ -34,10 +34,10 @@ DEFINE_string(topic,
               "",
               "topics or messages to convert if the log has several, separated by commas");
 DEFINE_bool(list, false, "only list what the log contains: topics, instances, variables");
-DEFINE_string(
-    columns,
-    "",
-    "which variable of a .mat file is what, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
+DEFINE_string(columns,
+              "",
+              "which variable of a file without a layout of its own is what, as in "
+              "time=t,accelerometer=imu.acc,gyroscope=gyr");
 
 namespace truetriad {
 namespace {
@@ -52,11 +52,12 @@ struct LogFormat {
   bool is_script = false;  ///< Runs under Node.
 };
 
-constexpr std::array<LogFormat, 9> kLogFormats = {{
+constexpr std::array<LogFormat, 10> kLogFormats = {{
     {"dataflash", "ArduPilot DataFlash log (.bin)", "", false},
     {"ros1", "ROS 1 bag (.bag)", "libbz2-dev and liblz4-dev", false},
     {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev and libfastcdr-dev", false},
-    {"mat", "MATLAB file (.mat, v5 to v7.3)", "libmatio-dev", false},
+    {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev", false},
+    {"json", "JSON files with arrays of readings, or one object a line", "", false},
     {"six-face", "folder with one recording for each face: +x.csv, -x.csv, …", "", false},
     {"gnss-ins-sim", "folder of gnss-ins-sim: time.csv, accel-0.csv, …", "", false},
     {"mcap", "ROS 2 bag in MCAP (.mcap)", "", true},
@@ -174,6 +175,22 @@ Result<Conversion> RunConverter(const std::string& program,
                    "; nothing was written");
 }
 
+/// The error that a converter wrote as JSON.
+Error ErrorFrom(const Conversion& conversion) {
+  const Json json = Json::parse(conversion.out, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.contains("error")) {
+    return Error(ErrorCode::kDamagedFile, conversion.err);
+  }
+  const Json& stated = json["error"];
+  Error error(ErrorCode::kWrongFormat, stated.value("message", ""));
+  for (const ErrorInfo& info : AllErrorCodes()) {
+    if (info.name == stated.value("code", "")) error.code = info.code;
+  }
+  error.place = {
+      stated.value("file", ""), stated.value("line", std::int64_t{0}), stated.value("column", 0)};
+  return error;
+}
+
 Result<VerbResult> ConvertLog(const LogFormat& format) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program, FindConverter(format));
   std::vector<std::string> arguments = {FLAGS_input};
@@ -186,18 +203,10 @@ Result<VerbResult> ConvertLog(const LogFormat& format) {
   pass("columns", FLAGS_columns);
   pass("units", FLAGS_units);
   if (FLAGS_list) arguments.push_back("--list");
+  if (FLAGS_json) arguments.push_back("--json");
   TRUETRIAD_ASSIGN_OR_RETURN(const Conversion conversion,
                              RunConverter(program, arguments, FLAGS_json));
-  if (FLAGS_json && conversion.exit_code != kExitGood) {
-    // "truetriad-convert-mat: what is wrong", the last line.
-    const std::string name = fs::path(program).filename().string() + ": ";
-    const std::size_t at = conversion.err.rfind(name);
-    std::string why =
-        at == std::string::npos ? conversion.err : conversion.err.substr(at + name.size());
-    why.erase(why.find_last_not_of('\n') + 1);
-    const bool is_usage = conversion.exit_code == static_cast<int>(ErrorKind::kUsage);
-    return Error(is_usage ? ErrorCode::kInvalidArgument : ErrorCode::kWrongFormat, why);
-  }
+  if (FLAGS_json && conversion.exit_code != kExitGood) return ErrorFrom(conversion);
   std::fputs(conversion.err.c_str(), stderr);
   return VerbResult{.exit_code = conversion.exit_code,
                     .result = {{"output", FLAGS_output}, {"text", conversion.out}}};
@@ -255,7 +264,8 @@ std::vector<std::string_view> FormatNames() {
   return names;
 }
 
-Result<VerbResult> RunConvert(const std::vector<std::string>&) {
+Result<VerbResult> RunConvert(const std::vector<std::string>& words) {
+  for (const std::string& word : words) FLAGS_input += (FLAGS_input.empty() ? "" : ",") + word;
   if (FLAGS_output.empty() && !FLAGS_list) {
     return Error(ErrorCode::kMissingArgument,
                  "no --output given; name the folder for the recording, or use --list");
@@ -319,14 +329,14 @@ Command ConvertCommand() {
               "by commas. Details of\neach format: docs/converting.md.\n",
           .list = FormatList,
           .flags = {{"from", "FORMAT", true, FormatChoices()},
-                    {"input", "FILE", true},
+                    {"input", "FILE,...", true},
                     {"output", "DIR"},
                     {"list", "true"},
                     {"topic", "NAME[,NAME]"},
                     {"instance", "N"},
                     {"columns", "WHAT=NAME[,WHAT=NAME]"},
                     {"units", "UNIT[,UNIT]"}},
-          .words = {"input"},
+          .more_words = "input",
           .run = RunConvert};
 }
 

@@ -1,0 +1,581 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/common/named_readings.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+#include "tools/convert/common/isolation.h"
+#include "tools/convert/common/recording_folder.h"
+#include "truetriad/base/units.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr std::array<std::string_view, 5> kRoles = {
+    "time", "accelerometer", "gyroscope", "magnetometer", "temperature"};
+
+/// Names, in lower case, that can only mean one thing.
+const std::map<std::string, std::string, std::less<>>& KnownNames() {
+  static const auto& names =
+      *new std::map<std::string, std::string, std::less<>>{{"t", "time"},
+                                                           {"time", "time"},
+                                                           {"timestamp", "time"},
+                                                           {"acc", "accelerometer"},
+                                                           {"accel", "accelerometer"},
+                                                           {"accelerometer", "accelerometer"},
+                                                           {"acceleration", "accelerometer"},
+                                                           {"gyr", "gyroscope"},
+                                                           {"gyro", "gyroscope"},
+                                                           {"gyroscope", "gyroscope"},
+                                                           {"angularvelocity", "gyroscope"},
+                                                           {"mag", "magnetometer"},
+                                                           {"magnetometer", "magnetometer"},
+                                                           {"magneticfield", "magnetometer"},
+                                                           {"temp", "temperature"},
+                                                           {"temperature", "temperature"}};
+  return names;
+}
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+std::string Shape(const Variable& variable) {
+  return std::to_string(variable.rows) + "x" + std::to_string(variable.columns);
+}
+
+std::string Describe(const std::string& name, const Variable& variable) {
+  return Printable(name) + " (" + Shape(variable) + " " + variable.type + ")";
+}
+
+/// `time=none`: every row is one reading of a unit at rest.
+constexpr std::string_view kNoTime = "none";
+
+/// The input files, and where what a user calls by a name is in them.
+class Files {
+ public:
+  struct Place {
+    std::size_t file = 0;
+    const Variable* variable = nullptr;
+  };
+
+  void Add(const std::string& path, std::unique_ptr<VariableFile> file) {
+    paths_.push_back(path);
+    files_.push_back(std::move(file));
+  }
+  std::size_t size() const { return files_.size(); }
+  const std::string& path(std::size_t file) const { return paths_[file]; }
+  VariableFile& operator[](std::size_t file) const { return *files_[file]; }
+  bool IsDamaged() const {
+    return std::any_of(files_.begin(), files_.end(), [](const auto& f) { return f->is_damaged(); });
+  }
+
+  /// "acc": of several files "unit-acc/data", by the file's name without its ending.
+  std::string NameOf(std::size_t file, const Variable& variable) const {
+    const std::string prefix =
+        size() > 1 ? std::filesystem::path(paths_[file]).stem().string() + "/" : "";
+    return prefix + variable.name;
+  }
+
+  std::vector<std::string> All() const {
+    std::vector<std::string> all;
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (const Variable& variable : files_[i]->variables()) {
+        all.push_back(Describe(NameOf(i, variable), variable));
+      }
+    }
+    return all;
+  }
+
+  /// By its name, or by file and name; of several of one name the one in `preferred`.
+  /// Error (usage): there is none, or several. Error (bad input): it may be where a file is
+  /// damaged.
+  Result<Place> Find(const std::string& name, std::optional<std::size_t> preferred) const {
+    std::vector<Place> found;
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (const Variable& variable : files_[i]->variables()) {
+        if (variable.name != name && NameOf(i, variable) != name) continue;
+        if (preferred == i) return Place{i, &variable};
+        found.push_back({i, &variable});
+      }
+    }
+    if (found.size() == 1) return found[0];
+    if (found.size() > 1) {
+      return Error(ErrorCode::kMissingArgument,
+                   "several files have a variable `" + name +
+                       "`; name the file, too: " + NameOf(found[0].file, *found[0].variable));
+    }
+    if (IsDamaged()) {
+      return Error(ErrorCode::kDamagedFile,
+                   "the file is damaged, and variable " + name + " is missing or incomplete");
+    }
+    return Error(ErrorCode::kUnknownName,
+                 "no numeric variable `" + name + "`; there are " + ListOf(All(), 30));
+  }
+
+ private:
+  std::vector<std::string> paths_;
+  std::vector<std::unique_ptr<VariableFile>> files_;
+};
+
+using ByRole = std::map<std::string, std::string>;
+
+/// What each role is called: as the user says, else by names that are clear.
+Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
+  ByRole chosen;
+  const auto stated = arguments.others.find("columns");
+  if (stated != arguments.others.end()) {
+    for (const std::string& item : Split(stated->second, ',')) {
+      const std::size_t equals = item.find('=');
+      const std::string role = item.substr(0, equals);
+      if (equals == std::string::npos ||
+          std::find(kRoles.begin(), kRoles.end(), role) == kRoles.end()) {
+        return Error(ErrorCode::kInvalidArgument,
+                     "--columns: `" + item +
+                         "` is not one of time=, accelerometer=, gyroscope=, magnetometer=, "
+                         "temperature=");
+      }
+      if (!chosen.emplace(role, item.substr(equals + 1)).second) {
+        return Error(ErrorCode::kInvalidArgument, "--columns: " + role + " is given twice");
+      }
+    }
+    return chosen;
+  }
+  std::map<std::string, std::set<std::string>> candidates;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    for (const Variable& variable : files[i].variables()) {
+      std::string name = variable.name.substr(variable.name.rfind('.') + 1);
+      std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+        return static_cast<char>(std::tolower(c));
+      });
+      const auto known = KnownNames().find(name);
+      if (known == KnownNames().end()) continue;
+      // A time in each of several files goes with the readings there.
+      const bool goes_along = known->second == "time" || known->second == "temperature";
+      candidates[known->second].insert(goes_along ? variable.name : files.NameOf(i, variable));
+    }
+  }
+  for (const auto& [role, names] : candidates) {
+    if (names.size() > 1) {
+      return Error(ErrorCode::kMissingArgument,
+                   std::string("several variables match the ")
+                       .append(role)
+                       .append(": ")
+                       .append(ListOf({names.begin(), names.end()}))
+                       .append("; choose one with --columns"));
+    }
+    chosen[role] = *names.begin();
+    Note(std::string(role).append(": taken from ").append(Printable(*names.begin())));
+  }
+  return chosen;
+}
+
+/// Units by role; `counts` for every triad that has no other.
+Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
+  ByRole units;
+  const auto stated = arguments.others.find("units");
+  bool counts = false;
+  for (const std::string& unit :
+       Split(stated == arguments.others.end() ? "" : stated->second, ',')) {
+    bool known = unit == "counts";
+    counts = counts || known;
+    for (const Triad triad : kTriads) {
+      if (unit != "counts" && ParseTriadUnit(triad, unit)) {
+        units[std::string(TriadName(triad))] = unit;
+        known = true;
+      }
+    }
+    if (NanosecondsPer(unit)) {
+      units["time"] = unit;
+      known = true;
+    }
+    if (ParseTemperatureUnit(unit)) {
+      units["temperature"] = unit;
+      known = true;
+    }
+    if (!known)
+      return Error(ErrorCode::kInvalidArgument, "--units: `" + unit + "` is not a known unit");
+  }
+  for (const auto& [role, column] : columns) {
+    if (units.contains(role) || (role == "time" && (column.ends_with("Hz") || column == kNoTime))) {
+      continue;
+    }
+    if (TriadFromName(role) && counts) {
+      units[role] = "counts";
+    } else {
+      return Error(ErrorCode::kMissingArgument,
+                   "the unit of the " + role +
+                       " is missing, and the file does not contain units; state them, as in "
+                       "--units=s,m/s^2,rad/s,uT,degC");
+    }
+  }
+  return units;
+}
+
+/// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
+/// (ax+ay+az), or x, y and z in turn in one list (data:xyz). `file`: where its first one is.
+struct Vectors {
+  std::vector<std::vector<double>> columns;
+  std::size_t file = 0;
+};
+
+/// With a sample in each row, `width` columns: whichever side is as wide, else the shorter one.
+Matrix Upright(Matrix matrix, std::size_t width) {
+  if (matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows)) {
+    return matrix;
+  }
+  Matrix turned{.rows = matrix.columns, .columns = matrix.rows, .values = {}};
+  for (std::size_t column = 0; column < turned.columns; ++column) {
+    for (std::size_t row = 0; row < turned.rows; ++row) {
+      turned.values.push_back(matrix.At(column, row));
+    }
+  }
+  return turned;
+}
+
+/// Readings in turn in one list as three columns. What is left over at the end is padding where it
+/// is no number. Error (usage): it is one.
+Result<Matrix> InTurn(const Matrix& list, const std::string& part) {
+  Matrix matrix{.rows = list.values.size() / 3, .columns = 3, .values = {}};
+  for (std::size_t i = 3 * matrix.rows; i < list.values.size(); ++i) {
+    if (std::isnan(list.values[i])) continue;
+    return Error(ErrorCode::kInvalidArgument,
+                 "`" + part + "` has " + std::to_string(list.values.size()) +
+                     " numbers, which are not x, y and z in turn");
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < matrix.rows; ++row) {
+      matrix.values.push_back(list.values[3 * row + axis]);
+    }
+  }
+  return matrix;
+}
+
+/// The columns `range` ("2-4") of `matrix`, counted from 1.
+Result<std::pair<std::size_t, std::size_t>> ParseRange(const std::string& part,
+                                                       const std::string& range,
+                                                       const Matrix& matrix) {
+  std::size_t first = 1;
+  const char* const end = range.data() + range.size();
+  auto parsed = std::from_chars(range.data(), end, first);
+  std::size_t last = first;
+  if (parsed.ec == std::errc() && parsed.ptr != end && *parsed.ptr == '-') {
+    parsed = std::from_chars(parsed.ptr + 1, end, last);
+  }
+  if (parsed.ec != std::errc() || parsed.ptr != end || first < 1 || last < first ||
+      last > matrix.columns) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "`" + part + "`: expected column numbers from 1 to " +
+                     std::to_string(matrix.columns) + ", as in data:2-4, or data:xyz");
+  }
+  return std::pair(first, last);
+}
+
+Result<Vectors> ReadVectors(const Files& files,
+                            const std::string& reference,
+                            std::size_t expected,
+                            std::optional<std::size_t> preferred = std::nullopt) {
+  Vectors vectors;
+  const std::vector<std::string> parts = Split(reference, '+');
+  for (const std::string& part : parts) {
+    const std::size_t colon = part.find(':');
+    TRUETRIAD_ASSIGN_OR_RETURN(const Files::Place place,
+                               files.Find(part.substr(0, colon), preferred));
+    if (vectors.columns.empty()) vectors.file = place.file;
+    TRUETRIAD_ASSIGN_OR_RETURN(Matrix matrix, files[place.file].Read(*place.variable));
+    const std::string range = colon == std::string::npos ? "" : part.substr(colon + 1);
+    std::pair<std::size_t, std::size_t> wanted;
+    if (range == "xyz") {
+      TRUETRIAD_ASSIGN_OR_RETURN(Matrix in_turn, InTurn(matrix, part));
+      matrix = std::move(in_turn);
+      wanted = {1, 3};
+    } else if (colon == std::string::npos) {
+      matrix = Upright(std::move(matrix), expected / parts.size());
+      wanted = {1, matrix.columns};
+    } else {
+      TRUETRIAD_ASSIGN_OR_RETURN(wanted, ParseRange(part, range, matrix));
+    }
+    for (std::size_t column = wanted.first; column <= wanted.second; ++column) {
+      const auto begin =
+          matrix.values.begin() + static_cast<std::ptrdiff_t>((column - 1) * matrix.rows);
+      vectors.columns.emplace_back(begin, begin + static_cast<std::ptrdiff_t>(matrix.rows));
+    }
+  }
+  if (vectors.columns.size() != expected) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "`" + reference + "` has " + std::to_string(vectors.columns.size()) +
+                     " columns; expected " + std::to_string(expected));
+  }
+  return vectors;
+}
+
+/// The times of `count` samples in ns; where there is none, their numbers.
+Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
+                                            const std::string& reference,
+                                            const ByRole& units,
+                                            std::size_t count,
+                                            std::size_t file) {
+  std::vector<std::int64_t> times;
+  if (reference == kNoTime) {
+    for (std::size_t i = 0; i < count; ++i) times.push_back(static_cast<std::int64_t>(i));
+    return times;
+  }
+  if (reference.ends_with("Hz")) {
+    double rate_hz = 0.0;
+    std::from_chars(reference.data(), reference.data() + reference.size() - 2, rate_hz);
+    if (!(rate_hz > 0.0 && rate_hz < 1e9)) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--columns: time=" + reference + ": expected a rate, as in time=100Hz");
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      times.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
+    }
+    return times;
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const Vectors vectors, ReadVectors(files, reference, 1, file));
+  const double ns = *NanosecondsPer(units.at("time"));
+  constexpr double kLast = 9.2e18;
+  for (const double value : vectors.columns[0]) {
+    const double time_ns = value * ns;
+    if (!(std::abs(time_ns) < kLast)) {
+      return Error(ErrorCode::kUnreadableNumber,
+                   {reference},
+                   "contains a time that is not a number or not a valid date");
+    }
+    times.push_back(std::llround(time_ns));
+  }
+  return times;
+}
+
+/// In degC; empty where there is none for `count` readings in `file`.
+Result<std::vector<double>> ReadTemperatures(const Files& files,
+                                             const ByRole& columns,
+                                             const ByRole& units,
+                                             std::size_t count,
+                                             std::size_t file) {
+  const auto stated = columns.find("temperature");
+  if (stated == columns.end()) return std::vector<double>();
+  const Result<Vectors> vectors = ReadVectors(files, stated->second, 1, file);
+  if (!vectors && vectors.error().kind() == ErrorKind::kUsage) return vectors.error();
+  if (!vectors) {
+    Note(vectors.error().message + "; converted without temperature");
+    return std::vector<double>();
+  }
+  std::vector<double> temperatures = vectors->columns[0];
+  if (temperatures.size() != count) return std::vector<double>();
+  const TemperatureUnit unit = *ParseTemperatureUnit(units.at("temperature"));
+  for (double& value : temperatures) value = unit.scale * value + unit.offset;
+  return temperatures;
+}
+
+/// What of the input belongs to one triad.
+struct TriadReadings {
+  Triad triad = Triad::kAccelerometer;
+  std::vector<std::vector<double>> axes;
+  std::vector<std::int64_t> times_ns;
+  std::vector<double> temperatures_degc;  ///< Empty: none.
+};
+
+/// Those that are whole; says which are not.
+Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
+                                              const ByRole& columns,
+                                              const ByRole& units) {
+  std::vector<TriadReadings> all;
+  for (const Triad triad : kTriads) {
+    const auto stated = columns.find(std::string(TriadName(triad)));
+    if (stated == columns.end()) continue;
+    const Result<Vectors> axes = ReadVectors(files, stated->second, 3);
+    if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
+      Note(axes.error().message + "; sensor skipped");
+      continue;
+    }
+    TRUETRIAD_RETURN_IF_ERROR(axes);
+    const std::size_t count = axes->columns[0].size();
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::int64_t> times,
+                               ReadTimes(files, columns.at("time"), units, count, axes->file));
+    for (const std::vector<double>& axis : axes->columns) {
+      if (axis.size() == times.size()) continue;
+      return Error(ErrorCode::kDoesNotMatch,
+                   {stated->second},
+                   "has " + std::to_string(axis.size()) + " samples, but the time has " +
+                       std::to_string(times.size()));
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<double> temperatures,
+                               ReadTemperatures(files, columns, units, count, axes->file));
+    all.push_back({triad, axes->columns, times, std::move(temperatures)});
+  }
+  return all;
+}
+
+/// Sensors with times of their own: a table each.
+void AddTables(const std::vector<TriadReadings>& all,
+               const ByRole& units,
+               RecordingFolder* folder) {
+  for (const TriadReadings& readings : all) {
+    const std::string name(TriadName(readings.triad));
+    Table* const table =
+        folder->AddTable(name + ".csv",
+                         {{.triad = readings.triad, .unit = units.at(name), .applied = {}}},
+                         {.has_temperature = !readings.temperatures_degc.empty()});
+    for (std::size_t i = 0; i < readings.times_ns.size(); ++i) {
+      if (!readings.temperatures_degc.empty()) table->SetTemperature(readings.temperatures_degc[i]);
+      const std::array<double, 3> row = {
+          readings.axes[0][i], readings.axes[1][i], readings.axes[2][i]};
+      table->Add(readings.times_ns[i], row.data());
+    }
+  }
+}
+
+/// Rows that belong together by their number: one table, so that a reading that is missing stays
+/// in its row. Error: sensors with different numbers of rows.
+Status AddRows(const std::vector<TriadReadings>& all,
+               const ByRole& units,
+               RecordingFolder* folder) {
+  std::vector<TriadColumns> triads;
+  const std::vector<double>* temperatures = nullptr;
+  for (const TriadReadings& readings : all) {
+    const std::string name(TriadName(readings.triad));
+    triads.push_back({.triad = readings.triad, .unit = units.at(name), .applied = {}});
+    if (!readings.temperatures_degc.empty()) temperatures = &readings.temperatures_degc;
+    if (readings.times_ns.size() == all[0].times_ns.size()) continue;
+    return Error(ErrorCode::kDoesNotMatch,
+                 "the " + name + " has " + std::to_string(readings.times_ns.size()) +
+                     " rows, but the " + std::string(TriadName(all[0].triad)) + " has " +
+                     std::to_string(all[0].times_ns.size()) +
+                     "; without a time their rows must belong together");
+  }
+  Table* const table =
+      folder->AddTable("recording.csv",
+                       std::move(triads),
+                       {.has_temperature = temperatures != nullptr, .has_time = false});
+  for (std::size_t i = 0; i < all[0].times_ns.size(); ++i) {
+    if (temperatures != nullptr) table->SetTemperature((*temperatures)[i]);
+    std::vector<double> row;
+    for (const TriadReadings& readings : all) {
+      for (const std::vector<double>& axis : readings.axes) row.push_back(axis[i]);
+    }
+    table->Add(all[0].times_ns[i], row.data());
+  }
+  return {};
+}
+
+Status Convert(const Files& files,
+               const ByRole& columns,
+               const ByRole& units,
+               RecordingFolder* folder) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<TriadReadings> all,
+                             ReadTriads(files, columns, units));
+  std::size_t wanted = 0;
+  for (const Triad triad : kTriads) wanted += columns.count(std::string(TriadName(triad)));
+  if (all.size() < wanted) {
+    folder->SetSource("incomplete variables", std::to_string(wanted - all.size()));
+  }
+  if (columns.at("time") != kNoTime) {
+    AddTables(all, units, folder);
+  } else if (!all.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(AddRows(all, units, folder));
+  }
+  return folder->Commit();
+}
+
+void List(const Files& files) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    for (const Variable& variable : files[i].variables()) {
+      std::printf("%-32s %12s  %s\n",
+                  Printable(files.NameOf(i, variable)).c_str(),
+                  Shape(variable).c_str(),
+                  variable.type.c_str());
+    }
+  }
+}
+
+Status ConvertFiles(const Files& files,
+                    const Arguments& arguments,
+                    const std::string& format,
+                    RecordingFolder* folder) {
+  std::string names;
+  bool any = false;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (files[i].is_damaged()) {
+      Note(files.path(i) + ": is damaged: a variable is incomplete, and later ones may be missing");
+    }
+    any = any || !files[i].variables().empty();
+    names += (i > 0 ? ", " : "") + std::filesystem::path(files.path(i)).filename().string();
+  }
+  if (!any) {
+    return Error(ErrorCode::kNoReadings, {files.path(0)}, "contains no complete numeric matrix");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole columns, ChooseColumns(files, arguments));
+  const bool has_triad = std::any_of(kTriads.begin(), kTriads.end(), [&](Triad triad) {
+    return columns.contains(std::string(TriadName(triad)));
+  });
+  if (!has_triad || !columns.contains("time")) {
+    return Error(
+        ErrorCode::kMissingArgument,
+        "cannot tell from the names which variables are the " +
+            std::string(has_triad ? "time" : "readings") +
+            "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz "
+            "(time=100Hz if it is not in the file; time=none if every row is one reading at rest). "
+            "There are " +
+            ListOf(files.All(), 30));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const ByRole units, ReadUnits(columns, arguments));
+  folder->SetSource("format", format);
+  folder->SetSource("file", names);
+  folder->SetSource("converter", "truetriad-convert-" + format + " " TRUETRIAD_VERSION);
+  for (const auto& [role, column] : columns) folder->SetSource(role, column);
+  return Convert(files, columns, units, folder);
+}
+
+}  // namespace
+
+std::string_view NamedReadingsHelp() {
+  return "\n--columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz,magnetometer=data:5-7 maps "
+         "the\nsensors to a variable, a field, three of either, or a range of columns (from 1); "
+         "data:xyz is\none list of x, y and z in turn. time=100Hz if there is no time, time=none "
+         "if "
+         "every row is\none reading at rest. By default names such as acc, gyro, mag, t and temp "
+         "are recognised if\neach occurs once. Of several inputs FILE/NAME, without the file's "
+         "ending; each sensor goes\nwith the time in its own file. --units=s,m/s^2,rad/s,uT,degC "
+         "states the units, which the\nfile does not contain. Readings are assumed to be raw.\n";
+}
+
+Status ConvertNamedReadings(
+    const Arguments& arguments,
+    const std::string& format,
+    const std::function<Result<std::unique_ptr<VariableFile>>(const std::string& path)>& open) {
+  std::unique_ptr<RecordingFolder> folder;
+  if (!arguments.list) {
+    TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<RecordingFolder> created,
+                               RecordingFolder::Create(arguments.output));
+    folder = std::move(created);
+  }
+  std::vector<std::string> paths = {arguments.input};
+  paths.insert(paths.end(), arguments.more_inputs.begin(), arguments.more_inputs.end());
+  const auto work = [&]() -> Status {
+    Files files;
+    for (const std::string& path : paths) {
+      TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<VariableFile> file, open(path));
+      files.Add(path, std::move(file));
+    }
+    if (!arguments.list) return ConvertFiles(files, arguments, format, folder.get());
+    List(files);
+    return {};
+  };
+  return Isolated(paths, work);
+}
+
+}  // namespace truetriad::convert

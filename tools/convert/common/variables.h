@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad::convert {
+
+/// A real matrix in a file of named ones, or a field of a struct in it, by its full name:
+/// "imu.acc".
+struct Variable {
+  std::string name;
+  std::string type;  ///< As the file calls it: "double", "int16", …
+  std::size_t rows = 0, columns = 0;
+};
+
+/// Its numbers, column by column.
+struct Matrix {
+  std::size_t rows = 0, columns = 0;
+  std::vector<double> values;
+
+  double At(std::size_t row, std::size_t column) const { return values[column * rows + row]; }
+};
+
+/// A file of named matrices.
+class VariableFile {
+ public:
+  VariableFile() = default;
+  virtual ~VariableFile() = default;
+  VariableFile(const VariableFile&) = delete;
+  VariableFile& operator=(const VariableFile&) = delete;
+
+  const std::vector<Variable>& variables() const { return variables_; }
+  const Variable* Find(const std::string& name) const {
+    const auto found = std::find_if(
+        variables_.begin(), variables_.end(), [&](const Variable& v) { return v.name == name; });
+    return found == variables_.end() ? nullptr : &*found;
+  }
+  /// Whether it ends, or goes astray, inside of a variable: then some may be missing.
+  bool is_damaged() const { return is_damaged_; }
+  /// Error: it is not whole, or too large to be what it says.
+  virtual Result<Matrix> Read(const Variable& variable) = 0;
+
+ protected:
+  bool is_damaged_ = false;
+  std::vector<Variable> variables_;
+};
+
+}  // namespace truetriad::convert

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/convert/json/json_variables.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "json/json.h"
+
+namespace truetriad::convert {
+namespace {
+
+constexpr int kDeepest = 8;  ///< Objects in objects.
+
+bool IsNumber(const Json& value) { return value.is_number() || value.is_null(); }
+
+double NumberOf(const Json& value) {
+  return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool AreNumbers(const Json& list) {
+  return std::all_of(list.begin(), list.end(), [](const Json& item) { return IsNumber(item); });
+}
+
+/// A list of numbers, or of lists of as many numbers each.
+std::optional<Matrix> MatrixOf(const Json& list) {
+  if (!list.is_array() || list.empty()) return std::nullopt;
+  if (AreNumbers(list)) {
+    Matrix column{.rows = list.size(), .columns = 1, .values = {}};
+    for (const Json& item : list) column.values.push_back(NumberOf(item));
+    return column;
+  }
+  Matrix matrix{.rows = list.size(), .columns = list[0].size(), .values = {}};
+  for (const Json& row : list) {
+    if (!row.is_array() || row.size() != matrix.columns || !AreNumbers(row)) return std::nullopt;
+  }
+  matrix.values.resize(matrix.rows * matrix.columns);
+  for (std::size_t i = 0; i < matrix.rows; ++i) {
+    for (std::size_t k = 0; k < matrix.columns; ++k) {
+      matrix.values[k * matrix.rows + i] = NumberOf(list[i][k]);
+    }
+  }
+  if (matrix.columns == 0) return std::nullopt;
+  return matrix;
+}
+
+/// The fields of records by name, one value of each for every record.
+using Fields = std::map<std::string, std::vector<const Json*>>;
+
+void CollectFields(const Json& record,
+                   const std::string& prefix,
+                   std::size_t row,
+                   std::size_t rows,
+                   int depth,
+                   Fields* fields) {
+  for (const auto& [key, value] : record.items()) {
+    const std::string name = prefix + key;
+    if (value.is_object()) {
+      if (depth < kDeepest) CollectFields(value, name + ".", row, rows, depth + 1, fields);
+      continue;
+    }
+    std::vector<const Json*>& values = (*fields)[name];
+    values.resize(rows, nullptr);
+    values[row] = &value;
+  }
+}
+
+/// A field of records as rows of a matrix; a record without it has no numbers there.
+std::optional<Matrix> MatrixOf(const std::vector<const Json*>& field) {
+  std::size_t columns = 0;
+  for (const Json* value : field) {
+    if (value == nullptr || value->is_null()) continue;
+    const bool is_list = value->is_array() && AreNumbers(*value);
+    if (!is_list && !value->is_number()) return std::nullopt;
+    const std::size_t width = is_list ? value->size() : 1;
+    if (columns != 0 && width != columns) return std::nullopt;
+    columns = width;
+  }
+  if (columns == 0) return std::nullopt;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Matrix matrix{.rows = field.size(), .columns = columns, .values = {}};
+  matrix.values.resize(matrix.rows * columns, nan);
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    if (field[i] == nullptr || field[i]->is_null()) continue;
+    for (std::size_t k = 0; k < columns; ++k) {
+      matrix.values[k * matrix.rows + i] =
+          NumberOf(field[i]->is_array() ? (*field[i])[k] : *field[i]);
+    }
+  }
+  return matrix;
+}
+
+bool AreRecords(const Json& value) {
+  return value.is_array() && !value.empty() &&
+         std::all_of(value.begin(), value.end(), [](const Json& item) { return item.is_object(); });
+}
+
+void Collect(const Json& value,
+             const std::string& name,
+             int depth,
+             std::map<std::string, Matrix>* matrices) {
+  const std::string prefix = name.empty() ? "" : name + ".";
+  if (value.is_object() && depth < kDeepest) {
+    for (const auto& [key, item] : value.items()) Collect(item, prefix + key, depth + 1, matrices);
+  } else if (AreRecords(value)) {
+    Fields fields;
+    for (std::size_t row = 0; row < value.size(); ++row) {
+      CollectFields(value[row], prefix, row, value.size(), depth, &fields);
+    }
+    for (const auto& [field, values] : fields) {
+      if (std::optional<Matrix> matrix = MatrixOf(values)) {
+        matrices->emplace(field, *std::move(matrix));
+      }
+    }
+  } else if (std::optional<Matrix> matrix = MatrixOf(value)) {
+    matrices->emplace(name.empty() ? "data" : name, *std::move(matrix));
+  }
+}
+
+/// `text` with NaN and the infinities, which JSON does not know and Python writes, as null.
+std::string WithoutNan(const std::string& text) {
+  std::string clean;
+  clean.reserve(text.size());
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::string_view rest(text.data() + i, text.size() - i);
+    if (!is_quoted) {
+      bool is_replaced = false;
+      for (const std::string_view word : {"NaN", "Infinity", "-Infinity", "-NaN"}) {
+        if (!rest.starts_with(word)) continue;
+        clean += "null";
+        i += word.size();
+        is_replaced = true;
+        break;
+      }
+      if (is_replaced) continue;
+    }
+    if (is_quoted && text[i] == '\\' && i + 1 < text.size()) clean += text[i++];
+    if (text[i] == '"') is_quoted = !is_quoted;
+    clean += text[i++];
+  }
+  return clean;
+}
+
+/// One object on each line. Nullopt: it is something else.
+std::optional<Json> ParseLines(const std::string& text) {
+  Json records = Json::array();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    Json record = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!record.is_object()) return std::nullopt;
+    records.push_back(std::move(record));
+  }
+  if (records.empty()) return std::nullopt;
+  return records;
+}
+
+}  // namespace
+
+JsonFile::JsonFile(std::map<std::string, Matrix> matrices) : matrices_(std::move(matrices)) {
+  for (const auto& [name, matrix] : matrices_) {
+    variables_.push_back({name, "numbers", matrix.rows, matrix.columns});
+  }
+}
+
+Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  if (!file || !(content << file.rdbuf())) {
+    return Error(
+        ErrorCode::kUnreadableFile, {path}, std::string("cannot be read: ") + std::strerror(errno));
+  }
+  const std::string text = WithoutNan(content.str());
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::parse_error& failure) {
+    std::optional<Json> lines = ParseLines(text);
+    if (!lines) {
+      const std::size_t at = std::min(failure.byte, text.size());
+      const auto end = text.begin() + static_cast<std::ptrdiff_t>(at);
+      return Error(ErrorCode::kWrongFormat,
+                   {path, 1 + std::count(text.begin(), end, '\n')},
+                   "is not JSON from here on (after " + std::to_string(at) + " characters)");
+    }
+    json = *std::move(lines);
+  }
+  std::map<std::string, Matrix> matrices;
+  Collect(json, "", 0, &matrices);
+  return std::unique_ptr<VariableFile>(new JsonFile(std::move(matrices)));
+}
+
+Result<Matrix> JsonFile::Read(const Variable& variable) { return matrices_.at(variable.name); }
+
+}  // namespace truetriad::convert
