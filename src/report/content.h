@@ -10,12 +10,11 @@
 #include "report/table.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
 
 // What a calibration report says and in which order, once for the terminal and for HTML.
-
-enum class Grade { kGood, kCaution, kBad };
 
 struct Verdict {
   Grade grade = Grade::kBad;
@@ -35,6 +34,18 @@ struct Bullet {
 };
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
+
+/// A part of a page without figures of its own. Without a title it belongs to the head.
+struct PageSection {
+  std::string title;
+  std::vector<Block> blocks;
+};
+/// What a verb says, once for the terminal and for HTML.
+struct PageContent {
+  std::string title;
+  Verdict verdict;
+  std::vector<PageSection> sections;
+};
 
 /// What a section is about, so that HTML can put its figures there.
 enum class SectionKind {

@@ -40,7 +40,7 @@ svg .track{fill:#eef1f4}svg .pass{fill:#7fbf90}svg .fail{fill:#e08585}svg .whisk
 )css";
 
 std::string Underlined(const std::string& title) {
-  return '\n' + title + '\n' + std::string(title.size(), '-') + '\n';
+  return '\n' + title + '\n' + std::string(DisplayWidth(title), '-') + '\n';
 }
 
 std::string TextOfBlock(const Block& block) {
@@ -92,6 +92,24 @@ std::string SectionText(const std::string& title, const std::vector<Block>& bloc
   std::string text = Underlined(title);
   for (const Block& block : blocks) text += TextOfBlock(block);
   return text;
+}
+
+std::string TextOf(const PageContent& content) {
+  std::string text = content.verdict.headline + '\n' + Wrapped(content.verdict.explanation, 0);
+  for (const PageSection& section : content.sections) {
+    if (!section.title.empty()) text += Underlined(section.title);
+    for (const Block& block : section.blocks) text += TextOfBlock(block);
+  }
+  return text;
+}
+
+std::string HtmlOf(const PageContent& content) {
+  std::string html;
+  for (const PageSection& section : content.sections) {
+    html += "<section>\n" + (section.title.empty() ? "" : Element("h2", section.title)) +
+            HtmlOf(section.blocks) + "</section>\n";
+  }
+  return HtmlPage(content.title, content.verdict, html);
 }
 
 std::string Element(std::string_view tag, std::string_view content) {

@@ -15,6 +15,10 @@ namespace truetriad {
 /// A title, underlined, and its blocks.
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks);
 
+/// Verdict and sections.
+std::string TextOf(const PageContent& content);
+std::string HtmlOf(const PageContent& content);
+
 /// `content`, escaped, in an element.
 std::string Element(std::string_view tag, std::string_view content);
 

@@ -4,8 +4,11 @@
 #include <string>
 
 #include "truetriad/planning/plan.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
+
+Grade GradeOf(const Plan& plan);
 
 /// What `plan` prints: the verdict, the poses in their order, σ of every quantity before and after,
 /// what was wanted, what the poses cannot see, and the comparison with random poses.

@@ -193,11 +193,11 @@ Table ProgramTable(const Plan& plan) {
   return table;
 }
 
-std::vector<PlanSection> SectionsOf(const Plan& plan) {
-  std::vector<PlanSection> sections;
+std::vector<PageSection> SectionsOf(const Plan& plan) {
+  std::vector<PageSection> sections;
   if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
   if (!plan.weak_directions.empty()) {
-    PlanSection section{"Weakly observable with these poses", {}};
+    PageSection section{"Weakly observable with these poses", {}};
     for (const WeakDirection& weak : plan.weak_directions) {
       section.blocks.emplace_back(
           Bullet{weak.description + (weak.advice.empty() ? "" : ": " + weak.advice)});
@@ -205,7 +205,7 @@ std::vector<PlanSection> SectionsOf(const Plan& plan) {
     sections.push_back(section);
   }
   if (!plan.messages.empty()) {
-    PlanSection section{"Messages", {}};
+    PageSection section{"Messages", {}};
     for (const std::string& message : plan.messages) section.blocks.emplace_back(Bullet{message});
     sections.push_back(section);
   }

@@ -14,15 +14,9 @@ namespace truetriad {
 
 Verdict VerdictOf(const Plan& plan);
 
-struct PlanSection {
-  std::string title;
-  std::vector<Block> blocks;
-};
-
 /// All but the poses themselves: wanted σ, what cannot be seen, messages, σ of every quantity, the
-/// noise that this is for, the
-/// comparison with random poses; one with nothing to say is left out.
-std::vector<PlanSection> SectionsOf(const Plan& plan);
+/// noise that this is for, the comparison with random poses; one with nothing to say is left out.
+std::vector<PageSection> SectionsOf(const Plan& plan);
 
 /// What the operator goes by: the label, or the attitude in words where a program has none.
 std::string LabelOf(const ProgramPose& pose);

@@ -43,11 +43,13 @@ bool HeadingMatters(const Plan& plan) {
 
 }  // namespace
 
+Grade GradeOf(const Plan& plan) { return VerdictOf(plan).grade; }
+
 std::string PlanText(const Plan& plan) {
   const Verdict verdict = VerdictOf(plan);
   std::string text = verdict.headline + '\n' + Wrapped(verdict.explanation, 0) +
                      SectionText("Poses, in this order", {RestText(plan), ProgramTable(plan)});
-  for (const PlanSection& section : SectionsOf(plan)) {
+  for (const PageSection& section : SectionsOf(plan)) {
     text += SectionText(section.title, section.blocks);
   }
   return text;
@@ -66,7 +68,7 @@ std::string PlanHtml(const Plan& plan) {
       "<ol class=\"poses\">\n";
   for (std::size_t k = 0; k < plan.program.poses.size(); ++k) html += Card(plan, k);
   html += "</ol>\n</section>\n";
-  for (const PlanSection& section : SectionsOf(plan)) {
+  for (const PageSection& section : SectionsOf(plan)) {
     html += "<section>\n" + Element("h2", section.title) + HtmlOf(section.blocks) + "</section>\n";
   }
   return HtmlPage("Pose program",

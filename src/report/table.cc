@@ -10,13 +10,6 @@ namespace {
 constexpr std::size_t kGap = 3;        // Blanks between columns.
 constexpr std::size_t kMinWords = 24;  // A column of words is never squeezed below this.
 
-/// Code points; the reports hold no wide or combining characters of their own.
-std::size_t DisplayWidth(std::string_view utf8) {
-  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  }));
-}
-
 std::string Printable(std::string_view text) {
   std::string printable(text);
   for (char& c : printable) {
@@ -56,6 +49,13 @@ std::string WithoutTrailingBlanks(std::string line) {
 }
 
 }  // namespace
+
+std::size_t DisplayWidth(std::string_view utf8) {
+  // Code points; the reports hold no wide or combining characters of their own.
+  return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  }));
+}
 
 std::string TextOf(const Table& table, std::size_t indent) {
   if (table.rows.empty()) return "";

@@ -18,6 +18,9 @@ struct Table {
   std::vector<std::vector<std::string>> rows;
 };
 
+/// Columns that `utf8` takes in a terminal.
+std::size_t DisplayWidth(std::string_view utf8);
+
 /// The table with columns aligned, every line indented by `indent` blanks. A last column of words
 /// is wrapped at kTextWidth. Empty when there are no rows.
 std::string TextOf(const Table& table, std::size_t indent = 2);

@@ -137,6 +137,79 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   Run({"help", "calibrate"}, 0);
 }
 
+// Of every verb that can end so: 3 refused, 4 outside of limits, 2 and 1 errors.
+TEST_F(JsonOutput, OfRefusalsLimitsAndErrorsOfEveryVerbIsWhatItsSchemaSays) {
+  const std::string calibration = Calibrated();
+  const std::string few = folder_.Write("few.csv", LogText({.rests = 4}));
+  const std::string short_log = folder_.Write("short.csv", LogText({.rests = 16, .rest_s = 0.3}));
+  const auto code = [](const json& object) { return object["error"]["code"].get<std::string>(); };
+
+  EXPECT_NE(Run({"calibrate", few, "-o", folder_.Path("few")}, 3)["outcome"], "converged");
+  EXPECT_FALSE(Run({"calibrate", short_log, "-o", folder_.Path("short")}, 3)["outcome"].is_null());
+  Run({"evaluate", calibration, short_log}, 3);
+  Run({"init",
+       folder_.Write("gyroscope.csv",
+                     "time[s],gyro_x[rad/s],gyro_y[rad/s],gyro_z[rad/s]\n0,0,0,1\n1,0,0,0\n")},
+      3);
+  Run({"plan",
+       configs_ + "plans/accelerometer-by-hand.yaml",
+       "--set=plan.wanted={accelerometer.bias: 1e-9},plan.max_poses=9"},
+      3);
+  // The reference's own recording is no test; a shifted one is not as predicted and not the same.
+  Run({"check-station", "--golden=" + calibration, log_}, 4);
+  Run({"check-station", "--golden=" + calibration, few}, 3);
+  Run({"evaluate", calibration, log_, "--fail-on=worse"}, 4);
+  std::string other = TemporaryFolder::Read(calibration);
+  const std::size_t at = other.find("bias: [") + 7;
+  other.insert(at, other[at] == '-' ? "-1" : "1");
+  Run({"compare", calibration, folder_.Write("other.yaml", other), "--fail-on=differ"}, 4);
+
+  const std::string missing = folder_.Path("missing.yaml"), out = "--output=" + folder_.Path("x");
+  for (const std::vector<std::string>& call : std::vector<std::vector<std::string>>{
+           {"inspect", missing},
+           {"init", missing},
+           {"check", missing},
+           {"calibrate", missing},
+           {"calibrate", log_, "-c", missing},
+           {"apply", missing, log_, out},
+           {"apply", calibration, missing, out},
+           {"evaluate", missing, log_},
+           {"compare", calibration, missing},
+           {"check-station", "--golden=" + missing, log_},
+           {"allan", missing},
+           {"simulate", missing, out},
+           {"plan", missing},
+           {"convert", missing, "--from=json", "--units=s,g", out},
+           {"convert", missing, "--from=dataflash", out},
+           {"convert", missing, "--from=euroc", out},
+           {"export", missing, "--to=px4", out},
+           {"import", missing, "--from=px4", out},
+           {"report", missing, out + ".html"}}) {
+    const json object = Run(call, 2);
+    EXPECT_EQ(code(object), "unreadable-file") << object;
+    EXPECT_EQ(object["error"]["file"], missing) << object;
+  }
+  for (const char* verb : {"inspect",
+                           "init",
+                           "check",
+                           "calibrate",
+                           "apply",
+                           "evaluate",
+                           "compare",
+                           "check-station",
+                           "allan",
+                           "simulate",
+                           "plan",
+                           "convert",
+                           "export",
+                           "import",
+                           "report",
+                           "version",
+                           "help"}) {
+    EXPECT_EQ(code(Run({verb, "--bogus"}, 1)), "unknown-flag");
+  }
+}
+
 TEST_F(JsonOutput, OfAConverterHoldsWhatItSaid) {
   for (const char* face : {"+x", "-x", "+y", "-y", "+z", "-z"}) {
     folder_.Write(std::string(face) + ".csv", LogText({.rests = 1, .rest_s = 5.0}));

@@ -200,7 +200,7 @@ TEST_F(SimulateVerb, ShipsRawCountsThatCalibrateToTheirTruth) {
 TEST_F(SimulateVerb, GivesTheSameBytesWhateverTheThreads) {
   for (const std::string threads : {"1", "3"}) {
     const Finished run =
-        Simulate(kScenarios + "fleet.yaml", "fleet" + threads, {"--threads=" + threads});
+        Simulate(kScenarios + "fleet.yaml", "fleet" + threads, {"--jobs=" + threads});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     EXPECT_THAT(run.err, IsEmpty());
   }
@@ -458,9 +458,9 @@ TEST_F(SimulateVerb, ReplacesNeitherItsScenarioNorItsPoseProgram) {
 }
 
 TEST_F(SimulateVerb, RefusesThreadsThatAreNone) {
-  const Finished run = Simulate(kScenarios + "fleet.yaml", "fleet", {"--threads=-1"});
+  const Finished run = Simulate(kScenarios + "fleet.yaml", "fleet", {"--jobs=-1"});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("--threads=-1"));
+  EXPECT_THAT(run.err, HasSubstr("--jobs=-1"));
 }
 
 }  // namespace

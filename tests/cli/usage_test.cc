@@ -83,6 +83,22 @@ TEST(CommandLine, StatesItsVersion) {
   }
 }
 
+TEST(CommandLine, ColoursTheVerdictInATerminalAlone) {
+  const std::string call = "'" TRUETRIAD_BINARY "' inspect datasets/demo/recording.csv";
+  const std::string good = "\033[1;32mENOUGH for a full calibration\033[0m";
+  // `script` (util-linux) runs it in a terminal of its own.
+  const auto in_terminal = [](const std::string& what) {
+    return RunShell("script -qec \"" + what + "\" /dev/null");
+  };
+  if (RunShell("command -v script").exit_code != 0) GTEST_SKIP() << "no `script`";
+  EXPECT_THAT(in_terminal("TERM=xterm " + call).out, HasSubstr(good));
+  EXPECT_THAT(in_terminal("TERM=xterm NO_COLOR=1 " + call).out, Not(HasSubstr("\033[1")));
+  EXPECT_THAT(in_terminal("TERM=dumb " + call).out, Not(HasSubstr("\033[1")));
+  EXPECT_THAT(RunShell("TERM=xterm " + call).out, ::testing::StartsWith("ENOUGH for a full"));
+  EXPECT_THAT(in_terminal("TERM=xterm '" TRUETRIAD_BINARY "' bogus").out,
+              HasSubstr("\033[1;31mtruetriad:\033[0m `bogus`"));
+}
+
 TEST(CommandLine, SaysWhereAWriteToAFullStdoutFailed) {
   const Finished run = RunShell("'" TRUETRIAD_BINARY "' help >/dev/full 2>&1; echo $?");
   EXPECT_THAT(run.out, StartsWith("2"));

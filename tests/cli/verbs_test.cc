@@ -164,6 +164,31 @@ TEST_F(TwoCalibrations, CompareFindsThemInAgreement) {
   EXPECT_THAT(run.out, AllOf(HasSubstr("AGREE"), Not(HasSubstr("DISAGREE"))));
 }
 
+TEST_F(TwoCalibrations, OtherVerbsWriteAPageToo) {
+  const auto page_of = [](std::vector<std::string> call) {
+    const std::string page = folder_->Path("pages/page.html");
+    call.push_back("--report=" + page);
+    const Finished run = RunTruetriad(call);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("Report: " + page));
+    return TemporaryFolder::Read(page);
+  };
+  EXPECT_THAT(page_of({"inspect", Log(1)}),
+              AllOf(HasSubstr("<b>ENOUGH for a full calibration</b>"), HasSubstr("Is it enough?")));
+  EXPECT_THAT(page_of({"evaluate", CalibrationFile(1), Log(2)}),
+              AllOf(HasSubstr("AS PREDICTED"), HasSubstr("Worst poses")));
+  EXPECT_THAT(page_of({"compare", CalibrationFile(1), CalibrationFile(2)}),
+              AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.bias.x")));
+  // What was refused is said there, too.
+  const std::string page = folder_->Path("short.html");
+  const Finished run =
+      RunTruetriad({"inspect",
+                    folder_->Write("short.csv", LogText({.rests = 16, .rest_s = 0.3})),
+                    "--report=" + page});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(TemporaryFolder::Read(page), HasSubstr("NOT ENOUGH"));
+}
+
 TEST_F(TwoCalibrations, ReportMakesTheSamePageAgain) {
   const std::string page = folder_->Path("again.html");
   const Finished run =

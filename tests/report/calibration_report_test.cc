@@ -262,7 +262,7 @@ TEST(EvaluationText, NamesTheWorstPosesFirst) {
   evaluation.norm_rms[Triad::kAccelerometer] = 0.0021;
   evaluation.pose_residuals = quality.rests.pose_residuals;
   ExpectInOrder(EvaluationText(evaluation, SampleCalibration()),
-                {"worst poses", "          5   accelerometer", "9.87"});
+                {"Worst poses", "   5   accelerometer", "9.87"});
 }
 
 TEST(ComparisonText, JudgesByTheProbability) {

@@ -10,6 +10,7 @@
 #include "truetriad/base/result.h"
 #include "truetriad/model/finding.h"
 #include "truetriad/model/outcome.h"
+#include "truetriad/report/report.h"
 
 namespace truetriad {
 
@@ -28,6 +29,8 @@ struct VerbResult {
   std::string failure = {};
   /// Why a result cannot be used, or that it can, where the verb judges that.
   std::optional<Outcome> outcome = {};
+  /// How good the news in the first line of the text is, for its colour; unset: no news.
+  std::optional<Grade> grade = {};
 };
 
 /// A flag that a verb takes. Its value and description are gflags'.

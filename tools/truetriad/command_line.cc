@@ -5,6 +5,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <set>
@@ -12,6 +13,7 @@
 
 #include <gflags/gflags.h>
 #include <glog/logging.h>
+#include <unistd.h>
 
 #include "base/spelling.h"
 #include "json/verb_json.h"
@@ -185,9 +187,35 @@ Json Envelope(std::string_view verb, int exit_code) {
   return {{"verb", verb}, {"exit", exit_code}};
 }
 
+/// Whether people look at `stream` in a terminal that shows colours (https://no-color.org).
+bool ShowsColours(std::FILE* stream) {
+  const char* const no_color = std::getenv("NO_COLOR");
+  const char* const terminal = std::getenv("TERM");
+  return isatty(fileno(stream)) == 1 && (no_color == nullptr || *no_color == '\0') &&
+         terminal != nullptr && std::string_view(terminal) != "dumb";
+}
+
+constexpr std::string_view kRed = "\033[1;31m";
+
+std::string_view ColourOf(Grade grade) {
+  switch (grade) {
+    case Grade::kGood:
+      return "\033[1;32m";
+    case Grade::kCaution:
+      return "\033[1;33m";
+    case Grade::kBad:
+      break;
+  }
+  return kRed;
+}
+
+std::string Coloured(std::FILE* stream, std::string_view colour, const std::string& text) {
+  return ShowsColours(stream) ? std::string(colour) + text + "\033[0m" : text;
+}
+
 void Say(std::string_view verb, const std::string& message) {
   const std::string who = "truetriad" + (verb.empty() ? "" : " " + std::string(verb));
-  std::fprintf(stderr, "%s: %s\n", who.c_str(), message.c_str());
+  std::fprintf(stderr, "%s %s\n", Coloured(stderr, kRed, who + ":").c_str(), message.c_str());
 }
 
 int Fail(std::string_view verb, const Error& error) {
@@ -204,7 +232,12 @@ int Fail(std::string_view verb, const Error& error) {
 
 int Show(std::string_view verb, const VerbResult& result) {
   if (!FLAGS_json) {
-    std::fputs(result.text.c_str(), stdout);
+    std::string text = result.text;
+    if (result.grade) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      text.replace(0, end, Coloured(stdout, ColourOf(*result.grade), text.substr(0, end)));
+    }
+    std::fputs(text.c_str(), stdout);
     if (!result.failure.empty()) Say(verb, result.failure);
     return result.exit_code;
   }

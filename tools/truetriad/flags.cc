@@ -33,6 +33,10 @@ DEFINE_string(tag,
               "",
               "what the record says of this run, as in lot=L17: lot, station, operator, slot, "
               "fixture, order, note, and part or revision of the unit");
+DEFINE_string(report,
+              "",
+              "the HTML report: with `calibrate` whether to write it, true (default) or false; with "
+              "other verbs the page to write");
 DEFINE_string(fail_on, "", "what ends with exit code 4");
 DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");

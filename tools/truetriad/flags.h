@@ -16,6 +16,7 @@ DECLARE_string(calibration);
 DECLARE_string(poses);
 DECLARE_string(set);
 DECLARE_string(tag);
+DECLARE_string(report);
 DECLARE_string(fail_on);
 DECLARE_bool(json);
 DECLARE_bool(quiet);

@@ -3,6 +3,7 @@
 
 #include <system_error>
 
+#include "tools/truetriad/flags.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {
@@ -48,6 +49,16 @@ Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& 
                {file.string()},
                "is the calibration of unit `" + *there + "`, and this one is of `" + serial +
                    "`; choose another --output, or replace it with --overwrite");
+}
+
+Status WriteStatedReport(const std::string& html, VerbResult* result) {
+  if (FLAGS_report.empty()) return {};
+  const std::filesystem::path folder = std::filesystem::path(FLAGS_report).parent_path();
+  if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_report, html));
+  result->text += "\nReport: " + FLAGS_report + '\n';
+  result->result["report"] = FLAGS_report;
+  return {};
 }
 
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/truetriad/command.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/calibration.h"
 
@@ -22,6 +23,9 @@ Result<std::string> MoveAside(const std::filesystem::path& directory,
 /// Error (bad input): `directory` has the calibration of another unit than `serial`. One without a
 /// serial number is nobody's, nor is a file that is no calibration.
 Status CheckIsOfUnit(const std::filesystem::path& directory, const std::string& serial);
+
+/// Writes the page that --report names, where it is given, and says so in the result.
+Status WriteStatedReport(const std::string& html, VerbResult* result);
 
 /// Error (bad input): both numbers are known and differ. `what`: "log.csv: the recording".
 Status CheckSameUnit(const std::string& what, const std::string& serial, const Calibration& of);

@@ -15,7 +15,6 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_bool(report, true, "whether to write the HTML report");
 DEFINE_bool(overwrite, false, "replace the results of another unit in the output folder");
 DEFINE_string(solver,
               "eliminated",
@@ -45,6 +44,7 @@ struct Task {
   Experiment experiment;
   std::string folder;
   std::string initial_yaml;  // the experiment, where none was given
+  bool has_report = true;
 };
 
 /// Results of an earlier run, which are not those of this one.
@@ -78,7 +78,7 @@ Result<std::string> WriteResult(const Task& task,
   }
   // The result comes last: where it is, what it goes with is there, too.
   std::string report;
-  if (FLAGS_report) {
+  if (task.has_report) {
     const std::string page = (directory / "report.html").string();
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(page, CalibrationHtml(calibration)));
     report = "Report:      " + page + '\n';
@@ -96,6 +96,14 @@ Result<Solver> StatedSolver() {
   if (FLAGS_solver == "ceres") return Solver::kCeres;
   return Error(ErrorCode::kInvalidArgument,
                "--solver=" + FLAGS_solver + " is not known; expected eliminated or ceres");
+}
+
+Result<bool> StatedReport() {
+  if (FLAGS_report.empty() || FLAGS_report == "true") return true;
+  if (FLAGS_report == "false") return false;
+  return Error(ErrorCode::kInvalidArgument,
+               "--report=" + FLAGS_report +
+                   " is invalid; expected true or false (--output names the folder)");
 }
 
 std::string FolderFor(const std::vector<std::string>& inputs) {
@@ -160,6 +168,7 @@ Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
   VerbResult result{.text = CalibrationText(*calibration) + written, .result = std::move(json)};
   result.findings = calibration->findings;
   result.outcome = calibration->outcome;
+  result.grade = GradeOf(*calibration);
   if (!calibration->IsUsable()) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
   } else if (!calibration->within_limits.value_or(true)) {
@@ -170,11 +179,13 @@ Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
 
 Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
   Result<Task> task = TaskFor(StatedInputs(words));
   bool is_of_another = false;
   Result<VerbResult> result = [&]() -> Result<VerbResult> {
     if (!task) return task.error();
     task->experiment.options.solver = solver;
+    task->has_report = has_report;
     return RunTask(*task, &is_of_another);
   }();
   if (!result) {
@@ -205,7 +216,7 @@ Command CalibrateCommand() {
                 {"output", "DIR"},
                 {"set", "KEY=VALUE,...", false, {}, true},
                 {"tag", "KEY=VALUE", false, {}, true},
-                {"report", "true|false"},
+                {"report", "true|false", false, {"true", "false"}},
                 {"overwrite", "true|false"},
                 {"solver", "eliminated|ceres"}},
       .more_words = "input",

@@ -93,6 +93,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   if (!today->IsUsable()) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
     result.text = CalibrationText(*today);
+    result.grade = Grade::kBad;
     result.failure = "the station cannot be judged: today's recording was refused";
     result.result = {{"agrees", nullptr}};
     return result;
@@ -102,6 +103,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.text =
         "NO TEST: this is the recording that the reference was made from; record the golden unit "
         "again\n";
+    result.grade = Grade::kCaution;
     result.result = {{"agrees", nullptr}};
     return result;
   }
@@ -110,6 +112,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
       Compare(WithRepeatability(repeatability, golden), WithRepeatability(repeatability, *today)));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
+  result.grade = agrees ? Grade::kGood : Grade::kBad;
   result.text = std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
                 " with the reference " + FLAGS_golden + " (a) today (b)\n" +
                 ComparisonText(comparison);

@@ -42,9 +42,12 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
   WarnOfCommonGround(a, b);
   const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
-  return VerbResult{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
                     .text = ComparisonText(comparison),
-                    .result = ToJson(comparison)};
+                    .result = ToJson(comparison),
+                    .grade = GradeOf(comparison)};
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison), &result));
+  return result;
 }
 
 }  // namespace
@@ -64,7 +67,7 @@ Command CompareCommand() {
           "assumed to be independent. With --fail-on=differ exit code 4 says that they do not "
           "agree, "
           "or that\nnothing could be compared.\n",
-      .flags = {{"a", "FILE", true}, {"b", "FILE", true}, {"fail-on", "differ", false, {kDiffer}}},
+      .flags = {{"a", "FILE", true}, {"b", "FILE", true}, {"fail-on", "differ", false, {kDiffer}}, {"report", "PAGE.html"}},
       .words = {"a", "b"},
       .run = RunCompare};
 }

@@ -54,9 +54,12 @@ Result<VerbResult> RunEvaluate(const std::vector<std::string>&) {
       Evaluate(calibration, loaded->poses, IsMadeFrom(calibration, loaded->inputs)));
   const bool has_failed =
       FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
-  return VerbResult{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+  VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
                     .text = EvaluationText(evaluation, calibration),
-                    .result = ToJson(evaluation)};
+                    .result = ToJson(evaluation),
+                    .grade = GradeOf(evaluation, calibration)};
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(EvaluationHtml(evaluation, calibration), &result));
+  return result;
 }
 
 }  // namespace
@@ -77,7 +80,8 @@ Command EvaluateCommand() {
       .flags = {{"calibration", "FILE", true},
                 {"input", "LOG", true},
                 {"poses", "HOW"},
-                {"fail-on", "worse", false, {kWorse}}},
+                {"fail-on", "worse", false, {kWorse}},
+                {"report", "PAGE.html"}},
       .words = {"calibration", "input"},
       .run = RunEvaluate};
 }

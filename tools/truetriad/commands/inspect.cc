@@ -2,6 +2,7 @@
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
@@ -21,11 +22,14 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   }
   VerbResult result{.text = InspectionText(loaded->poses), .result = ToJson(loaded->poses)};
   result.findings = loaded->poses.findings;
+  result.grade = GradeOf(loaded->poses);
   if (loaded->not_enough) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
     result.findings.push_back(RefusalOf(*loaded->not_enough));
     result.failure = loaded->not_enough->message;
   }
+  loaded->poses.findings = result.findings;
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(InspectionHtml(loaded->poses), &result));
   return result;
 }
 
@@ -38,7 +42,7 @@ Command InspectCommand() {
           .details =
               "Prints rates, gaps, the poses found, their coverage, the noise within rests and "
               "the\ntemperature range.\n",
-          .flags = {{"input", "LOG", true}, {"poses", "HOW"}},
+          .flags = {{"input", "LOG", true}, {"poses", "HOW"}, {"report", "PAGE.html"}},
           .words = {"input"},
           .run = RunInspect};
 }

@@ -70,7 +70,8 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
   return VerbResult{
       .exit_code = plan->IsMet() ? kExitGood : static_cast<int>(ErrorKind::kNotEnough),
       .text = std::move(text),
-      .result = ToJson(*plan)};
+      .result = ToJson(*plan),
+      .grade = GradeOf(*plan)};
 }
 
 }  // namespace

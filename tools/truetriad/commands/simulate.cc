@@ -28,7 +28,7 @@
 #include "truetriad/io/recording_writer.h"
 #include "truetriad/sim/simulation.h"
 
-DEFINE_int32(threads, 0, "number of units to simulate in parallel; 0: one per core");
+DEFINE_int32(jobs, 0, "number of units to simulate in parallel; 0: one per core");
 
 namespace truetriad {
 namespace {
@@ -352,9 +352,9 @@ VerbResult ResultOf(const Scenario& scenario) {
 }
 
 Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
-  if (FLAGS_threads < 0) {
+  if (FLAGS_jobs < 0) {
     return Error(ErrorCode::kInvalidArgument,
-                 "--threads=" + std::to_string(FLAGS_threads) +
+                 "--jobs=" + std::to_string(FLAGS_jobs) +
                      " is invalid; expected 1 or more, or 0 for one per core");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
@@ -363,7 +363,7 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
   const int cores = static_cast<int>(std::thread::hardware_concurrency());
-  const int threads = std::max(1, FLAGS_threads > 0 ? FLAGS_threads : cores);
+  const int threads = std::max(1, FLAGS_jobs > 0 ? FLAGS_jobs : cores);
   {
     NoteInterruptions();
     ProgressLine progress("simulating " + scenario.serial);
@@ -394,7 +394,7 @@ Command SimulateCommand() {
           .flags = {{"config", "SCENARIO.yaml", true},
                     {"output", "DIR", true},
                     {"set", "KEY=VALUE,...", false, {}, true},
-                    {"threads", "N"}},
+                    {"jobs", "N"}},
           .words = {"config"},
           .run = RunSimulate};
 }

@@ -2,13 +2,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "report/content.h"
 #include "report/format.h"
+#include "report/page.h"
 #include "report/table.h"
 #include "truetriad/base/units.h"
 #include "truetriad/report/report.h"
@@ -66,7 +69,7 @@ Directions DirectionsAsRead(const PoseSet& poses, Triad triad) {
   return directions;
 }
 
-std::string StreamsText(const PoseSet& poses) {
+PageSection StreamsSection(const PoseSet& poses) {
   Table counts{{"stream",
                 "unit",
                 "samples",
@@ -110,10 +113,11 @@ std::string StreamsText(const PoseSet& poses) {
       add("", "correlation", stream.correlation_inflation, 3, "");
     }
   }
-  return "\nStreams\n" + TextOf(counts) + '\n' + TextOf(values) +
-         Wrapped(
-             "Noise is the σ of one sample within rests; correlation is the factor on the variance "
-             "of means (1 = white).");
+  return {"Streams",
+          {counts,
+           values,
+           "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
+           "means (1 = white)."}};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
@@ -129,7 +133,7 @@ int MeanDecimals(const PoseSet& poses, Triad triad) {
   return std::clamp(5 - static_cast<int>(std::floor(std::log10(largest))), 0, 12);
 }
 
-std::string PosesText(const PoseSet& poses, Triad triad) {
+PageSection PosesSection(const PoseSet& poses, Triad triad) {
   const int decimals = MeanDecimals(poses, triad);
   Table table{{"pose", "start [s]", "lasts [s]", "samples", "mean x", "y", "z", "σ of mean", "°C"},
               "rrrrrrrrr",
@@ -150,7 +154,7 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
              : "–",
          pose.temperature_degc ? Fixed(*pose.temperature_degc, 1) : "–"});
   }
-  if (table.rows.empty()) return "";
+  if (table.rows.empty()) return {};
   const std::size_t count = table.rows.size();
   if (count > kMaxPoseLines) {
     constexpr auto kHalf = static_cast<std::ptrdiff_t>(kMaxPoseLines / 2);
@@ -159,10 +163,10 @@ std::string PosesText(const PoseSet& poses, Triad triad) {
                       std::vector<std::string>(table.alignment.size(), "…"));
   }
   const StreamSummary* stream = poses.Find(triad);
-  return "\nPoses: " + std::string(TriadName(triad)) +
-         (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
-         std::to_string(count) + (count > kMaxPoseLines ? ", the middle omitted\n" : "\n") +
-         TextOf(table);
+  return {"Poses: " + std::string(TriadName(triad)) +
+              (stream ? " [" + DisplayUnit(stream->unit.name) + "]" : "") + ", " +
+              std::to_string(count) + (count > kMaxPoseLines ? ", the middle omitted" : ""),
+          {table}};
 }
 
 /// Whether poses suffice; the better, the higher.
@@ -192,57 +196,81 @@ Judgement JudgementOf(const Directions& directions, int unknowns) {
   return {Enough::kYes, "yes: " + have + " distinct directions for " + need + " unknowns"};
 }
 
-const std::string& Lesser(const Judgement& a, const Judgement& b) {
-  return a.enough <= b.enough ? a.text : b.text;
+const Judgement& Lesser(const Judgement& a, const Judgement& b) {
+  return a.enough <= b.enough ? a : b;
 }
 
-std::string CoverageAndJudgementText(const PoseSet& poses) {
-  Table coverage{
-      {"sensor", "poses", "distinct", "spread along the three axes", "largest gap"}, "lrrrr", {}};
-  Table verdicts{{"calibration", "enough?"}, "ll", {}};
-  PerTriad<Directions> directions;
+/// Directions of the sensors that are calibrated by where they point; empty for others.
+using DirectionsOfSensors = PerTriad<std::optional<Directions>>;
+
+DirectionsOfSensors DirectionsOf(const PoseSet& poses) {
+  DirectionsOfSensors directions;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!poses.Find(triad)) continue;
-    Directions& found = directions[triad];
-    found = DirectionsAsRead(poses, triad);
-    coverage.rows.push_back({std::string(TriadName(triad)),
-                             std::to_string(found.unit.size()),
-                             std::to_string(found.distinct),
-                             Fixed(found.coverage.eigenvalues(0), 3) + " · " +
-                                 Fixed(found.coverage.eigenvalues(1), 3) + " · " +
-                                 Fixed(found.coverage.eigenvalues(2), 3),
-                             Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
-    const std::string name(TriadName(triad));
-    verdicts.rows.push_back({name + ", bias only", JudgementOf(found, 3).text});
-    verdicts.rows.push_back({name + ", diagonal", JudgementOf(found, 6).text});
-    verdicts.rows.push_back({name + ", full", JudgementOf(found, 9).text});
+    if (poses.Find(triad)) directions[triad] = DirectionsAsRead(poses, triad);
   }
-  if (poses.Find(Triad::kAccelerometer) && poses.Find(Triad::kMagnetometer)) {
-    verdicts.rows.push_back({"accelerometer and magnetometer, full",
-                             Lesser(JudgementOf(directions[Triad::kAccelerometer], 9),
-                                    JudgementOf(directions[Triad::kMagnetometer], 9))});
+  return directions;
+}
+
+bool GyroscopeRested(const PoseSet& poses) {
+  return std::any_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
+    return pose.triads[Triad::kGyroscope].has_value();
+  });
+}
+
+PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
+  Table table{
+      {"sensor", "poses", "distinct", "spread along the three axes", "largest gap"}, "lrrrr", {}};
+  for (const Triad triad : kTriads) {
+    if (!directions[triad]) continue;
+    const Directions& found = *directions[triad];
+    table.rows.push_back({std::string(TriadName(triad)),
+                          std::to_string(found.unit.size()),
+                          std::to_string(found.distinct),
+                          Fixed(found.coverage.eigenvalues(0), 3) + " · " +
+                              Fixed(found.coverage.eigenvalues(1), 3) + " · " +
+                              Fixed(found.coverage.eigenvalues(2), 3),
+                          Fixed(found.coverage.largest_gap_deg, 0) + " deg"});
+  }
+  if (table.rows.empty()) return {};
+  return {"Coverage of the raw readings",
+          {table,
+           "Directions are seen from the middle of the range of the readings and count as distinct "
+           "if " +
+               Significant(kDistinctDeg, 2) +
+               " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
+               "of the sphere without a direction."}};
+}
+
+constexpr int kBiasUnknowns = 3, kDiagonalUnknowns = 6, kFullUnknowns = 9;
+
+PageSection EnoughSection(const PoseSet& poses, const DirectionsOfSensors& directions) {
+  Table table{{"calibration", "enough?"}, "ll", {}};
+  for (const Triad triad : kTriads) {
+    if (!directions[triad]) continue;
+    const std::string name(TriadName(triad));
+    for (const auto& [model, unknowns] : {std::pair(", bias only", kBiasUnknowns),
+                                          std::pair(", diagonal", kDiagonalUnknowns),
+                                          std::pair(", full", kFullUnknowns)}) {
+      table.rows.push_back({name + model, JudgementOf(*directions[triad], unknowns).text});
+    }
+  }
+  if (directions[Triad::kAccelerometer] && directions[Triad::kMagnetometer]) {
+    table.rows.push_back(
+        {"accelerometer and magnetometer, full",
+         Lesser(JudgementOf(*directions[Triad::kAccelerometer], kFullUnknowns),
+                JudgementOf(*directions[Triad::kMagnetometer], kFullUnknowns))
+             .text});
   }
   if (poses.Find(Triad::kGyroscope)) {
-    const bool rests = std::any_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
-      return pose.triads[Triad::kGyroscope].has_value();
-    });
-    verdicts.rows.push_back({"gyroscope, bias only", rests ? "yes: it was at rest" : "no rests"});
+    table.rows.push_back({"gyroscope, bias only",
+                          GyroscopeRested(poses) ? "yes: it was at rest" : "no rests"});
   }
-  std::string text;
-  if (!coverage.rows.empty()) {
-    text += "\nCoverage of the raw readings\n" + TextOf(coverage) +
-            Wrapped(
-                "Directions are seen from the middle of the range of the readings and count as "
-                "distinct if " +
-                Significant(kDistinctDeg, 2) +
-                " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest "
-                "cap of the sphere without a direction.");
-  }
-  return text + "\nIs it enough?\n" + TextOf(verdicts) +
-         Wrapped("With unknown attitudes, each direction gives one equation per sensor; " +
-                 std::to_string(kRecommendedPoses) +
-                 " or more well-spread directions are recommended for a full matrix, so that the "
-                 "noise can be estimated too.");
+  return {"Is it enough?",
+          {table,
+           "With unknown attitudes, each direction gives one equation per sensor; " +
+               std::to_string(kRecommendedPoses) +
+               " or more well-spread directions are recommended for a full matrix, so that the "
+               "noise can be estimated too."}};
 }
 
 /// A recording that could be followed through its motion, and has too few rests for anything else.
@@ -253,35 +281,82 @@ bool IsTumbled(const PoseSet& poses) {
          poses.Find(Triad::kGyroscope) != nullptr && poses.Find(Triad::kAccelerometer) != nullptr;
 }
 
-}  // namespace
+/// Whether there is enough for the full matrix of each sensor that is calibrated by where it points.
+Verdict VerdictOf(const PoseSet& poses, const DirectionsOfSensors& directions) {
+  if (IsTumbled(poses)) {
+    return {Grade::kCaution,
+            "HARDLY RESTS",
+            "If it was tumbled on purpose, calibrate it with `poses: { motion: { spacing_s: 0.1 } "
+            "}`."};
+  }
+  std::optional<Judgement> least;
+  Triad least_triad = Triad::kAccelerometer;
+  for (const Triad triad : kTriads) {
+    if (!directions[triad]) continue;
+    const Judgement judgement = JudgementOf(*directions[triad], kFullUnknowns);
+    if (least && judgement.enough >= least->enough) continue;
+    least = judgement;
+    least_triad = triad;
+  }
+  if (!least) {
+    return GyroscopeRested(poses)
+               ? Verdict{Grade::kCaution, "ENOUGH for the gyroscope's bias only", ""}
+               : Verdict{Grade::kBad, "NOT ENOUGH for any calibration", ""};
+  }
+  const std::string what = "a full calibration of the " + std::string(TriadName(least_triad));
+  const std::string why = TriadTitle(least_triad) + ": " + least->text + ".";
+  switch (least->enough) {
+    case Enough::kNo:
+      return {Grade::kBad, "NOT ENOUGH for " + what, why};
+    case Enough::kBarely:
+      return {Grade::kCaution, "BARELY ENOUGH for " + what, why};
+    case Enough::kYes:
+      break;
+  }
+  return {Grade::kGood, "ENOUGH for a full calibration", ""};
+}
 
-std::string InspectionText(const PoseSet& poses) {
-  std::string text =
-      Wrapped(poses.source + (poses.serial.empty() ? "" : ", unit " + poses.serial), 0);
+PageSection HeadOf(const PoseSet& poses) {
+  PageSection head;
+  head.blocks.emplace_back(poses.source + (poses.serial.empty() ? "" : ", unit " + poses.serial));
   std::string found = std::to_string(poses.poses.size()) + " poses";
   if (!poses.how.empty()) found += " by " + poses.how;
   if (poses.has_time) {
     found += " in " + Fixed(poses.duration_s, 1) + " s, " + Percent(poses.static_share) +
              " of it at rest";
   }
-  text += Wrapped(found + ".", 0);
-  text += Wrapped(poses.temperature_range_degc
-                      ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) + " to " +
-                            Fixed(poses.temperature_range_degc->y(), 1) + " °C."
-                      : "No temperature recorded.",
-                  0);
+  head.blocks.emplace_back(found + ".");
+  head.blocks.emplace_back(poses.temperature_range_degc
+                               ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) +
+                                     " to " + Fixed(poses.temperature_range_degc->y(), 1) + " °C."
+                               : "No temperature recorded.");
   for (const Finding& finding : poses.findings) {
-    text += Wrapped(finding.Message(), 0, finding.severity == Severity::kNote ? "" : "WARNING: ");
+    head.blocks.emplace_back((finding.severity == Severity::kNote ? "" : "WARNING: ") +
+                             finding.Message());
   }
-  if (IsTumbled(poses)) {
-    text += Wrapped(
-        "The unit hardly rests: if it was tumbled on purpose, calibrate it with `poses: { motion: "
-        "{ spacing_s: 0.1 } }`.",
-        0);
-  }
-  text += StreamsText(poses);
-  for (const Triad triad : kTriads) text += PosesText(poses, triad);
-  return text + CoverageAndJudgementText(poses);
+  return head;
 }
+
+PageContent ContentOf(const PoseSet& poses) {
+  const DirectionsOfSensors directions = DirectionsOf(poses);
+  PageContent content{
+      "Inspection of " + poses.source, VerdictOf(poses, directions), {HeadOf(poses)}};
+  const auto add = [&content](PageSection section) {
+    if (!section.blocks.empty()) content.sections.push_back(std::move(section));
+  };
+  add(StreamsSection(poses));
+  for (const Triad triad : kTriads) add(PosesSection(poses, triad));
+  add(CoverageOfReadings(directions));
+  add(EnoughSection(poses, directions));
+  return content;
+}
+
+}  // namespace
+
+Grade GradeOf(const PoseSet& poses) { return ContentOf(poses).verdict.grade; }
+
+std::string InspectionText(const PoseSet& poses) { return TextOf(ContentOf(poses)); }
+
+std::string InspectionHtml(const PoseSet& poses) { return HtmlOf(ContentOf(poses)); }
 
 }  // namespace truetriad
