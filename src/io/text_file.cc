@@ -14,6 +14,8 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include "io/input_guard.h"
+
 namespace truetriad {
 namespace {
 
@@ -189,6 +191,7 @@ Result<std::unique_ptr<TextFile>> TextFile::Open(const std::string& path) {
     return Error(
         ErrorCode::kUnreadableFile, {path}, "is not a regular file; write the log to a file first");
   }
+  InputGuard::Add(path);
   posix_fadvise(descriptor, 0, 0, POSIX_FADV_SEQUENTIAL);  // A hint; its failure does no harm.
   std::unique_ptr<TextFile> file(new TextFile(path, std::move(bytes)));
   TRUETRIAD_RETURN_IF_ERROR(file->RecogniseContent());

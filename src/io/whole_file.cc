@@ -19,6 +19,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include "io/input_guard.h"
+
 namespace truetriad {
 namespace {
 
@@ -121,6 +123,10 @@ WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
     failure_ = EISDIR;
     return;
   }
+  if (InputGuard::Holds(path_)) {
+    failure_ = EEXIST;
+    return;
+  }
   const bool is_replaced = !fs::exists(target) || fs::is_regular_file(target);
   const std::string written = is_replaced ? TemporaryNameBeside(path_) : path_;
   file_.reset(std::fopen(written.c_str(), "wbe"));
@@ -146,6 +152,7 @@ Status WholeFile::status() const {
   if (failure_ == EISDIR) {
     return Error(ErrorCode::kOutputInTheWay, {path_}, "is a folder; give a file name");
   }
+  if (failure_ == EEXIST) return InputGuard::Refusal(path_);
   const fs::path parent = fs::path(path_).parent_path();
   std::error_code ignored;
   if (!parent.empty() && !fs::is_directory(parent, ignored)) {

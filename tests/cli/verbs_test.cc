@@ -98,7 +98,7 @@ TEST_F(TwoCalibrations, ApplyDoesNotReplaceTheLogThatAManifestNames) {
   const Finished run = RunTruetriad(
       {"apply", "--calibration=" + CalibrationFile(1), "--input=" + manifest, "--output=" + log});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("would overwrite an input"));
+  EXPECT_THAT(run.err, HasSubstr("would be overwritten"));
   EXPECT_EQ(TemporaryFolder::Read(log), rows);
 }
 

@@ -84,6 +84,17 @@ class Converters(unittest.TestCase):
         self.assertEqual([tuple(map(float32, row[1])) for row in rows], [row[1] for row in expected])
         return rows
 
+    def test_an_input_is_not_overwritten(self):
+        self.out.mkdir()
+        source = self.out / "recording.yaml"
+        shutil.copy(TABLE, source)
+        done = run([PROGRAMS / "truetriad-convert-parquet", source, f"--output={self.out}"])
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("would be overwritten, and it is an input", done.stderr)
+        self.assertEqual(source.read_bytes(), TABLE.read_bytes())
+        self.assertEqual([p.name for p in self.out.iterdir()], ["recording.yaml"])
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["out"])
+
     def test_ulog_with_three_instances_gives_a_recording_each(self):
         source = ULOG / "sample_log_small.ulg"
         self.convert("ulog", source)

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "base/spelling.h"
+#include "io/input_guard.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -86,6 +87,18 @@ class FlagSetter {
  public:
   FlagSetter(const Command& command, const std::vector<std::string>& arguments)
       : command_(command), arguments_(arguments) {}
+
+  // Adds what was given, but for the names of outputs: what is no file is no input either.
+  void GuardInputs() const {
+    for (const std::string& name : given_) {
+      std::string value;
+      if (name == "output" || name == "report") continue;
+      gflags::GetCommandLineOption(name.c_str(), &value);
+      InputGuard::Add(value);
+      for (const std::string& part : CommaSeparated(value)) InputGuard::Add(part);
+    }
+    for (const std::string& word : more_words_) InputGuard::Add(word);
+  }
 
   // The words that are values of no flag.
   Result<std::vector<std::string>> Set() {
@@ -270,7 +283,8 @@ int RunVerb(const std::vector<std::string>& arguments) {
     return Show("help", shown(HelpText(**command)));
 
   const std::string_view name = (*command)->name;
-  const Result<std::vector<std::string>> words = FlagSetter(**command, rest).Set();
+  FlagSetter flags(**command, rest);
+  const Result<std::vector<std::string>> words = flags.Set();
   if (!words) {
     return Fail(
         name,
@@ -279,6 +293,8 @@ int RunVerb(const std::vector<std::string>& arguments) {
   }
   if (FLAGS_quiet) ProgressLine::Silence();
   if (FLAGS_v > 0) FLAGS_minloglevel = google::GLOG_INFO;
+  const InputGuard guard;
+  flags.GuardInputs();
   const Result<VerbResult> result = (*command)->run(*words);
   return result ? Show(name, *result) : Fail(name, result.error());
 }

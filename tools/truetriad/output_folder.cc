@@ -3,6 +3,7 @@
 
 #include <system_error>
 
+#include "io/input_guard.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/io/calibration_file.h"
 
@@ -24,6 +25,7 @@ Result<std::string> MoveAside(const std::filesystem::path& directory,
     const std::filesystem::path from = directory / name;
     std::error_code failure;
     if (!std::filesystem::is_regular_file(from, failure)) continue;
+    if (InputGuard::Holds(from.string())) return InputGuard::Refusal(from.string());
     const std::filesystem::path to =
         directory / (from.stem().string() + ".previous" + from.extension().string());
     std::filesystem::rename(from, to, failure);

@@ -213,7 +213,7 @@ async function convert(decoder, options, note) {
   for (const { x, y, z } of Object.values(map.triads)) names.push(x, y, z);
   const whole = new Set(schema.map(({ name }) => name));
   const columns = [...new Set(names.map((name) => (whole.has(name) ? name : name.split('.')[0])))];
-  const folder = new RecordingFolder(options.output);
+  const folder = new RecordingFolder(options.output, options.input);
   const tables = {};
   for (const triad of Object.keys(map.triads)) tables[triad] = folder.addTable(triad, `${triad}.csv`, false);
   let damaged = 0;

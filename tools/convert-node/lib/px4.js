@@ -290,7 +290,7 @@ async function run(options, note) {
       throw new UsageError(`--instance=${options.instance}: there are ${instances.join(', ')}`);
     }
   }
-  const folder = new RecordingFolder(options.output);
+  const folder = new RecordingFolder(options.output, options.input);
   const opened = openStreams(folder, log, topics);
   // The same file again; what it defines is known, and the same messages are believed.
   const again = new Ulog(options.input);

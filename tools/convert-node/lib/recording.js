@@ -6,7 +6,7 @@
 const fs = require('fs');
 const os = require('os');
 const path = require('path');
-const { BadInput, count, printable } = require('./arguments.js');
+const { BadInput, UsageError, count, printable } = require('./arguments.js');
 
 const kTriads = { accelerometer: 'accel', gyroscope: 'gyro', magnetometer: 'mag' };
 
@@ -197,8 +197,10 @@ function quoted(text) {
  * where DIR exists, moved into it file by file, the manifests last.
  */
 class RecordingFolder {
-  constructor(directory) {
+  /** `input`: the file that is read. */
+  constructor(directory, input) {
     this.directory = path.resolve(directory);
+    this.input = input;
     this.shown = directory;
     if (fs.existsSync(this.directory) && !fs.statSync(this.directory).isDirectory()) {
       throw new BadInput(`${directory}: is a file; give the name of a folder`, 'output-in-the-way');
@@ -269,6 +271,17 @@ class RecordingFolder {
     }
   }
 
+  /** A log that was measured cannot be had again: nothing takes its place, under no name of it. */
+  checkIsNoInput(target) {
+    if (!fs.existsSync(target)) return;
+    const there = fs.statSync(target);
+    const input = fs.statSync(this.input);
+    if (input.dev === there.dev && input.ino === there.ino) {
+      throw new UsageError(
+        `${target}: would be overwritten, and it is an input; choose another output`, 'conflicting-arguments');
+    }
+  }
+
   /** Gives everything its name. */
   commit() {
     const names = fs.readdirSync(this.temporary);
@@ -282,6 +295,7 @@ class RecordingFolder {
       there = false;
     }
     if (there) {
+      for (const name of names) this.checkIsNoInput(path.join(this.directory, name));
       for (const name of names) {
         fs.renameSync(path.join(this.temporary, name), path.join(this.directory, name));
       }

@@ -129,7 +129,7 @@ async function run(options, note) {
     return;
   }
   const chosen = choose(topics, options);
-  const folder = new RecordingFolder(options.output);
+  const folder = new RecordingFolder(options.output, options.input);
   const tables = {};
   const units = { accelerometer: 'm/s^2', gyroscope: 'rad/s', magnetometer: 'T' };
   const wanted = [...(chosen.imu ? ['accelerometer', 'gyroscope'] : []), ...(chosen.field ? ['magnetometer'] : [])];

@@ -13,6 +13,7 @@
 #include <glog/logging.h>
 
 #include "base/spelling.h"
+#include "io/input_guard.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/interruption.h"
 
@@ -157,6 +158,9 @@ int RunConverter(const Converter& converter, int argc, char** argv) {
       std::fputs(("Usage:\n" + Usage(converter)).c_str(), stderr);
       return code;
     }
+    const InputGuard guard;
+    InputGuard::Add(arguments->input);
+    for (const std::string& input : arguments->more_inputs) InputGuard::Add(input);
     const Status status = converter.run(*arguments);
     if (!status) return Report(status.error());
   } catch (const Interrupted&) {

@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "io/input_guard.h"
 #include "io/whole_file.h"
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
@@ -247,6 +248,10 @@ Status RecordingFolder::MoveIntoPlace() {
   }
   if (!poses_.empty()) files.emplace_back(kPoses);
   files.emplace_back(kManifest);
+  for (const std::string& file : files) {
+    const std::string target = (fs::path(directory_) / file).string();
+    if (InputGuard::Holds(target)) return InputGuard::Refusal(target);
+  }
   for (const std::string& file : files) {
     fs::rename(fs::path(temporary_) / file, fs::path(directory_) / file, failure);
     if (failure)

@@ -35,22 +35,11 @@ void Tell(const CorrectedLogSummary& summary) {
   }
 }
 
-// The output is renamed into its place: it must not be a file that is still needed, nor a device.
-Status CheckOutput(const RecordingInfo& recording) {
+// The output is renamed into its place: it must not be a device or a link.
+Status CheckOutput() {
   std::error_code none;
   const std::filesystem::path output = FLAGS_output;
   if (!std::filesystem::exists(output, none)) return {};
-  std::vector<std::string> inputs = {FLAGS_input, FLAGS_calibration};
-  for (const StreamInfo& stream : recording.streams) inputs.push_back(stream.file);
-  const auto replaced =
-      std::find_if(inputs.begin(), inputs.end(), [&output, &none](const std::string& input) {
-        return std::filesystem::equivalent(output, input, none);
-      });
-  if (replaced != inputs.end()) {
-    return Error(ErrorCode::kConflictingArguments,
-                 "--output=" + FLAGS_output + " would overwrite an input (" + *replaced +
-                     "); choose another file");
-  }
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(output, none))) {
     return Error(ErrorCode::kConflictingArguments,
                  "--output=" + FLAGS_output + " exists and is not a regular file");
@@ -64,7 +53,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
                              OpenRecording(FLAGS_input));
   TRUETRIAD_RETURN_IF_ERROR(
       CheckSameUnit(FLAGS_input + ": the recording", source->info().serial, calibration));
-  TRUETRIAD_RETURN_IF_ERROR(CheckOutput(source->info()));
+  TRUETRIAD_RETURN_IF_ERROR(CheckOutput());
   NoteInterruptions();
   const Result<CorrectedLogSummary> summary = [&] {
     ProgressLine progress("correcting " + FLAGS_input);

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/input_guard.h"
 #include "json/plain_yaml.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
@@ -69,6 +70,8 @@ Result<std::string> WriteResult(const Task& task,
           ErrorCode::kOutputInTheWay,
           (directory / name).string() + ": is a folder; remove it or choose another --output");
     }
+    if (const std::string path = directory / name; InputGuard::Holds(path))
+      return InputGuard::Refusal(path);
   }
   std::string written;
   if (!task.initial_yaml.empty()) {

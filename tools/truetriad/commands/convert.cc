@@ -22,6 +22,7 @@
 #include "base/companion.h"
 #include "base/spelling.h"
 #include "io/mapping.h"
+#include "io/whole_file.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
@@ -234,27 +235,24 @@ Result<VerbResult> ConvertTable(const std::string& name, const std::string& mapp
   const std::vector<std::string> inputs = CommaSeparated(FLAGS_input);
   const bool is_new = !fs::exists(FLAGS_output);
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(FLAGS_output));
-  const std::string draft = (fs::path(FLAGS_output) / ".recording.tmp.yaml").string();
+  const std::string path = (fs::path(FLAGS_output) / "recording.yaml").string();
+  const std::string draft = TemporaryNameBeside(path) + ".yaml";
+  std::string manifest;
   const auto write = [&]() -> Result<std::string> {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::string manifest,
-                               ManifestFromMapping(mapping, name, inputs, FLAGS_output));
+    TRUETRIAD_ASSIGN_OR_RETURN(manifest, ManifestFromMapping(mapping, name, inputs, FLAGS_output));
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(draft, manifest));
     return DescribeStreams(draft);
   };
   const Result<std::string> streams = write();
-  std::error_code failure;
+  std::error_code ignored;
+  fs::remove(draft, ignored);
   if (!streams) {
-    fs::remove(draft, failure);
-    if (is_new) fs::remove(FLAGS_output, failure);
+    if (is_new) fs::remove(FLAGS_output, ignored);
     return streams.error();
   }
-  const fs::path path = fs::path(FLAGS_output) / "recording.yaml";
-  fs::rename(draft, path, failure);
-  if (failure)
-    return Error(
-        ErrorCode::kCannotWrite, {path.string()}, "cannot be written: " + failure.message());
+  TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, manifest));
   Note("truetriad convert: " + *streams);
-  return VerbResult{.text = path.string() + '\n', .result = {{"output", path.string()}}};
+  return VerbResult{.text = path + '\n', .result = {{"output", path}}};
 }
 
 std::vector<std::string_view> FormatNames() {

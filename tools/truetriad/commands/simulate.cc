@@ -15,6 +15,7 @@
 
 #include <sys/stat.h>
 
+#include "io/input_guard.h"
 #include "io/known_motion_file.h"
 #include "io/pose_program_file.h"
 #include "io/whole_file.h"
@@ -85,6 +86,7 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanMoveInto(from, to));
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
     const fs::path target = to / fs::relative(entry.path(), from);
+    if (InputGuard::Holds(target.string())) return InputGuard::Refusal(target.string());
     std::error_code failure;
     if (entry.is_directory()) {
       fs::create_directories(target, failure);

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// No output takes the place of an input: a recording that was measured cannot be had again.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::HasSubstr;
+
+class InputsKept : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    LogOptions options;
+    options.magnetometer = false;
+    folder_.Write("log.csv", LogText(options));
+    fs::create_directories(folder_.Path("sub"));
+    fs::create_directories(folder_.Path("json"));
+    const Finished run = Run("calibrate log.csv -o cal --quiet");
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    fs::copy_file(folder_.Path("cal/calibration.yaml"), folder_.Path("c.yaml"));
+    fs::copy_file(folder_.Path("c.yaml"), folder_.Path("p.html"));
+    fs::create_hard_link(folder_.Path("log.csv"), folder_.Path("hard.csv"));
+    fs::create_symlink(folder_.Path("log.csv"), folder_.Path("soft.csv"));
+    fs::copy_file(folder_.Path("log.csv"), folder_.Path("sub/report.html"));
+    fs::copy_file(folder_.Path("log.csv"), folder_.Path("json/calibration.json"));
+    folder_.Write("sub/manifest.yaml", Manifest("report.html"));
+    folder_.Write("sub/recording.yaml", Readings());
+    folder_.Write("sub/imu.csv", Readings());
+  }
+
+  static std::string Manifest(const std::string& file) {
+    return "recording: 1\napplied: none\nstreams:\n  accelerometer: { file: " + file +
+           ", time: { column: \"time[s]\", unit: s }, x: \"accel_x[m/s^2]\", "
+           "y: \"accel_y[m/s^2]\", z: \"accel_z[m/s^2]\", unit: m/s^2 }\n";
+  }
+
+  /// JSON arrays, whatever its name.
+  static std::string Readings() { return R"({"t": [0, 1], "a": [[0, 0, 9.8], [0, 9.8, 0]]})"; }
+
+  /// A line of `truetriad`, in the folder.
+  Finished Run(const std::string& line) const {
+    return RunShell("'" TRUETRIAD_BINARY "' " + line, folder_.Path(""));
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(InputsKept, ByEveryVerb) {
+  struct Call {
+    std::string line;
+    std::string input;
+  };
+  const std::vector<Call> calls = {
+      {"inspect log.csv --report=log.csv", "log.csv"},
+      {"inspect hard.csv --report=log.csv", "log.csv"},
+      {"inspect log.csv --report=soft.csv", "log.csv"},
+      {"inspect sub/manifest.yaml --report=sub/report.html", "sub/report.html"},
+      {"inspect sub/manifest.yaml --report=sub/manifest.yaml", "sub/manifest.yaml"},
+      {"evaluate c.yaml log.csv --report=c.yaml", "c.yaml"},
+      {"evaluate c.yaml log.csv --report=log.csv", "log.csv"},
+      {"compare c.yaml cal/calibration.yaml --report=./cal/../c.yaml", "c.yaml"},
+      {"apply c.yaml log.csv -o log.csv", "log.csv"},
+      {"apply c.yaml log.csv -o c.yaml", "c.yaml"},
+      {"export --calibration=c.yaml --to=json -o c.yaml", "c.yaml"},
+      {"report --calibration=p.html -o p.html", "p.html"},
+      {"calibrate sub/report.html -o sub", "sub/report.html"},
+      {"calibrate sub/report.html -o sub --report=false", "sub/report.html"},
+      {"calibrate json/calibration.json -o json", "json/calibration.json"},
+      {"calibrate sub/manifest.yaml -o sub", "sub/report.html"},
+      {"convert --from=json sub/recording.yaml -o sub --columns=time=t,accelerometer=a "
+       "--units=s,m/s^2",
+       "sub/recording.yaml"},
+  };
+  for (const Call& call : calls) {
+    SCOPED_TRACE(call.line);
+    const std::string before = TemporaryFolder::Read(folder_.Path(call.input));
+    ASSERT_FALSE(before.empty());
+    const Finished run = Run(call.line);
+    EXPECT_EQ(run.exit_code, 1) << run.out;
+    EXPECT_THAT(run.err, HasSubstr("would be overwritten, and it is an input"));
+    EXPECT_TRUE(fs::exists(folder_.Path(call.input)));
+    EXPECT_EQ(TemporaryFolder::Read(folder_.Path(call.input)) == before, true);
+  }
+  EXPECT_FALSE(fs::exists(folder_.Path("sub/calibration.yaml")));
+  EXPECT_FALSE(fs::exists(folder_.Path("sub/experiment.yaml")));
+}
+
+TEST_F(InputsKept, ResultsOfBeforeAreReplaced) {
+  EXPECT_EQ(Run("calibrate log.csv -o cal").exit_code, 0);
+  EXPECT_EQ(Run("calibrate log.csv -c cal/experiment.yaml -o cal").exit_code, 0);
+  EXPECT_EQ(Run("report --calibration=cal/calibration.yaml -o cal/report.html").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace truetriad
