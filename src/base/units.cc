@@ -90,7 +90,7 @@ std::optional<double> NanosecondsPer(std::string_view name) {
 }
 
 std::optional<TemperatureUnit> ParseTemperatureUnit(std::string_view name) {
-  if (name == "degC") return TemperatureUnit{1.0, 0.0};
+  if (name == "degC" || name == "C" || name == "\u00b0C") return TemperatureUnit{1.0, 0.0};
   if (name == "K") return TemperatureUnit{1.0, kAbsoluteZeroDegc};
   return std::nullopt;
 }

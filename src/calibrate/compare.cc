@@ -109,15 +109,18 @@ bool IsHeld(const Calibration& calibration, const std::string& group) {
 }
 
 // Groups of parameters ("accelerometer.thermal.bias.1") that stand in the covariance of one alone
-// or that one holds, and temperature terms that stand in none. Sensors that only one has are no
-// news.
+// or that one holds, temperature terms that stand in none, and sensors that only one has.
 std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
   std::set<std::string> groups;
   const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
     const std::vector<std::string>& names = other.covariance.parameters;
     for (const std::string& name : one.covariance.parameters) {
       const auto entry = ParameterName::Parse(name);
-      if (!entry || !other.sensors[entry->triad]) continue;
+      if (!entry) continue;
+      if (!other.sensors[entry->triad]) {
+        groups.insert(std::string(TriadName(entry->triad)) + " (only in " + which + ")");
+        continue;
+      }
       const std::string group = name.substr(0, name.rfind('.'));
       if (IsHeld(one, group)) groups.insert(group + " (held in " + which + ")");
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
@@ -155,23 +158,40 @@ bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const st
          (one->smoothing_s > 0.0) != (other->smoothing_s > 0.0);
 }
 
-// Where the strength of the field was a convention, the other's is as good: the magnetometer of
-// `solution` restated for the field `wanted_ut`.
-void RestateField(double stated_ut, double wanted_ut, PresentedSolution* solution) {
-  const double factor = stated_ut / wanted_ut;
-  solution->models[Triad::kMagnetometer]->sensitivity *= factor;
-  auto& thermal = solution->thermal[Triad::kMagnetometer];
-  if (thermal) {
-    for (Eigen::Matrix3d& term : thermal->sensitivity) term *= factor;
+// Where the strength of the field was a convention, the magnetometer's gains have no common scale:
+// that of `a` becomes that of `b`, and what either says of it is taken out of its covariance. With
+// S scaled by 1 + e, log det S changes by 3 e; so
+//
+//   x -> x - v (w x)      v = (S, its temperature terms)      w = transpose(S^-1) / 3      w v = 1
+void TakeOutCommonScale(PresentedSolution* a, PresentedSolution* b) {
+  constexpr Triad kTriad = Triad::kMagnetometer;
+  const double factor = std::cbrt(std::abs(b->models[kTriad]->sensitivity.determinant() /
+                                           a->models[kTriad]->sensitivity.determinant()));
+  a->models[kTriad]->sensitivity *= factor;
+  if (a->thermal[kTriad]) {
+    for (Eigen::Matrix3d& term : a->thermal[kTriad]->sensitivity) term *= factor;
   }
-  NamedCovariance& covariance = solution->covariance;
-  for (std::size_t i = 0; i < covariance.parameters.size(); ++i) {
-    const auto name = ParameterName::Parse(covariance.parameters[i]);
-    if (!name || name->triad != Triad::kMagnetometer || name->kind != ParameterKind::kSensitivity) {
-      continue;
+  for (const auto& [solution, scaled] : {std::pair(a, factor), std::pair(b, 1.0)}) {
+    NamedCovariance& covariance = solution->covariance;
+    const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
+    const Eigen::Matrix3d sensitivity = solution->models[kTriad]->sensitivity;
+    const Eigen::Matrix3d inverse = sensitivity.inverse();
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(size), v = Eigen::VectorXd::Zero(size), w = v;
+    for (Eigen::Index i = 0; i < size; ++i) {
+      const auto name = ParameterName::Parse(covariance.parameters[static_cast<std::size_t>(i)]);
+      if (!name || name->triad != kTriad || name->kind != ParameterKind::kSensitivity) continue;
+      scale[i] = scaled;
+      if (name->power == 0) {
+        v[i] = sensitivity(name->row, name->col);
+        w[i] = inverse(name->col, name->row) / 3.0;
+      } else {
+        v[i] = solution->thermal[kTriad]->sensitivity[static_cast<std::size_t>(name->power) - 1](
+            name->row, name->col);
+      }
     }
-    covariance.matrix.row(static_cast<Eigen::Index>(i)) *= factor;
-    covariance.matrix.col(static_cast<Eigen::Index>(i)) *= factor;
+    Eigen::MatrixXd map = scale.asDiagonal();
+    map -= v * w.cwiseProduct(scale).transpose();
+    covariance.matrix = map * covariance.matrix * map.transpose();
   }
 }
 
@@ -263,10 +283,9 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
   Comparison comparison;
   comparison.not_compared = HeldByOneAlone(a, b);
   const bool nominal = a.reference.field_nominal || b.reference.field_nominal;
-  if (nominal && in_a.models[Triad::kMagnetometer] && in_b.models[Triad::kMagnetometer] &&
-      a.reference.field_ut && b.reference.field_ut) {
-    comparison.field_scale_taken_out = *a.reference.field_ut != *b.reference.field_ut;
-    RestateField(*a.reference.field_ut, *b.reference.field_ut, &in_a);
+  if (nominal && in_a.models[Triad::kMagnetometer] && in_b.models[Triad::kMagnetometer]) {
+    comparison.field_scale_taken_out = true;
+    TakeOutCommonScale(&in_a, &in_b);
   }
   comparison.frames_differ = !HaveOneFrame(a, b);
   const auto values_of = [&](const PresentedSolution& solution) {
@@ -320,6 +339,13 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
 Agreement AgreementOf(const Comparison& comparison) {
   if (comparison.dof <= 0) return Agreement::kNotCompared;
   return comparison.p_value >= kAgreementProbability ? Agreement::kAgree : Agreement::kDiffer;
+}
+
+bool IsTooAlike(const Comparison& comparison) {
+  constexpr double kSigmaFactor = 3.0, kChance = 1e-6;
+  if (comparison.dof <= 0) return false;
+  const double most = kSigmaFactor * kSigmaFactor * comparison.chi2;
+  return ChiSquareCdf(most, comparison.dof) < kChance;
 }
 
 std::string_view AgreementName(Agreement agreement) {

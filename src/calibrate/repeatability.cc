@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "truetriad/calibrate/repeatability.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -30,6 +31,31 @@ Calibration WithRepeatability(const Repeatability& repeatability, Calibration ca
       }
     }
   }
+  return calibration;
+}
+
+Calibration AtGravity(double gravity_mps2, Calibration calibration) {
+  NamedCovariance& covariance = calibration.covariance;
+  const std::vector<std::string>& names = covariance.parameters;
+  const auto found = std::find(names.begin(), names.end(), "reference.gravity_mps2");
+  if (found == names.end()) return calibration;
+  const auto at = static_cast<Eigen::Index>(found - names.begin());
+  const double variance = covariance.matrix(at, at);
+  if (!(variance > 0.0)) return calibration;
+  const Eigen::VectorXd by_gravity = covariance.matrix.col(at) / variance;
+  const double shift = gravity_mps2 - calibration.reference.gravity_mps2;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto name = ParameterName::Parse(names[i]);
+    if (!name || name->power != 0 || !calibration.sensors[name->triad]) continue;
+    TriadModel<double>& model = calibration.sensors[name->triad]->model;
+    const double change = by_gravity[static_cast<Eigen::Index>(i)] * shift;
+    if (name->kind == ParameterKind::kBias) model.bias[name->row] += change;
+    if (name->kind == ParameterKind::kSensitivity) {
+      model.sensitivity(name->row, name->col) += change;
+    }
+  }
+  covariance.matrix -= by_gravity * covariance.matrix.row(at).eval();
+  calibration.reference.gravity_mps2 = gravity_mps2;
   return calibration;
 }
 

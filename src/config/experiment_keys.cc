@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -302,7 +303,8 @@ void ReadInitialise(YamlReader reader, Draft* draft) {
 }
 
 bool IsLimit(YamlReader reader) {
-  return reader.IsScalar() || reader.Child("lower") || reader.Child("upper");
+  return reader.IsScalar() || reader.Child("lower") || reader.Child("upper") ||
+         reader.Child("target");
 }
 
 // A number, which is ±, or { lower, target, upper }.
@@ -320,6 +322,9 @@ void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options
     if (ReadNumber(reader.Child("target"), kAnyNumber, &number)) limit.target = number;
     reader.Optional("if_present", &limit.if_present);
     reader.RejectUnknown();
+    if (std::isinf(limit.lower) && std::isinf(limit.upper)) {
+      return reader.Fail("has no limit; expected lower, upper, or both");
+    }
     const double target = limit.target.value_or(limit.lower);
     if (!(limit.lower <= target && target <= limit.upper)) {
       return reader.Fail("expected lower <= target <= upper");
@@ -336,7 +341,7 @@ void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* 
     YamlReader child = reader.Child(key);
     if (IsLimit(child)) {
       ReadLimit(child, name, options);
-    } else if (child.IsMap()) {
+    } else if (child.IsMap() && !child.Keys().empty()) {
       ReadLimitsBelow(child, name, options);
     } else {
       child.Fail("expected a number or { lower, target, upper }");

@@ -95,13 +95,26 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
   std::snprintf(duration.data(), duration.size(), "%.1f s", set.duration_s);
   std::array<char, 64> least{};
   std::snprintf(least.data(), least.size(), "%g s", options_.min_duration_s);
+  // No such sensor is read at more than some 10 kHz.
+  constexpr double kMostHz = 2e4;
+  std::string too_fast;
+  for (const StreamSummary& stream : set.streams) {
+    const double rate_hz = static_cast<double>(stream.samples) / set.duration_s;
+    if (!(set.duration_s > 0.0 && rate_hz > kMostHz) || !too_fast.empty()) continue;
+    too_fast = "check the unit of the times: " + std::to_string(stream.samples) +
+               " samples of the " + std::string(TriadName(stream.triad)) + " in " +
+               duration.data() + " are " + std::to_string(std::lround(rate_hz / 1e3)) +
+               " kHz; else ";
+  }
   return NotEnoughError(
       Finding(
           FindingCode::kNoRest,
           set.source + ": no rest found in " + duration.data() + MotionSeen(set) +
               "; expected poses with the unit still for at least " + least.data(),
-          "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on purpose, "
-          "use `poses: { motion: { spacing_s: 0.1 } }`" +
+          too_fast +
+              "hold each pose longer, or state the poses (`poses:`); for a unit tumbled on "
+              "purpose, "
+              "use `poses: { motion: { spacing_s: 0.1 } }`" +
               std::string(
                   has_both ? "" : ", which needs the gyroscope, and accelerometer or magnetometer"))
           .With("duration", set.duration_s, "s")

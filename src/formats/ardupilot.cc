@@ -339,7 +339,8 @@ Result<Carried> ReadArduPilot(const ReadRequest& request) {
 
 Format ArduPilotFormat() {
   Format format;
-  format.info = {"ardupilot", "ArduPilot parameters (.param)", Arithmetic::kFloat32, true};
+  format.info = {
+      "ardupilot", "ArduPilot parameters (.param)", "ardupilot.param", Arithmetic::kFloat32, true};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
                                             .bias_order = kArduPilotOrder,

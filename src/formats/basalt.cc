@@ -82,7 +82,8 @@ Result<Carried> ReadBasalt(const ReadRequest& request) {
 
 Format BasaltFormat() {
   Format format;
-  format.info = {"basalt", "Basalt calibration, the IMU's part (JSON)", Arithmetic::kFloat64};
+  format.info = {
+      "basalt", "Basalt calibration, the IMU's part (JSON)", "basalt.json", Arithmetic::kFloat64};
   format.gauge = Gauge::kAccelX;
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};

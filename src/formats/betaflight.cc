@@ -185,7 +185,10 @@ Format CountsFormat(MatrixForm form) {
 
 Format BetaflightFormat() {
   Format format = CountsFormat(MatrixForm::kNone);
-  format.info = {"betaflight", "Betaflight command line, offsets only", Arithmetic::kIntegers};
+  format.info = {"betaflight",
+                 "Betaflight command line, offsets only",
+                 "betaflight.txt",
+                 Arithmetic::kIntegers};
   format.write = WriteBetaflight;
   format.read = ReadBetaflight;
   return format;
@@ -193,7 +196,7 @@ Format BetaflightFormat() {
 
 Format InavFormat() {
   Format format = CountsFormat(MatrixForm::kDiagonal);
-  format.info = {"inav", "INAV command line, offsets and gains", Arithmetic::kIntegers};
+  format.info = {"inav", "INAV command line, offsets and gains", "inav.txt", Arithmetic::kIntegers};
   format.write = WriteInav;
   format.read = ReadInav;
   return format;

@@ -439,8 +439,10 @@ Result<Carried> ReadCHeader(const ReadRequest& request) {
 
 Format CHeaderFormat() {
   Format format;
-  format.info = {
-      "c-header", "C99 header for firmware, with CRC and test vectors", Arithmetic::kFloat32};
+  format.info = {"c-header",
+                 "C99 header for firmware, with CRC and test vectors",
+                 "calibration.h",
+                 Arithmetic::kFloat32};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
                               .matrix = MatrixForm::kFull,

@@ -48,4 +48,9 @@ Result<const Format*> FindFormat(std::string_view name) {
                    "; expected one of " + list);
 }
 
+Result<FormatInfo> InfoOfFormat(std::string_view name) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Format* const format, FindFormat(name));
+  return format->info;
+}
+
 }  // namespace truetriad

@@ -99,7 +99,8 @@ Result<Carried> ReadFusion(const ReadRequest& request) {
 
 Format FusionFormat() {
   Format format;
-  format.info = {"fusion", "x-io Fusion constants (C), g and deg/s", Arithmetic::kFloat32};
+  format.info = {
+      "fusion", "x-io Fusion constants (C), g and deg/s", "fusion.h", Arithmetic::kFloat32};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
                               .reading_unit = triad == Triad::kAccelerometer ? "g"

@@ -40,7 +40,8 @@ Result<Carried> ReadImuCalib(const ReadRequest& request) {
 
 Format ImuCalibFormat() {
   Format format;
-  format.info = {"imu-calib", "imu_calib (ROS), accelerometer (YAML)", Arithmetic::kFloat64};
+  format.info = {
+      "imu-calib", "imu_calib (ROS), accelerometer (YAML)", "imu_calib.yaml", Arithmetic::kFloat64};
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.write = WriteImuCalib;
   format.read = ReadImuCalib;

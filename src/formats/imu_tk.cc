@@ -127,6 +127,7 @@ Format ImuTkFormat() {
   Format format;
   format.info = {"imu-tk",
                  "imu_tk, one file each for accelerometer and gyroscope",
+                 "imu_tk",
                  Arithmetic::kFloat64,
                  true};
   format.gauge = Gauge::kAccelZ;

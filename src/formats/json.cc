@@ -39,7 +39,7 @@ Result<Carried> ReadJsonExport(const ReadRequest& request) {
 
 Format JsonFormat() {
   Format format;
-  format.info = {"json", "everything, as JSON", Arithmetic::kFloat64};
+  format.info = {"json", "everything, as JSON", "export.json", Arithmetic::kFloat64};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
                               .bias_order = kAnyJsonOrder,

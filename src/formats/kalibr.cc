@@ -94,9 +94,11 @@ Result<std::string> NoiseText(const ExportOptions& options, std::vector<std::str
     line("_random_walk", *noise ? (*noise)->random_walk_rms() : 0.0, unit + "/s/sqrt(Hz)");
     if (*noise) rate_hz = (*noise)->rate_hz;
     if (!*noise) {
-      warnings->emplace_back(name +
-                             ": its noise densities are missing; give --allan=FILE with white "
-                             "noise and random walk of every axis, or fill them in");
+      warnings->emplace_back(name + (options.allan
+                                         ? ": the Allan file does not tell white noise and random "
+                                           "walk of every axis (a longer rest may); fill them in"
+                                         : ": its noise densities are missing; give --allan=FILE, "
+                                           "or fill them in"));
     }
   }
   text += rate_hz > 0.0 ? "  update_rate: " + NumberText(rate_hz) + "\n"
@@ -255,7 +257,8 @@ Format ChainFormat() {
 
 Format KalibrFormat() {
   Format format = ChainFormat();
-  format.info = {"kalibr", "Kalibr imu.yaml, scale-misalignment", Arithmetic::kFloat64, true};
+  format.info = {
+      "kalibr", "Kalibr imu.yaml, scale-misalignment", "imu.yaml", Arithmetic::kFloat64, true};
   format.write = WriteKalibr;
   format.read = ReadKalibr;
   return format;
@@ -263,7 +266,8 @@ Format KalibrFormat() {
 
 Format OpenVinsFormat() {
   Format format = ChainFormat();
-  format.info = {"openvins", "OpenVINS kalibr_imu_chain.yaml", Arithmetic::kFloat64};
+  format.info = {
+      "openvins", "OpenVINS kalibr_imu_chain.yaml", "kalibr_imu_chain.yaml", Arithmetic::kFloat64};
   format.write = WriteOpenVins;
   format.read = ReadOpenVins;
   return format;

@@ -39,9 +39,10 @@ Result<Laboratory> ReadLaboratory(const std::string& path) {
   return laboratory;
 }
 
-bool IsOverdue(const Equipment& equipment, const std::string& created) {
+std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created) {
+  if (equipment.due.empty() || created.empty()) return std::nullopt;
   // Days as in ISO 8601 are in the order of their letters.
-  return !equipment.due.empty() && !created.empty() && created.substr(0, 10) > equipment.due;
+  return created.substr(0, 10) > equipment.due;
 }
 
 }  // namespace truetriad

@@ -160,6 +160,7 @@ Format MatlabFormat() {
   Format format;
   format.info = {"matlab",
                  "MATLAB, .mat or script (.m), with magcal's A, b, expmfs",
+                 "calibration.m",
                  Arithmetic::kFloat64,
                  true};
   for (const Triad triad : kTriads) {

@@ -225,7 +225,11 @@ Result<Carried> ReadPx4(const ReadRequest& request) {
 
 Format Px4Format() {
   Format format;
-  format.info = {"px4", "PX4 parameters, for QGroundControl (.params)", Arithmetic::kFloat32, true};
+  format.info = {"px4",
+                 "PX4 parameters, for QGroundControl (.params)",
+                 "px4.params",
+                 Arithmetic::kFloat32,
+                 true};
   format.capacity[Triad::kAccelerometer] = {.held = true,
                                             .matrix = MatrixForm::kDiagonal,
                                             .bias_order = kPx4Order,

@@ -67,7 +67,8 @@ Result<Carried> ReadRealSense(const ReadRequest& request) {
 
 Format RealSenseFormat() {
   Format format;
-  format.info = {"realsense", "RealSense D400 with IMU (JSON)", Arithmetic::kFloat32};
+  format.info = {
+      "realsense", "RealSense D400 with IMU (JSON)", "realsense.json", Arithmetic::kFloat32};
   format.capacity[Triad::kAccelerometer] = {.held = true, .reading_unit = "m/s^2"};
   format.capacity[Triad::kGyroscope] = {.held = true, .reading_unit = "rad/s"};
   format.write = WriteRealSense;

@@ -85,9 +85,12 @@ std::string Temperatures(const Calibration& calibration) {
             Significant(thermal.range_degc[0], 4) + " to " + Significant(thermal.range_degc[1], 4) +
             " °C, values at " + Significant(thermal.reference_degc, 4) + " °C";
   }
-  return text.empty() ? "not varied; reference " +
-                            Significant(calibration.reference.temperature_degc, 4) + " °C"
-                      : text;
+  if (!text.empty()) return text;
+  const std::optional<Eigen::Vector3d>& recorded = calibration.reference.recorded_degc;
+  text = recorded ? Significant(recorded->x(), 4) + " to " + Significant(recorded->z(), 4) +
+                        " °C; no temperature terms"
+                  : "not recorded; no temperature terms";
+  return text;
 }
 
 std::string Traceability(const Calibration& calibration) {
@@ -179,7 +182,8 @@ Json RecordJson(const WriteRequest& request) {
     json["equipment"] = Json::array();
     for (const Equipment& equipment : laboratory->equipment) {
       Json& item = json["equipment"].emplace_back(StatedJson(equipment, kEquipmentKeys));
-      item["overdue"] = IsOverdue(equipment, calibration.created);
+      const std::optional<bool> is_overdue = IsOverdue(equipment, calibration.created);
+      item["overdue"] = is_overdue ? Json(*is_overdue) : Json(nullptr);
     }
   }
   json["calibrated"] = calibration.created;
@@ -191,8 +195,7 @@ Json RecordJson(const WriteRequest& request) {
                         {"gauge", GaugeName(calibration.gauge)},
                         {"gauge_sensor", TriadName(calibration.gauge_sensor)}};
   for (const Reference& reference : References(calibration)) {
-    json["references"][reference.name] = {{"value", reference.value},
-                                          {"source", reference.source}};
+    json["references"][reference.name] = {{"value", reference.value}, {"source", reference.source}};
   }
   json["traceability"] = Traceability(calibration);
   json["inputs"] = Json::array();
@@ -352,7 +355,9 @@ std::string LaboratoryHtml(const Laboratory& laboratory, const std::string& crea
   for (const Equipment& item : laboratory.equipment) {
     std::vector<std::string>& row = equipment.rows.emplace_back();
     for (const auto& key : kEquipmentKeys) row.push_back(item.*key.value);
-    if (IsOverdue(item, created)) row.back() += " (overdue)";
+    const std::optional<bool> is_overdue = IsOverdue(item, created);
+    if (!is_overdue) row.back() += " (not known to be valid)";
+    if (is_overdue.value_or(false)) row.back() += " (overdue)";
   }
   return html + HtmlOf(equipment);
 }
@@ -373,9 +378,9 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   if (request.options.laboratory) {
     body += LaboratoryHtml(*request.options.laboratory, calibration.created);
   }
-  body += Element("h2", "Conditions and references") + HtmlOf(conditions) +
-                     HtmlOf(references) + Element("p", Traceability(calibration)) +
-                     Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
+  body += Element("h2", "Conditions and references") + HtmlOf(conditions) + HtmlOf(references) +
+          Element("p", Traceability(calibration)) +
+          Element("h2", "Results: truth = S⁻¹ (raw − b), value ± U");
   for (const Triad triad : kTriads) {
     const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
     if (sensor) body += HtmlOf(ResultRows(triad, *sensor, calibration.covariance).table());
@@ -383,6 +388,16 @@ std::string RecordPage(const WriteRequest& request, std::string json) {
   body += Element("p",
                   UncertaintyStatement(calibration) +
                       " Values without U are fixed by the gauge or by the experiment.");
+  for (const Section& section : SectionsOf(calibration)) {
+    if (section.kind == SectionKind::kLimits) {
+      body += Element("h2", section.title) + HtmlOf(section.blocks);
+    }
+  }
+  Table inputs{{"recording", "SHA-256"}, "ll", {}};
+  for (const InputFile& input : calibration.inputs) {
+    inputs.rows.push_back({input.file, input.sha256});
+  }
+  body += Element("h2", "Recordings") + HtmlOf(inputs);
   body +=
       "<div class=\"signatures\"><div>Date</div><div>Calibrated by</div><div>Approved "
       "by</div></div>\n";
@@ -401,9 +416,22 @@ Result<std::vector<ExportedFile>> WriteRecord(const WriteRequest& request,
                                               std::vector<std::string>* warnings) {
   if (const std::optional<Laboratory>& laboratory = request.options.laboratory) {
     for (const Equipment& equipment : laboratory->equipment) {
-      if (!IsOverdue(equipment, request.calibration.created)) continue;
-      warnings->push_back("`" + equipment.name + "` was due for calibration on " + equipment.due +
-                          ", before this calibration; the record says so");
+      const std::string& created = request.calibration.created;
+      const std::string name = "`" + equipment.name + "`";
+      const std::optional<bool> is_overdue = IsOverdue(equipment, created);
+      if (!is_overdue) {
+        warnings->push_back(
+            name + " is not known to have been valid: " +
+            (created.empty() ? "this calibration has no date" : "it has no `due:` date") +
+            "; the record says so");
+      } else if (*is_overdue) {
+        warnings->push_back(name + " was due for calibration on " + equipment.due +
+                            ", before this calibration; the record says so");
+      }
+      if (!created.empty() && equipment.calibrated > created.substr(0, 10)) {
+        warnings->push_back(name + " was calibrated on " + equipment.calibrated +
+                            ", after this calibration");
+      }
     }
   }
   std::string json = TextOf(RecordJson(request));
@@ -424,8 +452,10 @@ Result<Carried> ReadRecord(const ReadRequest& request) {
 
 Format RecordFormat() {
   Format format;
-  format.info = {
-      "record", "calibration record with uncertainties, .html page or JSON", Arithmetic::kFloat64};
+  format.info = {"record",
+                 "calibration record with uncertainties, .html page or JSON",
+                 "record.html",
+                 Arithmetic::kFloat64};
   for (const Triad triad : kTriads) {
     format.capacity[triad] = {.held = true,
                               .bias_order = kAnyRecordOrder,

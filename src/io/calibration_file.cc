@@ -284,7 +284,8 @@ Result<Calibration> ReadCalibration(const std::string& path) {
 }
 
 Result<std::string> ReadSerial(const std::string& path) {
-  Result<std::string> text = ReadSmallFile(path);
+  // A file that is to be replaced is looked at, too: it is no input by that.
+  Result<std::string> text = LookAtSmallFile(path);
   TRUETRIAD_RETURN_IF_ERROR(text);
   text->resize(std::min(text->find("\ninputs:"), text->size()));
   Result<YamlReader> reader = YamlReader::FromText(*text, path);

@@ -409,10 +409,23 @@ Error CsvReader::FieldCountError(const char* line_begin) const {
   const std::string_view line(
       line_begin, static_cast<std::size_t>(LineEnd(line_begin, chunk_end_) - line_begin));
   if (IsCutOff(line)) return CutOffError();
+  const std::vector<std::string_view> fields = SplitFields(line, layout_.separator);
+  const bool are_integers = std::all_of(fields.begin(), fields.end(), [](std::string_view field) {
+    return field.find_first_not_of(" \t-+0123456789") == std::string_view::npos;
+  });
+  if (layout_.separator == ',' && are_integers && 2 * fields.size() > 3 * columns_.size() &&
+      fields.size() <= 2 * columns_.size()) {
+    return Fail(ErrorCode::kWrongFieldCount,
+                0,
+                "has " + std::to_string(fields.size()) + " whole numbers for " +
+                    std::to_string(columns_.size()) +
+                    " columns: are its decimals written with commas? Write points, or separate "
+                    "columns by `;`");
+  }
   return Fail(ErrorCode::kWrongFieldCount,
               0,
-              "has " + std::to_string(SplitFields(line, layout_.separator).size()) +
-                  " fields; expected " + std::to_string(columns_.size()) + " as in " +
+              "has " + std::to_string(fields.size()) + " fields; expected " +
+                  std::to_string(columns_.size()) + " as in " +
                   (header_.empty() ? "the first row"
                                    : "the header (line " + std::to_string(header_line_) + ")") +
                   "; if this is intended, state `ragged: allow` in a manifest");

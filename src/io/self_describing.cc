@@ -83,9 +83,14 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
       if (LowerCase(other.name) == LowerCase(column.name)) {
         FilePlace place = header.place_;
         place.column = static_cast<int>(header.columns_.size()) + 1;
-        return Error(ErrorCode::kDuplicateColumn,
-                     std::move(place),
-                     "column `" + column.name + "` occurs twice; rename one of them");
+        return Error(
+            ErrorCode::kDuplicateColumn,
+            std::move(place),
+            "column `" + column.name +
+                (other.name == column.name ? "` occurs twice"
+                                           : "` is also there as `" + other.name +
+                                                 "`, and capitals do not tell columns apart") +
+                "; rename one of them");
       }
     }
     header.columns_.push_back(std::move(column));

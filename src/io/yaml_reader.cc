@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/spelling.h"
+#include "io/input_guard.h"
 namespace truetriad {
 namespace {
 
@@ -44,12 +45,16 @@ int LineIndentedByTab(const std::string& text) {
 
 }  // namespace
 
-Result<std::string> ReadSmallFile(const std::string& path) {
+Result<std::string> LookAtSmallFile(const std::string& path) {
   // A calibration of a hundred poses takes some 100 kB; a log given by mistake takes far more.
   constexpr std::uintmax_t kMaxBytes = 64U << 20;
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) {
-    return Error(ErrorCode::kUnreadableFile, {path}, "is a folder; give a file");
+    const std::string within = (std::filesystem::path(path) / "calibration.yaml").string();
+    return Error(
+        ErrorCode::kUnreadableFile,
+        {path},
+        "is a folder; give " + (std::filesystem::exists(within, failure) ? within : "a file"));
   }
   // Opening a pipe would wait for somebody to write.
   if (std::filesystem::exists(path, failure) && !std::filesystem::is_regular_file(path, failure)) {
@@ -71,6 +76,11 @@ Result<std::string> ReadSmallFile(const std::string& path) {
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
+}
+
+Result<std::string> ReadSmallFile(const std::string& path) {
+  InputGuard::Add(path);
+  return LookAtSmallFile(path);
 }
 
 YamlReader::YamlReader(const YAML::Node& node,

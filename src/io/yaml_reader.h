@@ -117,5 +117,7 @@ class YamlReader {
 /// Reads a whole file that people write by hand. Error: missing, unreadable, a folder, or larger
 /// than such a file can be.
 Result<std::string> ReadSmallFile(const std::string& path);
+/// The same of one that may be overwritten: no input.
+Result<std::string> LookAtSmallFile(const std::string& path);
 
 }  // namespace truetriad

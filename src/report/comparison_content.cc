@@ -16,29 +16,28 @@ namespace {
 Verdict VerdictFor(const Comparison& comparison) {
   const Agreement agreement = AgreementOf(comparison);
   if (agreement == Agreement::kNotCompared) {
-    return {Grade::kBad,
-            "NOT COMPARED: the two calibrations have no common parameter with a σ",
-            ""};
+    return {
+        Grade::kBad, "NOT COMPARED: the two calibrations have no common parameter with a σ", ""};
   }
   const ComparisonEntry* const largest = LargestOf(comparison);
   const std::string numbers =
       "χ² " + Significant(comparison.chi2, 4) + " for " + std::to_string(comparison.dof) +
-      " degrees of freedom, p = " + Significant(comparison.p_value, 2) +
-      " (they agree if at least " + Significant(kAgreementProbability, 1) +
-      "); largest difference " + Significant(comparison.largest_in_sigmas, 3) + " σ" +
+      " degrees of freedom, p = " + Probability(comparison.p_value) + " (they agree if at least " +
+      Significant(kAgreementProbability, 1) + "); largest difference " +
+      Significant(comparison.largest_in_sigmas, 3) + " σ" +
       (largest == nullptr ? "" : " (" + largest->parameter + ")") + ".";
   if (agreement == Agreement::kAgree) {
     const std::string where = comparison.not_compared.empty() ? "" : " in common parameters";
-    return {Grade::kGood,
-            "AGREE" + where + ": the differences are within their uncertainty",
-            numbers};
+    return {
+        Grade::kGood, "AGREE" + where + ": the differences are within their uncertainty", numbers};
   }
   return {Grade::kBad, "DIFFER: the differences are larger than their uncertainty", numbers};
 }
 
-PageContent ContentOf(const Comparison& comparison) {
+PageContent ContentOf(const Comparison& comparison, const std::vector<std::string>& about) {
   PageContent content{"Comparison of two calibrations", VerdictFor(comparison), {}};
   PageSection head;
+  for (const std::string& line : about) head.blocks.emplace_back(line);
   if (!comparison.not_compared.empty()) {
     std::string names;
     for (const std::string& name : comparison.not_compared) {
@@ -77,8 +76,12 @@ PageContent ContentOf(const Comparison& comparison) {
 
 Grade GradeOf(const Comparison& comparison) { return VerdictFor(comparison).grade; }
 
-std::string ComparisonText(const Comparison& comparison) { return TextOf(ContentOf(comparison)); }
+std::string ComparisonText(const Comparison& comparison, const std::vector<std::string>& about) {
+  return TextOf(ContentOf(comparison, about));
+}
 
-std::string ComparisonHtml(const Comparison& comparison) { return HtmlOf(ContentOf(comparison)); }
+std::string ComparisonHtml(const Comparison& comparison, const std::vector<std::string>& about) {
+  return HtmlOf(ContentOf(comparison, about));
+}
 
 }  // namespace truetriad

@@ -117,11 +117,10 @@ std::string AllowedText(const std::string& name, const Limit& limit) {
   return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
 }
 
-/// P of a value beyond its limit; what is below one in a million nobody counts.
+/// P of a value beyond its limit.
 std::string OutsideText(const LimitCheck& check) {
   if (!(check.sigma > 0.0)) return "–";
-  if (check.outside < 1e-6) return "< 1e-6";
-  return Significant(check.outside, 2);
+  return Probability(check.outside);
 }
 
 Section LimitsSection(const Calibration& calibration) {
@@ -147,10 +146,9 @@ Section LimitsSection(const Calibration& calibration) {
                           check.pass ? "pass" : "FAIL"});
   }
   section.blocks.emplace_back(std::move(table));
-  section.blocks.emplace_back(
-      std::string("P outside: the probability that the true value is beyond its limit, by the "
-                  "worst value found "
-                  "and its σ."));
+  section.blocks.emplace_back(std::string(
+      "In true units, so a bias is divided by its gain. P outside: the probability that "
+      "a true value is beyond its limit, of any axis and at its worst temperature."));
   if (std::any_of(limits.begin(), limits.end(), [](const LimitCheck& check) {
         return !check.pass && check.worst <= check.limit.upper && check.worst >= check.limit.lower;
       })) {
@@ -299,6 +297,16 @@ std::string_view NoiseSourceWords(NoiseSource source) {
       return "from the residuals (no χ² verdict is possible)";
   }
   return "of unknown origin";
+}
+
+std::string OriginOf(const std::string& file, const Calibration& calibration) {
+  std::string origin = file;
+  const auto add = [&origin, &file](const std::string& text) {
+    origin += (origin == file ? ": " : ", ") + text;
+  };
+  if (!calibration.serial.empty()) add("unit " + calibration.serial);
+  if (!calibration.created.empty()) add("calibrated " + calibration.created);
+  return origin;
 }
 
 Verdict VerdictOf(const Calibration& calibration) {

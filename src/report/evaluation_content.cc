@@ -103,7 +103,9 @@ Verdict VerdictFor(const EvaluationSummary& evaluation, const Calibration& calib
           tested};
 }
 
-PageContent ContentOf(const EvaluationSummary& evaluation, const Calibration& calibration) {
+PageContent ContentOf(const EvaluationSummary& evaluation,
+                      const Calibration& calibration,
+                      const std::vector<std::string>& about) {
   PageSection errors{"Errors on these poses", {TableOf(evaluation)}};
   const auto add = [&errors](std::string text) { errors.blocks.emplace_back(std::move(text)); };
   add("Misfit is 1 where the errors are as predicted. It counts once what all poses share, such as "
@@ -129,11 +131,15 @@ PageContent ContentOf(const EvaluationSummary& evaluation, const Calibration& ca
         " at the next rest, predicted by each of " + std::to_string(turns.count) +
         " turns: median error " + MedianAngles(turns.median_rad, turns.nominal_median_rad) + ".");
   }
-  PageContent content{"Test of the calibration of " +
-                          (calibration.serial.empty() ? "unit without serial number"
-                                                      : calibration.serial),
-                      VerdictFor(evaluation, calibration),
-                      {std::move(errors)}};
+  PageContent content{
+      "Test of the calibration of " +
+          (calibration.serial.empty() ? "unit without serial number" : calibration.serial),
+      VerdictFor(evaluation, calibration),
+      {}};
+  if (!about.empty()) {
+    content.sections.push_back({"", {about.begin(), about.end()}});
+  }
+  content.sections.push_back(std::move(errors));
   if (!evaluation.pose_residuals.empty()) {
     content.sections.push_back({"Worst poses", {WorstPosesTable(evaluation.pose_residuals)}});
   }
@@ -146,12 +152,16 @@ Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibratio
   return VerdictFor(evaluation, calibration).grade;
 }
 
-std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  return TextOf(ContentOf(evaluation, calibration));
+std::string EvaluationText(const EvaluationSummary& evaluation,
+                           const Calibration& calibration,
+                           const std::vector<std::string>& about) {
+  return TextOf(ContentOf(evaluation, calibration, about));
 }
 
-std::string EvaluationHtml(const EvaluationSummary& evaluation, const Calibration& calibration) {
-  return HtmlOf(ContentOf(evaluation, calibration));
+std::string EvaluationHtml(const EvaluationSummary& evaluation,
+                           const Calibration& calibration,
+                           const std::vector<std::string>& about) {
+  return HtmlOf(ContentOf(evaluation, calibration, about));
 }
 
 }  // namespace truetriad

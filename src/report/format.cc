@@ -59,6 +59,8 @@ std::string WithSigma(double value, double sigma) {
 
 std::string Percent(double share) { return Significant(100.0 * share, 3) + " %"; }
 
+std::string Probability(double p) { return p < 1e-6 ? "< 1e-6" : Significant(p, 2); }
+
 std::string DisplayUnit(std::string_view unit) {
   std::string text(unit);
   for (const auto& [ascii, sign] : {std::pair<std::string_view, std::string_view>("uT", "µT"),

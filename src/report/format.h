@@ -26,6 +26,9 @@ std::string WithSigma(double value, double sigma);
 /// A share as "12.3 %", three significant digits.
 std::string Percent(double share);
 
+/// "0.25", "< 1e-6": what is below one in a million nobody counts.
+std::string Probability(double p);
+
 /// "m/s^2" -> "m/s²", "uT/degC" -> "µT/°C"; any other unit as it is.
 std::string DisplayUnit(std::string_view unit);
 

@@ -21,13 +21,10 @@ namespace {
 
 /// Longer pose tables are cut in the middle.
 constexpr std::size_t kMaxPoseLines = 60;
+/// Nobody sets a unit down more often.
+constexpr std::size_t kMostPlausibleRests = 1000;
 /// Poses closer than this say the same thing again; a tilted seat still counts as new.
 constexpr double kDistinctDeg = 5.0;
-/// Smallest eigenvalue of the mean of u u^T (1/3 when even) of poses that lie near a plane.
-constexpr double kPlanar = 0.05;
-/// Two to three times as many equations as unknowns, and enough left over to estimate the noise.
-constexpr int kRecommendedPoses = 20;
-
 /// Where the readings of one triad point, as read: before any calibration.
 struct Directions {
   std::vector<Eigen::Vector3d> unit;
@@ -113,11 +110,12 @@ PageSection StreamsSection(const PoseSet& poses) {
       add("", "correlation", stream.correlation_inflation, 3, "");
     }
   }
-  return {"Streams",
-          {counts,
-           values,
-           "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
-           "means (1 = white)."}};
+  return {
+      "Streams",
+      {counts,
+       values,
+       "Noise is the σ of one sample within rests; correlation is the factor on the variance of "
+       "means (1 = white)."}};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
@@ -169,37 +167,6 @@ PageSection PosesSection(const PoseSet& poses, Triad triad) {
           {table}};
 }
 
-/// Whether poses suffice; the better, the higher.
-enum class Enough { kNo, kBarely, kYes };
-struct Judgement {
-  Enough enough = Enough::kYes;
-  std::string text;
-};
-
-/// Whether poses that point as these do determine `unknowns` parameters of one triad.
-Judgement JudgementOf(const Directions& directions, int unknowns) {
-  const std::string have = std::to_string(directions.distinct);
-  const std::string need = std::to_string(unknowns);
-  if (directions.distinct < unknowns) {
-    return {Enough::kNo, "no: " + have + " distinct directions for " + need + " unknowns"};
-  }
-  if (directions.coverage.eigenvalues(0) < kPlanar) {
-    return {Enough::kNo,
-            "no: the directions lie close to one plane; turn the unit about another axis too"};
-  }
-  if (directions.distinct < std::max(2 * unknowns, 6)) {
-    return {Enough::kBarely,
-            "barely: " + have + " distinct directions for " + need + " unknowns; " +
-                std::to_string(std::max(kRecommendedPoses * unknowns / 9, 6)) +
-                " or more recommended"};
-  }
-  return {Enough::kYes, "yes: " + have + " distinct directions for " + need + " unknowns"};
-}
-
-const Judgement& Lesser(const Judgement& a, const Judgement& b) {
-  return a.enough <= b.enough ? a : b;
-}
-
 /// Directions of the sensors that are calibrated by where they point; empty for others.
 using DirectionsOfSensors = PerTriad<std::optional<Directions>>;
 
@@ -209,12 +176,6 @@ DirectionsOfSensors DirectionsOf(const PoseSet& poses) {
     if (poses.Find(triad)) directions[triad] = DirectionsAsRead(poses, triad);
   }
   return directions;
-}
-
-bool GyroscopeRested(const PoseSet& poses) {
-  return std::any_of(poses.poses.begin(), poses.poses.end(), [](const auto& pose) {
-    return pose.triads[Triad::kGyroscope].has_value();
-  });
 }
 
 PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
@@ -241,79 +202,53 @@ PageSection CoverageOfReadings(const DirectionsOfSensors& directions) {
                "of the sphere without a direction."}};
 }
 
-constexpr int kBiasUnknowns = 3, kDiagonalUnknowns = 6, kFullUnknowns = 9;
+/// σ of the worst axis, in words; "as given" where nothing of it was estimated.
+std::string WorstSigma(double sigma, double factor, const std::string& unit) {
+  return sigma > 0.0 ? "± " + Significant(factor * sigma, 2) + " " + unit : "not estimated";
+}
 
-PageSection EnoughSection(const PoseSet& poses, const DirectionsOfSensors& directions) {
-  Table table{{"calibration", "enough?"}, "ll", {}};
+PageSection EnoughSection(const Calibration& tried) {
+  Table table{{"sensor", "bias", "gains", "axes"}, "lrrr", {}};
   for (const Triad triad : kTriads) {
-    if (!directions[triad]) continue;
-    const std::string name(TriadName(triad));
-    for (const auto& [model, unknowns] : {std::pair(", bias only", kBiasUnknowns),
-                                          std::pair(", diagonal", kDiagonalUnknowns),
-                                          std::pair(", full", kFullUnknowns)}) {
-      table.rows.push_back({name + model, JudgementOf(*directions[triad], unknowns).text});
+    if (!tried.sensors[triad]) continue;
+    const TriadCalibration& sensor = *tried.sensors[triad];
+    const Eigen::Matrix3d relative =
+        sensor.Scale().cwiseAbs().cwiseInverse().asDiagonal() * sensor.sensitivity_sigma;
+    double gain = 0.0, axes = 0.0;
+    for (int row = 0; row < 3; ++row) {
+      for (int col = 0; col < 3; ++col) {
+        double& worst = sensor.mounting(row, col) != 0.0 ? gain : axes;
+        worst = std::max(worst, relative(row, col));
+      }
     }
-  }
-  if (directions[Triad::kAccelerometer] && directions[Triad::kMagnetometer]) {
     table.rows.push_back(
-        {"accelerometer and magnetometer, full",
-         Lesser(JudgementOf(*directions[Triad::kAccelerometer], kFullUnknowns),
-                JudgementOf(*directions[Triad::kMagnetometer], kFullUnknowns))
-             .text});
-  }
-  if (poses.Find(Triad::kGyroscope)) {
-    table.rows.push_back({"gyroscope, bias only",
-                          GyroscopeRested(poses) ? "yes: it was at rest" : "no rests"});
+        {std::string(TriadName(triad)),
+         WorstSigma(sensor.bias_sigma.maxCoeff(), 1.0, DisplayUnit(sensor.input_unit)),
+         WorstSigma(gain, 100.0, "%"),
+         WorstSigma(axes, 1e3, "mrad")});
   }
   return {"Is it enough?",
           {table,
-           "With unknown attitudes, each direction gives one equation per sensor; " +
-               std::to_string(kRecommendedPoses) +
-               " or more well-spread directions are recommended for a full matrix, so that the "
-               "noise can be estimated too."}};
+           "One σ of the worst axis, by `truetriad calibrate` without an experiment. Poses in new "
+           "directions make it smaller; `truetriad plan` says which."}};
 }
 
-/// A recording that could be followed through its motion, and has too few rests for anything else.
-bool IsTumbled(const PoseSet& poses) {
-  constexpr double kMostAtRest = 0.2;
-  constexpr std::size_t kFewPoses = 4;
-  return poses.has_time && poses.poses.size() < kFewPoses && poses.static_share < kMostAtRest &&
-         poses.Find(Triad::kGyroscope) != nullptr && poses.Find(Triad::kAccelerometer) != nullptr;
-}
-
-/// Whether there is enough for the full matrix of each sensor that is calibrated by where it points.
-Verdict VerdictOf(const PoseSet& poses, const DirectionsOfSensors& directions) {
-  if (IsTumbled(poses)) {
-    return {Grade::kCaution,
-            "HARDLY RESTS",
-            "If it was tumbled on purpose, calibrate it with `poses: { motion: { spacing_s: 0.1 } "
-            "}`."};
+/// What a calibration of it came to.
+Verdict VerdictOf(const Result<Calibration>& tried) {
+  if (!tried) return {Grade::kBad, "NOT ENOUGH for any calibration", tried.error().message + "."};
+  if (tried->IsUsable()) {
+    std::string sensors;
+    for (const Triad triad : kTriads) {
+      if (!tried->sensors[triad]) continue;
+      sensors += (sensors.empty() ? "" : ", ") + std::string(TriadName(triad));
+    }
+    return {Grade::kGood, "ENOUGH for a usable calibration", "Of: " + sensors + "."};
   }
-  std::optional<Judgement> least;
-  Triad least_triad = Triad::kAccelerometer;
-  for (const Triad triad : kTriads) {
-    if (!directions[triad]) continue;
-    const Judgement judgement = JudgementOf(*directions[triad], kFullUnknowns);
-    if (least && judgement.enough >= least->enough) continue;
-    least = judgement;
-    least_triad = triad;
-  }
-  if (!least) {
-    return GyroscopeRested(poses)
-               ? Verdict{Grade::kCaution, "ENOUGH for the gyroscope's bias only", ""}
-               : Verdict{Grade::kBad, "NOT ENOUGH for any calibration", ""};
-  }
-  const std::string what = "a full calibration of the " + std::string(TriadName(least_triad));
-  const std::string why = TriadTitle(least_triad) + ": " + least->text + ".";
-  switch (least->enough) {
-    case Enough::kNo:
-      return {Grade::kBad, "NOT ENOUGH for " + what, why};
-    case Enough::kBarely:
-      return {Grade::kCaution, "BARELY ENOUGH for " + what, why};
-    case Enough::kYes:
-      break;
-  }
-  return {Grade::kGood, "ENOUGH for a full calibration", ""};
+  const bool is_enough = tried->outcome == Outcome::kNotConverged;
+  const Finding* const refusal = FirstRefusal(tried->findings);
+  return {Grade::kBad,
+          (is_enough ? "NOT USABLE: " : "NOT ENOUGH: ") + std::string(tried->ReasonNotUsable()),
+          refusal == nullptr ? "" : refusal->Message() + "."};
 }
 
 PageSection HeadOf(const PoseSet& poses) {
@@ -326,6 +261,14 @@ PageSection HeadOf(const PoseSet& poses) {
              " of it at rest";
   }
   head.blocks.emplace_back(found + ".");
+  if (!poses.has_time && !poses.poses.empty()) {
+    head.blocks.emplace_back(
+        "No column of times: each row is taken for the mean of a rest. " +
+        std::string(poses.poses.size() > kMostPlausibleRests
+                        ? "WARNING: so many rests are unlikely; a log that was "
+                          "recorded through time needs its times."
+                        : ""));
+  }
   head.blocks.emplace_back(poses.temperature_range_degc
                                ? "Temperature " + Fixed(poses.temperature_range_degc->x(), 1) +
                                      " to " + Fixed(poses.temperature_range_degc->y(), 1) + " °C."
@@ -337,26 +280,29 @@ PageSection HeadOf(const PoseSet& poses) {
   return head;
 }
 
-PageContent ContentOf(const PoseSet& poses) {
+PageContent ContentOf(const PoseSet& poses, const Result<Calibration>& tried) {
   const DirectionsOfSensors directions = DirectionsOf(poses);
-  PageContent content{
-      "Inspection of " + poses.source, VerdictOf(poses, directions), {HeadOf(poses)}};
+  PageContent content{"Inspection of " + poses.source, VerdictOf(tried), {HeadOf(poses)}};
   const auto add = [&content](PageSection section) {
     if (!section.blocks.empty()) content.sections.push_back(std::move(section));
   };
   add(StreamsSection(poses));
   for (const Triad triad : kTriads) add(PosesSection(poses, triad));
   add(CoverageOfReadings(directions));
-  add(EnoughSection(poses, directions));
+  if (tried && tried->IsUsable()) add(EnoughSection(*tried));
   return content;
 }
 
 }  // namespace
 
-Grade GradeOf(const PoseSet& poses) { return ContentOf(poses).verdict.grade; }
+Grade InspectionGrade(const Result<Calibration>& tried) { return VerdictOf(tried).grade; }
 
-std::string InspectionText(const PoseSet& poses) { return TextOf(ContentOf(poses)); }
+std::string InspectionText(const PoseSet& poses, const Result<Calibration>& tried) {
+  return TextOf(ContentOf(poses, tried));
+}
 
-std::string InspectionHtml(const PoseSet& poses) { return HtmlOf(ContentOf(poses)); }
+std::string InspectionHtml(const PoseSet& poses, const Result<Calibration>& tried) {
+  return HtmlOf(ContentOf(poses, tried));
+}
 
 }  // namespace truetriad

@@ -38,11 +38,10 @@ std::string Ratio(const std::optional<double>& numerator,
 Table ModelTable(const std::string& title, const std::vector<ModelAlternative>& models) {
   Table table{{title, "parameters", "-2 log L", "p", "BIC", "held out"}, "lrrrrr", {}};
   for (const ModelAlternative& model : models) {
-    const bool is_tiny = model.p_value && *model.p_value < 1e-12;
     table.rows.push_back({model.chosen ? "chosen" : model.description,
                           std::to_string(model.parameters),
                           Fixed(model.minus_2_log_l, 1),
-                          is_tiny ? "< 1e-12" : OptionalNumber(model.p_value),
+                          model.p_value ? Probability(*model.p_value) : "–",
                           Fixed(model.bic, 1),
                           model.held_out ? Significant(*model.held_out, 5) : "–"});
   }
@@ -83,7 +82,7 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
                           WithSigma(kMsPerS * offset.later_s, kMsPerS * offset.sigma_s),
                           "ms",
                           std::to_string(offset.moves),
-                          Significant(offset.p_value, 2)});
+                          Probability(offset.p_value)});
   }
   section->blocks.emplace_back(std::move(table));
   section->blocks.emplace_back(
@@ -109,7 +108,7 @@ Section LeftOutSection(const Quality& quality) {
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.rows.push_back({TriadTitle(test.triad),
                           test.term,
-                          Significant(test.p_value, 2),
+                          Probability(test.p_value),
                           test.is_shown ? "shows" : "",
                           test.kappa ? Significant(*test.kappa, 2) : "unseen"});
   }

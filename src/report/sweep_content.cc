@@ -79,7 +79,6 @@ Table StepsTable(const SweepAxis& axis) {
 }
 
 // A small probability as people write it.
-std::string PText(double p) { return p < 1e-6 ? "< 1e-6" : Significant(p, 2); }
 
 Table RegressionSteps(const SweepRegression& regression) {
   Table table{{"step", "terms", "F", "p", "R²", "adjusted R²", "BIC", "held out"}, "lrrrrrrr", {}};
@@ -88,7 +87,7 @@ Table RegressionSteps(const SweepRegression& regression) {
     table.rows.push_back({step.what,
                           std::to_string(step.terms),
                           is_start ? "–" : Significant(step.f, 3),
-                          is_start ? "–" : PText(step.p_value),
+                          is_start ? "–" : Probability(step.p_value),
                           Fixed(step.r2, 5),
                           Fixed(step.adjusted_r2, 5),
                           Fixed(step.bic, 1),
@@ -106,7 +105,7 @@ Table RegressionTerms(const SweepRegression& regression) {
                           term.chosen ? WithSigma(term.coefficient, term.sigma) : "–",
                           term.chosen ? term.unit : "",
                           Significant(term.f, 3),
-                          PText(term.p_value)});
+                          Probability(term.p_value)});
   }
   return table;
 }

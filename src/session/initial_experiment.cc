@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/yaml_text.h"
@@ -12,6 +13,9 @@ namespace {
 
 // With fewer rests than faces no matrix can be told from them: what else there is is readings.
 constexpr std::size_t kFewestRests = 6;
+
+// A unit that rests more than it moves was not tumbled: its rests are too few.
+constexpr double kMostAtRest = 0.5;
 
 struct InitialPoses {
   std::string line;     // of the experiment; empty: as without it
@@ -27,7 +31,8 @@ InitialPoses PosesFor(const LoadedPoses& loaded) {
   const PoseSet& poses = loaded.poses;
   const std::string seen = std::to_string(poses.poses.size()) + " poses by " + poses.how;
   // Where the recording says itself where its poses are, or has no times, there is no choice.
-  if (!loaded.are_detected || poses.poses.size() >= kFewestRests || !poses.has_time) {
+  if (!loaded.are_detected || poses.poses.size() >= kFewestRests || !poses.has_time ||
+      poses.static_share > kMostAtRest) {
     return {"", seen};
   }
   const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
@@ -53,13 +58,9 @@ std::string InputLine(const std::vector<std::string>& inputs, const std::string&
   return "input: " + (inputs.size() == 1 ? list.str() : "[" + list.str() + "]");
 }
 
-}  // namespace
-
-Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
-                                      const std::string& folder,
-                                      const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
-                             LoadPoses(inputs.front(), PosesConfig(), progress));
+Result<std::string> ExperimentFor(const LoadedPoses& loaded,
+                                  const std::vector<std::string>& inputs,
+                                  const std::string& folder) {
   const PoseSet& poses = loaded.poses;
   const bool has_accelerometer = IsSeen(poses, Triad::kAccelerometer);
   const bool has_magnetometer = IsSeen(poses, Triad::kMagnetometer);
@@ -102,6 +103,35 @@ Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
   return text +
          "# What makes a unit good; then the magnetometer's `mounting:` must be stated, too:\n"
          "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";
+}
+
+}  // namespace
+
+Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
+                                      const std::string& folder,
+                                      const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
+                             LoadPoses(inputs.front(), PosesConfig(), progress));
+  return ExperimentFor(loaded, inputs, folder);
+}
+
+Result<Calibration> TryCalibration(const std::string& input,
+                                   const LoadedPoses& loaded,
+                                   const PosesConfig& config,
+                                   const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ExperimentFor(loaded, {input}, ""));
+  const bool is_sweep = config.kind == PoseSelectionKind::kSweep;
+  std::vector<std::string> overrides;
+  if (is_sweep) overrides.emplace_back("poses={ sweep: auto }");
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment,
+                             ReadExperimentText(text, "experiment.yaml", overrides));
+  if (config.given && !is_sweep) {
+    const bool moves = experiment.poses.moves;
+    experiment.poses = config;
+    experiment.poses.moves = moves;
+  }
+  experiment.inputs = {input};
+  return CalibrateExperiment(std::move(experiment), progress);
 }
 
 }  // namespace truetriad

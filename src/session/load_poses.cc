@@ -10,7 +10,6 @@
 #include "truetriad/base/units.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/session/session.h"
-#include "verdict/checks/units.h"
 
 namespace truetriad {
 namespace {
@@ -198,12 +197,6 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
   }
   TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
   return loaded;
-}
-
-std::optional<Finding> WhyNotAsStated(const PoseSet& poses) {
-  CalibrateOptions options;
-  for (const Triad triad : kTriads) options.triads[triad].enabled = poses.Find(triad) != nullptr;
-  return WhyNotAsStated(poses, options);
 }
 
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {

@@ -60,6 +60,44 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   return {};
 }
 
+// Poses of the two that have the same means to the last bit: the same readings.
+int SharedPoses(const PoseSet& one, const PoseSet& other) {
+  constexpr int kFewestSamples = 10;
+  int shared = 0;
+  for (const StaticPose& a : one.poses) {
+    shared += static_cast<int>(
+        std::any_of(other.poses.begin(), other.poses.end(), [&](const StaticPose& b) {
+          bool is_same = false;
+          for (const Triad triad : kTriads) {
+            const auto &in_a = a.triads[triad], &in_b = b.triads[triad];
+            if (!in_a || !in_b || in_a->samples < kFewestSamples) continue;
+            if (in_a->mean_raw != in_b->mean_raw || in_a->samples != in_b->samples) return false;
+            is_same = true;
+          }
+          return is_same;
+        }));
+  }
+  return shared;
+}
+
+// Error: a recording is there twice, or a part of it.
+Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
+                         const std::vector<std::string>& inputs) {
+  constexpr int kNoChance = 3;
+  const PoseSet& last = sessions.back();
+  for (std::size_t k = 0; k + 1 < sessions.size(); ++k) {
+    const int shared = SharedPoses(last, sessions[k]);
+    if (shared < std::min(kNoChance, static_cast<int>(last.poses.size()))) continue;
+    if (shared == 0) continue;
+    return Error(ErrorCode::kConflictingArguments,
+                 {inputs[sessions.size() - 1]},
+                 "has readings of " + inputs[k] + " (" + std::to_string(shared) +
+                     " poses are the same to the last digit), so it is no session of its own; "
+                     "give each recording once");
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<LoadedPoses> LoadSessions(const Experiment& experiment, const ProgressCallback& progress) {
@@ -78,6 +116,7 @@ Result<LoadedPoses> LoadSessions(const Experiment& experiment, const ProgressCal
       return more;
     }
     sessions.push_back(more.poses);
+    TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(sessions, inputs));
     if (k == 0) {
       all = std::move(more);
       continue;

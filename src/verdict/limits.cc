@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -271,6 +272,12 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
     return std::vector<JudgedValue>{{"", *held_out->rms[triad], 0.0}};
   }
   double truth_per_raw = 1.0;
+  if (quantity == "scale_error" && triad == Triad::kMagnetometer &&
+      calibration.reference.field_nominal) {
+    return fail(
+        "the field strength is unknown, so the magnetometer's gains have no common scale; state "
+        "`reference: { field: { strength_ut: … } }`");
+  }
   if (quantity.starts_with("scale")) {
     const StreamSummary* stream = poses.Find(triad);
     if (stream == nullptr || stream->unit.is_counts) {
@@ -316,8 +323,13 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     if (!values && limit.if_present) continue;
     TRUETRIAD_RETURN_IF_ERROR(values);
     const JudgedValue* worst = nullptr;
+    std::map<std::string, double> outside;  // by component, at its worst temperature
     for (const JudgedValue& judged : *values) {
       if (!parsed.component.empty() && judged.component != parsed.component) continue;
+      double& chance = outside[judged.component];
+      chance = std::max(chance,
+                        ChanceBeyond(limit.upper - judged.value, judged.sigma, dof) +
+                            ChanceBeyond(judged.value - limit.lower, judged.sigma, dof));
       if (worst == nullptr || Room(judged, limit, k) < Room(*worst, limit, k)) worst = &judged;
     }
     LimitCheck check;
@@ -326,8 +338,12 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     check.limit = limit;
     check.worst = worst->value;
     check.sigma = worst->sigma;
-    check.outside = ChanceBeyond(limit.upper - worst->value, worst->sigma, dof) +
-                    ChanceBeyond(worst->value - limit.lower, worst->sigma, dof);
+    double inside = 1.0;
+    for (const auto& [component, chance] : outside) inside *= 1.0 - std::min(chance, 1.0);
+    // The small ones would be lost in 1 - (1 - p).
+    double sum = 0.0;
+    for (const auto& [component, chance] : outside) sum += std::min(chance, 1.0);
+    check.outside = sum < 1e-6 ? sum : 1.0 - inside;
     check.pass = Room(*worst, limit, k) >= 0.0;
     checks.push_back(std::move(check));
   }

@@ -115,6 +115,11 @@ Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibrati
   }
   auto limits = JudgeLimits(*calibration, poses, options.limits);
   if (!limits) return limits.error();
+  if (limits->empty() && !options.limits.limits.empty()) {
+    return Error(ErrorCode::kInvalidExperiment,
+                 "limits: none of them is of what was calibrated; state limits of these sensors")
+        .About("limits");
+  }
   calibration->quality.limits = std::move(*limits);
   if (!calibration->quality.limits.empty()) {
     calibration->within_limits = std::all_of(calibration->quality.limits.begin(),

@@ -411,6 +411,34 @@ TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
   EXPECT_TRUE(comparison->not_compared.empty());
 }
 
+// Two places with fields of their own, neither known: what all gains have in common is no
+// difference, what one axis has is.
+TEST(Compare, LeavesTheCommonScaleOfUnknownFieldsOpen) {
+  const auto calibrated = [](double field_ratio, double changed_gain, std::uint64_t seed) {
+    Random random(11);
+    SyntheticUnit unit = RandomUnit({}, &random);
+    unit.models[Triad::kMagnetometer]->sensitivity.row(0) *= changed_gain;
+    unit.field_ut *= field_ratio;
+    Random noise(seed);
+    const PoseSet poses =
+        SimulatePoses(unit, RandomAttitudes(24, &noise), trials::ModelNoise(), &noise);
+    CalibrateOptions options = JointOptions(unit);
+    options.reference.field_ut = {};
+    auto summary = Calibrate(poses, options);
+    EXPECT_TRUE(summary && summary->calibration.IsUsable());
+    return summary->calibration;
+  };
+  const Calibration here = calibrated(1.0, 1.0, 1);
+  const auto same = Compare(here, calibrated(0.9, 1.0, 2));
+  ASSERT_TRUE(same) << same.error().message;
+  EXPECT_EQ(AgreementOf(*same), Agreement::kAgree) << same->p_value;
+  EXPECT_TRUE(same->field_scale_taken_out);
+  EXPECT_FALSE(IsTooAlike(*same));
+  const auto other = Compare(here, calibrated(0.9, 1.02, 3));
+  ASSERT_TRUE(other) << other.error().message;
+  EXPECT_EQ(AgreementOf(*other), Agreement::kDiffer) << other->p_value;
+}
+
 TEST(Evaluate, PredictsTheErrorOnPosesThatWereNotSeen) {
   Random random(10);
   const SyntheticUnit unit = RandomUnit({}, &random);

@@ -184,7 +184,7 @@ TEST_P(ConvertMadeLog, GivesWhatWasWritten) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(Disagreement(GetParam(), log), "");
   EXPECT_THAT(counts_, AllOf(HasSubstr("accelerometer 3000 "), HasSubstr("magnetometer 300 ")));
-  EXPECT_EQ(RunTruetriad({"inspect", "--input=" + out_ + "/recording.yaml"}).exit_code, 0);
+  EXPECT_EQ(RunTruetriad({"inspect", "--input=" + out_ + "/recording.yaml"}).exit_code, 3);
 }
 
 /// What lies before the cut is there, and the loss is counted.
@@ -389,6 +389,64 @@ TEST_F(Convert, ReadsMatricesStructsAndColumnsOfAMatFile) {
     EXPECT_EQ(without_units.exit_code, 1);
     EXPECT_THAT(without_units.err, HasSubstr("the unit of the accelerometer is missing"));
   }
+}
+
+// The library would fill up with zeros.
+TEST_F(Convert, LeavesOutTheVariableInWhichAMatFileIsCut) {
+  SKIP_WITHOUT("mat");
+  const std::string file = folder_.Path("whole.mat"), cut = folder_.Path("cut.mat");
+  ASSERT_EQ(
+      RunShell("'" + kProgramFolder + "/tests/convert/truetriad_make_mat' 5 '" + file + "' 500")
+          .exit_code,
+      0);
+  const auto size = fs::file_size(file);
+  int converted = 0;
+  for (const double share : {0.3, 0.5, 0.7, 0.9, 0.99}) {
+    fs::copy_file(file, cut, fs::copy_options::overwrite_existing);
+    fs::resize_file(cut, static_cast<std::uintmax_t>(share * static_cast<double>(size)));
+    fs::remove_all(out_);
+    const Finished run =
+        Run("mat",
+            cut,
+            {"--columns=time=t,accelerometer=imu.acc,magnetometer=data:2-4", "--units=s,m/s^2,uT"});
+    if (run.exit_code != 0) continue;
+    ++converted;
+    const RecordingSamples samples = Samples();
+    for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
+      const StreamSamples& stream = samples.streams[triad];
+      if (stream.z.empty()) continue;
+      EXPECT_EQ(stream.z.size(), 500u) << share;
+      EXPECT_NE(stream.z.back(), 0.0) << share;
+    }
+  }
+  EXPECT_LT(converted, 5);
+}
+
+TEST_F(Convert, TakesOneUnitASensor) {
+  const std::string file =
+      folder_.Write("unit.json", R"({"t": [0, 1], "acc": [[1, 2, 3], [4, 5, 6]]})");
+  for (const std::string units : {"--units=s,g,m/s^2", "--units=s,ms,g"}) {
+    const Finished run = Run("json", file, {units});
+    EXPECT_EQ(run.exit_code, 1);
+    EXPECT_THAT(run.err, HasSubstr("are both units of the"));
+  }
+}
+
+TEST_F(Convert, RefusesJsonThatSaysTwoThings) {
+  const std::string units = "--units=s,m/s^2,degC";
+  const std::string twice =
+      folder_.Write("twice.json", R"({"t": [0, 1], "t": [0, 2], "acc": [[1, 2, 3], [4, 5, 6]]})");
+  Finished run = Run("json", twice, {units});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("`t` is there twice"));
+  const std::string shorter = folder_.Write(
+      "shorter.json", R"({"t": [0, 1], "acc": [[1, 2, 3], [4, 5, 6]], "temp": [20]})");
+  run = Run("json", shorter, {units});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("temperature temp has 1 values for 2 readings"));
+  run = Run("json", folder_.Write("empty.json", ""), {units});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_THAT(run.err, HasSubstr("is empty"));
 }
 
 TEST_F(Convert, JoinsOneFileAFace) {

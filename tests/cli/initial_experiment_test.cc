@@ -22,6 +22,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class LogAlone : public ::testing::Test {
@@ -93,7 +94,7 @@ TEST_F(LogAlone, CarriesTheTagsOfItsRunToTheResult) {
   EXPECT_EQ(calibration->tags.operator_name, "O. \"B\", 2nd");
   EXPECT_EQ(calibration->tags.part, "IMU-7");
   const Finished unknown = RunTruetriad({"calibrate", log_, "--tag=lote=L17"});
-  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_THAT(unknown.err, HasSubstr("did you mean `lot`?"));
 }
 
@@ -170,6 +171,50 @@ TEST_F(LogAlone, TakesFlagsInEveryForm) {
       RunShell("'" TRUETRIAD_BINARY "' calibrate log.csv -o -strange", folder_.Path("."));
   EXPECT_EQ(hyphen.exit_code, 0) << hyphen.err;
   EXPECT_TRUE(Has("-strange/calibration.yaml"));
+}
+
+// Four rests of a scenario with a gyroscope are no tumble: most of the time it rests.
+TEST(InitialExperimentOfFewRests, IsNoMotion) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunTruetriad({"simulate",
+                          "-c",
+                          "configs/scenarios/consumer-9dof.yaml",
+                          "-o",
+                          folder.Path("few"),
+                          "--set=motion=[{poses: {attitudes: {spread: 4}, rest_s: 3, move_s: 1.2, "
+                          "tilt_sigma_deg: 5}}]"})
+                .exit_code,
+            0);
+  const Finished run =
+      RunTruetriad({"calibrate", folder.Path("few/recording.csv"), "-o", folder.Path("result")});
+  EXPECT_EQ(run.exit_code, 3) << run.out;
+  EXPECT_THAT(RunTruetriad({"init", folder.Path("few/recording.csv")}).out,
+              Not(HasSubstr("motion:")));
+}
+
+TEST(InitialExperimentOfALog, IsWrittenWithPathsAsSeenFromThere) {
+  const TemporaryFolder folder;
+  const std::string file = folder.Path("sub/unit.yaml");
+  std::filesystem::create_directories(folder.Path("sub"));
+  std::filesystem::copy_file(TRUETRIAD_SOURCE_DIR "/datasets/demo/recording.csv",
+                             folder.Path("log.csv"));
+  ASSERT_EQ(RunTruetriad({"init", folder.Path("log.csv"), "-o", file}).exit_code, 0);
+  EXPECT_THAT(TemporaryFolder::Read(file), HasSubstr("input: \"../log.csv\""));
+  EXPECT_EQ(RunTruetriad({"calibrate", "-c", file, "-o", folder.Path("result")}).exit_code, 0);
+}
+
+// What somebody wrote into it is not lost.
+TEST(InitialExperimentOfALog, LeavesTheOneOfBeforeAsPrevious) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> call = {
+      "calibrate", "datasets/demo/recording.csv", "-o", folder.Path("unit")};
+  ASSERT_EQ(RunTruetriad(call).exit_code, 0);
+  ASSERT_EQ(RunTruetriad(call).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder.Path("unit/experiment.previous.yaml")));
+  folder.Write("unit/experiment.yaml", "experiment: 1 # mine");
+  ASSERT_EQ(RunTruetriad(call).exit_code, 0);
+  EXPECT_EQ(TemporaryFolder::Read(folder.Path("unit/experiment.previous.yaml")),
+            "experiment: 1 # mine");
 }
 
 }  // namespace

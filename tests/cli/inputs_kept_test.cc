@@ -29,8 +29,12 @@ class InputsKept : public ::testing::Test {
     ASSERT_EQ(run.exit_code, 0) << run.err;
     fs::copy_file(folder_.Path("cal/calibration.yaml"), folder_.Path("c.yaml"));
     fs::copy_file(folder_.Path("c.yaml"), folder_.Path("p.html"));
-    fs::create_hard_link(folder_.Path("log.csv"), folder_.Path("hard.csv"));
-    fs::create_symlink(folder_.Path("log.csv"), folder_.Path("soft.csv"));
+    const fs::path demo = TRUETRIAD_SOURCE_DIR "/datasets/demo";
+    fs::copy_file(demo / "recording.csv", folder_.Path("demo.csv"));
+    fs::copy_file(demo / "poses.yaml", folder_.Path("poses.html"));
+    fs::copy_file(folder_.Path("log.csv"), folder_.Path("log.html"));
+    fs::create_hard_link(folder_.Path("log.html"), folder_.Path("hard.html"));
+    fs::create_symlink(folder_.Path("log.html"), folder_.Path("soft.html"));
     fs::copy_file(folder_.Path("log.csv"), folder_.Path("sub/report.html"));
     fs::copy_file(folder_.Path("log.csv"), folder_.Path("json/calibration.json"));
     folder_.Write("sub/manifest.yaml", Manifest("report.html"));
@@ -61,14 +65,14 @@ TEST_F(InputsKept, ByEveryVerb) {
     std::string input;
   };
   const std::vector<Call> calls = {
-      {"inspect log.csv --report=log.csv", "log.csv"},
-      {"inspect hard.csv --report=log.csv", "log.csv"},
-      {"inspect log.csv --report=soft.csv", "log.csv"},
+      {"inspect log.html --report=log.html", "log.html"},
+      {"inspect hard.html --report=log.html", "log.html"},
+      {"inspect log.html --report=soft.html", "log.html"},
       {"inspect sub/manifest.yaml --report=sub/report.html", "sub/report.html"},
-      {"inspect sub/manifest.yaml --report=sub/manifest.yaml", "sub/manifest.yaml"},
-      {"evaluate c.yaml log.csv --report=c.yaml", "c.yaml"},
-      {"evaluate c.yaml log.csv --report=log.csv", "log.csv"},
-      {"compare c.yaml cal/calibration.yaml --report=./cal/../c.yaml", "c.yaml"},
+      {"evaluate p.html log.csv --report=p.html", "p.html"},
+      {"evaluate c.yaml log.html --report=soft.html", "log.html"},
+      {"inspect demo.csv --poses=file:poses.html --report=poses.html", "poses.html"},
+      {"compare p.html cal/calibration.yaml --report=./cal/../p.html", "p.html"},
       {"apply c.yaml log.csv -o log.csv", "log.csv"},
       {"apply c.yaml log.csv -o c.yaml", "c.yaml"},
       {"export --calibration=c.yaml --to=json -o c.yaml", "c.yaml"},

@@ -94,5 +94,15 @@ TEST_F(SeveralSessions, TakeNothingThatHasAPlaceInOneRecording) {
   EXPECT_THAT(run.err, AllOf(HasSubstr("--set=exclude"), HasSubstr("use `exclude_poses:`")));
 }
 
+// The σ of a mean of two would be too small by a factor of √2.
+TEST_F(SeveralSessions, AreNotTheSameReadingsTwice) {
+  const std::string copy = folder_.Path("copy.csv");
+  ASSERT_EQ(RunShell("head -n -5 datasets/demo/recording.csv > '" + copy + "'").exit_code, 0);
+  const Finished run =
+      RunTruetriad({"calibrate", "datasets/demo/recording.csv", copy, "-o", folder_.Path("twice")});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("has readings of datasets/demo/recording.csv"));
+}
+
 }  // namespace
 }  // namespace truetriad

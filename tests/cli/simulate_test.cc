@@ -449,11 +449,11 @@ TEST_F(SimulateVerb, ReplacesNeitherItsScenarioNorItsPoseProgram) {
   folder_.Write("poses.yaml", program);
   const Finished beside = Simulate(folder_.Write("scenario.yaml", text), ".");
   EXPECT_EQ(beside.exit_code, 1);
-  EXPECT_THAT(beside.err, HasSubstr("is a pose program"));
+  EXPECT_THAT(beside.err, HasSubstr("poses.yaml: would be overwritten"));
   EXPECT_EQ(Read("poses.yaml"), program);
   const Finished over = Simulate(folder_.Write("truth.yaml", text), ".");
   EXPECT_EQ(over.exit_code, 1);
-  EXPECT_THAT(over.err, HasSubstr("would overwrite the scenario with its truth.yaml"));
+  EXPECT_THAT(over.err, HasSubstr("truth.yaml: would be overwritten"));
   EXPECT_EQ(Read("truth.yaml"), text);
 }
 

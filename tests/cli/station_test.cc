@@ -62,6 +62,26 @@ TEST_F(CheckStation, AllowsForWhatTheUnitDoesByItself) {
   EXPECT_THAT(wrong.err, HasSubstr("expected SENSOR.bias"));
 }
 
+// Gravity is known to 0.2 % by default, but it is the same on both days.
+TEST_F(CheckStation, SeesAllGainsChangeTogether) {
+  LogOptions today{.seed = 7};
+  today.accelerometer.sensitivity *= 1.0015;
+  const Finished run = Check(Log("today", today));
+  EXPECT_EQ(run.exit_code, 4) << run.out << run.err;
+  EXPECT_THAT(run.out, HasSubstr("STATION DOES NOT AGREE"));
+}
+
+TEST_F(CheckStation, IsNotJudgedByTheReadingsOfTheReference) {
+  for (const std::string change : {"cat", "head -n -1", "gzip -c"}) {
+    const std::string log = folder_.Path(change == "gzip -c" ? "again.csv.gz" : "again.csv");
+    ASSERT_EQ(RunShell(change + " '" + folder_.Path("golden.csv") + "' > '" + log + "'").exit_code,
+              0);
+    const Finished run = Check(log);
+    EXPECT_EQ(run.exit_code, 4) << change;
+    EXPECT_THAT(run.out, HasSubstr("NO TEST: these are the readings")) << change;
+  }
+}
+
 TEST_F(CheckStation, IsNotJudgedByARecordingThatIsRefused) {
   const Finished run = Check(Log("flat", {.rests = 16, .in_one_plane = true}));
   EXPECT_EQ(run.exit_code, 3);

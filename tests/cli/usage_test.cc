@@ -85,7 +85,7 @@ TEST(CommandLine, StatesItsVersion) {
 
 TEST(CommandLine, ColoursTheVerdictInATerminalAlone) {
   const std::string call = "'" TRUETRIAD_BINARY "' inspect datasets/demo/recording.csv";
-  const std::string good = "\033[1;32mENOUGH for a full calibration\033[0m";
+  const std::string good = "\033[1;32mENOUGH for a usable calibration\033[0m";
   // `script` (util-linux) runs it in a terminal of its own.
   const auto in_terminal = [](const std::string& what) {
     return RunShell("script -qec \"" + what + "\" /dev/null");
@@ -94,7 +94,7 @@ TEST(CommandLine, ColoursTheVerdictInATerminalAlone) {
   EXPECT_THAT(in_terminal("TERM=xterm " + call).out, HasSubstr(good));
   EXPECT_THAT(in_terminal("TERM=xterm NO_COLOR=1 " + call).out, Not(HasSubstr("\033[1")));
   EXPECT_THAT(in_terminal("TERM=dumb " + call).out, Not(HasSubstr("\033[1")));
-  EXPECT_THAT(RunShell("TERM=xterm " + call).out, ::testing::StartsWith("ENOUGH for a full"));
+  EXPECT_THAT(RunShell("TERM=xterm " + call).out, ::testing::StartsWith("ENOUGH for a usable"));
   EXPECT_THAT(in_terminal("TERM=xterm '" TRUETRIAD_BINARY "' bogus").out,
               HasSubstr("\033[1;31mtruetriad:\033[0m `bogus`"));
 }

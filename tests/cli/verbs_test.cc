@@ -173,8 +173,9 @@ TEST_F(TwoCalibrations, OtherVerbsWriteAPageToo) {
     EXPECT_THAT(run.out, HasSubstr("Report: " + page));
     return TemporaryFolder::Read(page);
   };
-  EXPECT_THAT(page_of({"inspect", Log(1)}),
-              AllOf(HasSubstr("<b>ENOUGH for a full calibration</b>"), HasSubstr("Is it enough?")));
+  EXPECT_THAT(
+      page_of({"inspect", Log(1)}),
+      AllOf(HasSubstr("<b>ENOUGH for a usable calibration</b>"), HasSubstr("Is it enough?")));
   EXPECT_THAT(page_of({"evaluate", CalibrationFile(1), Log(2)}),
               AllOf(HasSubstr("AS PREDICTED"), HasSubstr("Worst poses")));
   EXPECT_THAT(page_of({"compare", CalibrationFile(1), CalibrationFile(2)}),

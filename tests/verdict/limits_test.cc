@@ -77,6 +77,32 @@ TEST(Limits, HaveTwoSidesAndStateTheChanceThatTheTruthIsOutside) {
   EXPECT_EQ(sigma.outside, 1.0);
 }
 
+TEST(Limits, StateTheChanceThatAnyAxisIsOutside) {
+  // x is nearest to its limit, z is by its σ the likelier one beyond.
+  const Calibration calibration = WithBias({0.19, 0.0, 0.18}, {0.001, 0.001, 0.01});
+  const LimitCheck check = Judge(calibration, "accelerometer.bias", Limit::Within(0.2));
+  EXPECT_EQ(check.worst, 0.19);
+  EXPECT_NEAR(check.outside, 0.022750, 1e-6);
+  const Calibration two = WithBias({0.2, 0.2, 0.0}, Eigen::Vector3d::Constant(0.001));
+  EXPECT_NEAR(Judge(two, "accelerometer.bias", Limit::Within(0.2)).outside, 0.75, 1e-9);
+}
+
+TEST(Limits, RefuseTheScaleOfAMagnetometerWhoseFieldNobodyKnows) {
+  Calibration calibration;
+  calibration.sensors[Triad::kMagnetometer].emplace();
+  calibration.reference.field_ut = 48.0;
+  calibration.reference.field_nominal = true;
+  PoseSet poses;
+  StreamSummary& stream = poses.streams.emplace_back();
+  stream.triad = Triad::kMagnetometer;
+  stream.unit = {"uT", 1.0, false};
+  LimitOptions limits;
+  limits.limits["magnetometer.scale_error"] = Limit::Within(0.05);
+  const auto checks = JudgeLimits(calibration, poses, limits);
+  ASSERT_FALSE(checks);
+  EXPECT_THAT(checks.error().message, ::testing::HasSubstr("the field strength is unknown"));
+}
+
 TEST(Limits, JudgeTheAngleBetweenSensingAxes) {
   Calibration calibration = WithBias(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
   TriadCalibration& sensor = *calibration.sensors[Triad::kAccelerometer];

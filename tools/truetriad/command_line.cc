@@ -175,6 +175,11 @@ class FlagSetter {
       return Error(ErrorCode::kMissingArgument,
                    "--" + std::string(flag.name) + " has no value; give one after `=`");
     }
+    if (flag.placeholder == "PAGE.html" && !value.ends_with(".html") && !value.ends_with(".htm")) {
+      return Error(
+          ErrorCode::kInvalidArgument,
+          "--" + std::string(flag.name) + "=" + value + " is no name of a page; end it in .html");
+    }
     std::string before;
     if (!is_first && gflags::GetCommandLineOption(name.c_str(), &before)) before += '\n';
     return SetGflag(name, before + value);

@@ -33,15 +33,49 @@ DEFINE_string(tag,
               "",
               "what the record says of this run, as in lot=L17: lot, station, operator, slot, "
               "fixture, order, note, and part or revision of the unit");
-DEFINE_string(report,
-              "",
-              "the HTML report: with `calibrate` whether to write it, true (default) or false; with "
-              "other verbs the page to write");
+DEFINE_string(
+    report,
+    "",
+    "the HTML report: with `calibrate` whether to write it, true (default) or false; with "
+    "other verbs the page to write");
 DEFINE_string(fail_on, "", "what ends with exit code 4");
 DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 
 namespace truetriad {
+namespace {
+
+template <std::size_t N>
+bool IsTag(const std::array<TagKey, N>& tags, std::string_view key) {
+  return std::any_of(
+      tags.begin(), tags.end(), [&](const TagKey& known) { return known.key == key; });
+}
+
+std::vector<std::string_view> TagNames() {
+  std::vector<std::string_view> names;
+  for (const TagKey& tag : kDeviceTags) names.push_back(tag.key);
+  for (const TagKey& tag : kRunTags) names.push_back(tag.key);
+  return names;
+}
+
+std::string TagList() {
+  std::string list;
+  for (const std::string_view name : TagNames()) {
+    list.append(list.empty() ? "" : ", ").append(name);
+  }
+  return list;
+}
+
+/// "station=S3" of "L17,station=S3": what somebody took for a list. Empty: there is none.
+std::string TagWithin(const std::string& value) {
+  for (const std::string_view name : TagNames()) {
+    const std::size_t at = value.find("," + std::string(name) + "=");
+    if (at != std::string::npos) return value.substr(at + 1);
+  }
+  return "";
+}
+
+}  // namespace
 
 std::vector<std::string> CommaSeparated(const std::string& values) {
   std::vector<std::string> items;
@@ -93,18 +127,29 @@ std::vector<std::string> Overrides() {
   return items;
 }
 
-std::vector<std::string> TagOverrides() {
-  std::vector<std::string> items;
+Result<std::vector<std::string>> OverridesAndTags() {
+  std::vector<std::string> items = Overrides();
   std::istringstream lines(FLAGS_tag);
   for (std::string tag; std::getline(lines, tag);) {
-    const std::size_t equals = std::min(tag.find('='), tag.size());
+    const std::size_t equals = tag.find('=');
     const std::string key = tag.substr(0, equals);
-    const bool is_of_device = std::any_of(kDeviceTags.begin(),
-                                          kDeviceTags.end(),
-                                          [&](const TagKey& known) { return known.key == key; });
+    const bool is_of_device = IsTag(kDeviceTags, key);
+    if (equals == std::string::npos || !(is_of_device || IsTag(kRunTags, key))) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--tag=" + tag +
+                       (equals == std::string::npos
+                            ? ": has no value"
+                            : ": `" + key + "` is not known" + DidYouMean(key, TagNames())) +
+                       "; expected KEY=VALUE with one of " + TagList());
+    }
+    const std::string value = tag.substr(equals + 1);
+    if (const std::string next = TagWithin(value); !next.empty()) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--tag=" + tag + ": give the flag again for the next, --tag=" + next +
+                       "; a comma belongs to the value");
+    }
     YamlText item;
-    item << (is_of_device ? "device." : "run.") << key << "="
-         << Quoted{equals < tag.size() ? tag.substr(equals + 1) : ""};
+    item << (is_of_device ? "device." : "run.") << key << "=" << Quoted{value};
     items.push_back(item.str());
   }
   return items;

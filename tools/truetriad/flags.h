@@ -27,8 +27,8 @@ namespace truetriad {
 /// report.
 std::vector<std::string> Overrides();
 
-/// The values of `--tag`, as those of `--set`.
-std::vector<std::string> TagOverrides();
+/// Those and the values of --tag. Error (usage): a tag without value, or with another name.
+Result<std::vector<std::string>> OverridesAndTags();
 
 /// The values of a flag that takes several with commas between them.
 std::vector<std::string> CommaSeparated(const std::string& values);

@@ -59,7 +59,12 @@ Result<PerTriad<std::optional<std::string>>> ParseUnits() {
     bool known = false;
     for (const Triad triad : kTriads) {
       if (!ParseTriadUnit(triad, item)) continue;
-      units[triad] = item;
+      if (units[triad] && item != "counts" && *units[triad] != "counts") {
+        return Error(ErrorCode::kConflictingArguments,
+                     "--units: `" + *units[triad] + "` and `" + item + "` are both units of the " +
+                         std::string(TriadName(triad)) + "; give one");
+      }
+      if (!units[triad] || item != "counts") units[triad] = item;
       known = true;
     }
     if (!known) {

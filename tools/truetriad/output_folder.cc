@@ -28,6 +28,7 @@ Result<std::string> MoveAside(const std::filesystem::path& directory,
     if (InputGuard::Holds(from.string())) return InputGuard::Refusal(from.string());
     const std::filesystem::path to =
         directory / (from.stem().string() + ".previous" + from.extension().string());
+    if (InputGuard::Holds(to.string())) return InputGuard::Refusal(to.string());
     std::filesystem::rename(from, to, failure);
     if (failure) {
       return Error(ErrorCode::kCannotWrite,

@@ -44,6 +44,10 @@ inline constexpr double kAgreementProbability = 0.01;
 Agreement AgreementOf(const Comparison& comparison);
 std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
 
+/// The two are more alike than two recordings can be, even were their σ three times too large: they
+/// were made from the same readings.
+bool IsTooAlike(const Comparison& comparison);
+
 /// The entry that differs by the most σ; null where none has a σ.
 const ComparisonEntry* LargestOf(const Comparison& comparison);
 

@@ -16,4 +16,8 @@ struct Repeatability {
 /// The calibration with a covariance that allows for it, as one of another day would.
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
 
+/// The calibration as it would be, were gravity known to be so much: what two of one place have in
+/// common is then no uncertainty of their difference. Unchanged where gravity was exact.
+Calibration AtGravity(double gravity_mps2, Calibration calibration);
+
 }  // namespace truetriad

@@ -24,12 +24,16 @@ enum class Arithmetic { kFloat32, kFloat64, kIntegers };
 struct FormatInfo {
   std::string_view name;         ///< "px4", as in --to.
   std::string_view description;  ///< "PX4 parameters (QGroundControl .params)".
+  std::string_view file_name;    ///< What such a file is called where nobody says: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
 };
 
 /// All formats, in the order of the documentation.
 std::vector<FormatInfo> Formats();
+
+/// Error (usage): no such format; says which is nearest.
+Result<FormatInfo> InfoOfFormat(std::string_view name);
 
 struct ExportOptions {
   /// The program that exports, for the comment: "0.1.0".

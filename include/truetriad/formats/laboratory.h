@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,7 +47,7 @@ inline constexpr std::array<LaboratoryKey<Equipment>, 5> kEquipmentKeys = {
 Result<Laboratory> ReadLaboratory(const std::string& path);
 
 /// Whether `created`, the time of a calibration in ISO 8601, is after the day that its calibration
-/// was due. False where one of them is not stated.
-bool IsOverdue(const Equipment& equipment, const std::string& created);
+/// was due. Unset where one of them is not stated.
+std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created);
 
 }  // namespace truetriad

@@ -107,9 +107,11 @@ struct LimitCheck {
   std::string
       component;  ///< Of the worst: "x", "xy"; empty where the name has it, or for a scalar.
   Limit limit;
-  double worst = 0.0;    ///< The value nearest to a limit with its guard band, or furthest beyond.
-  double sigma = 0.0;    ///< Its σ.
-  double outside = 0.0;  ///< Probability that the true value is outside, by the worst and its σ.
+  double worst = 0.0;  ///< The value nearest to a limit with its guard band, or furthest beyond.
+  double sigma = 0.0;  ///< Its σ.
+  /// Probability that the true value is outside, of any component if there are several (as if they
+  /// were independent), each at its worst temperature.
+  double outside = 0.0;
   bool pass = false;
 
   std::string FullName() const { return component.empty() ? name : name + "." + component; }

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "truetriad/base/result.h"
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
@@ -13,7 +15,6 @@ namespace truetriad {
 /// How good the news is that a text begins with.
 enum class Grade { kGood, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
-Grade GradeOf(const PoseSet& poses);
 Grade GradeOf(const EvaluationSummary& evaluation, const Calibration& calibration);
 Grade GradeOf(const Comparison& comparison);
 
@@ -25,15 +26,27 @@ std::string CalibrationText(const Calibration& calibration);
 /// Same input, same bytes.
 std::string CalibrationHtml(const Calibration& calibration);
 
-/// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found, coverage, noise, temperature range, and
-/// whether it is enough for which calibration.
-std::string InspectionText(const PoseSet& poses);
-std::string InspectionHtml(const PoseSet& poses);
+/// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found,
+/// coverage, noise, temperature range. `tried`: what a calibration with defaults makes of it, or
+/// why there is none.
+std::string InspectionText(const PoseSet& poses, const Result<Calibration>& tried);
+std::string InspectionHtml(const PoseSet& poses, const Result<Calibration>& tried);
+Grade InspectionGrade(const Result<Calibration>& tried);
 
-std::string EvaluationText(const EvaluationSummary& evaluation, const Calibration& calibration);
-std::string EvaluationHtml(const EvaluationSummary& evaluation, const Calibration& calibration);
+/// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z", what it has of that.
+std::string OriginOf(const std::string& file, const Calibration& calibration);
 
-std::string ComparisonText(const Comparison& comparison);
-std::string ComparisonHtml(const Comparison& comparison);
+/// `about`: what was held against what, a sentence each.
+std::string EvaluationText(const EvaluationSummary& evaluation,
+                           const Calibration& calibration,
+                           const std::vector<std::string>& about = {});
+std::string EvaluationHtml(const EvaluationSummary& evaluation,
+                           const Calibration& calibration,
+                           const std::vector<std::string>& about = {});
+
+std::string ComparisonText(const Comparison& comparison,
+                           const std::vector<std::string>& about = {});
+std::string ComparisonHtml(const Comparison& comparison,
+                           const std::vector<std::string>& about = {});
 
 }  // namespace truetriad

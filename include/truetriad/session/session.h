@@ -34,10 +34,6 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {});
 
-/// What of a recording cannot be as it is stated, before anything is fitted: its unit, its times, a
-/// temperature, turns that no unit makes, readings that are not raw.
-std::optional<Finding> WhyNotAsStated(const PoseSet& poses);
-
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 
@@ -58,6 +54,14 @@ Result<Calibration> CalibrateExperiment(Experiment experiment,
 Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
                                       const std::string& folder,
                                       const ProgressCallback& progress = {});
+
+/// What a calibration of every sensor makes of a recording of which nothing else is known, poses
+/// where `config` says. Too little data is an outcome. Errors: as InitialExperiment and
+/// CalibrateExperiment.
+Result<Calibration> TryCalibration(const std::string& input,
+                                   const LoadedPoses& loaded,
+                                   const PosesConfig& config,
+                                   const ProgressCallback& progress = {});
 
 /// Plans what the `plan:` block of `experiment` asks for, on top of the poses of the recording at
 /// `measured` (none when empty). Error (bad input, usage): as CalibrateExperiment, and what

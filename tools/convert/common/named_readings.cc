@@ -114,6 +114,13 @@ class Files {
     }
     if (found.size() == 1) return found[0];
     if (found.size() > 1) {
+      if (NameOf(found[0].file, *found[0].variable) == NameOf(found[1].file, *found[1].variable)) {
+        return Error(ErrorCode::kDoesNotMatch,
+                     {paths_[found[1].file]},
+                     "variable `" + name +
+                         "` is there twice; give each file once, and each "
+                         "variable a name of its own");
+      }
       return Error(ErrorCode::kMissingArgument,
                    "several files have a variable `" + name +
                        "`; name the file, too: " + NameOf(found[0].file, *found[0].variable));
@@ -183,6 +190,15 @@ Result<ByRole> ChooseColumns(const Files& files, const Arguments& arguments) {
   return chosen;
 }
 
+/// Error (usage): the role has another unit already.
+Status TakeUnit(const std::string& role, const std::string& unit, ByRole* units) {
+  const auto [there, is_new] = units->emplace(role, unit);
+  if (is_new || there->second == unit) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               "--units: `" + there->second + "` and `" + unit + "` are both units of the " + role +
+                   "; give one");
+}
+
 /// Units by role; `counts` for every triad that has no other.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   ByRole units;
@@ -194,16 +210,16 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
     counts = counts || known;
     for (const Triad triad : kTriads) {
       if (unit != "counts" && ParseTriadUnit(triad, unit)) {
-        units[std::string(TriadName(triad))] = unit;
+        TRUETRIAD_RETURN_IF_ERROR(TakeUnit(std::string(TriadName(triad)), unit, &units));
         known = true;
       }
     }
     if (NanosecondsPer(unit)) {
-      units["time"] = unit;
+      TRUETRIAD_RETURN_IF_ERROR(TakeUnit("time", unit, &units));
       known = true;
     }
     if (ParseTemperatureUnit(unit)) {
-      units["temperature"] = unit;
+      TRUETRIAD_RETURN_IF_ERROR(TakeUnit("temperature", unit, &units));
       known = true;
     }
     if (!known)
@@ -351,9 +367,10 @@ Result<std::vector<std::int64_t>> ReadTimes(const Files& files,
   for (const double value : vectors.columns[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
-      return Error(ErrorCode::kUnreadableNumber,
-                   {reference},
-                   "contains a time that is not a number or not a valid date");
+      return Error(
+          ErrorCode::kUnreadableNumber,
+          {files.path(file)},
+          "time " + reference + " contains a time that is not a number or not a valid date");
     }
     times.push_back(std::llround(time_ns));
   }
@@ -375,7 +392,13 @@ Result<std::vector<double>> ReadTemperatures(const Files& files,
     return std::vector<double>();
   }
   std::vector<double> temperatures = vectors->columns[0];
-  if (temperatures.size() != count) return std::vector<double>();
+  if (temperatures.size() != count) {
+    return Error(ErrorCode::kDoesNotMatch,
+                 {files.path(file)},
+                 "temperature " + stated->second + " has " + std::to_string(temperatures.size()) +
+                     " values for " + std::to_string(count) +
+                     " readings; leave it out (--columns without temperature), or complete it");
+  }
   const TemperatureUnit unit = *ParseTemperatureUnit(units.at("temperature"));
   for (double& value : temperatures) value = unit.scale * value + unit.offset;
   return temperatures;
@@ -409,9 +432,9 @@ Result<std::vector<TriadReadings>> ReadTriads(const Files& files,
     for (const std::vector<double>& axis : axes->columns) {
       if (axis.size() == times.size()) continue;
       return Error(ErrorCode::kDoesNotMatch,
-                   {stated->second},
-                   "has " + std::to_string(axis.size()) + " samples, but the time has " +
-                       std::to_string(times.size()));
+                   {files.path(axes->file)},
+                   stated->second + " has " + std::to_string(axis.size()) +
+                       " samples, but the time has " + std::to_string(times.size()));
     }
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<double> temperatures,
                                ReadTemperatures(files, columns, units, count, axes->file));

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -148,6 +149,21 @@ std::string WithoutNan(const std::string& text) {
   return clean;
 }
 
+/// `twice`: a name that an object has twice; else as it was.
+Json ParseOnce(const std::string& text, std::string* twice) {
+  std::vector<std::set<std::string>> names;
+  const auto look = [&](int /*depth*/, Json::parse_event_t event, Json& parsed) {
+    if (event == Json::parse_event_t::object_start) names.emplace_back();
+    if (event == Json::parse_event_t::object_end) names.pop_back();
+    if (event == Json::parse_event_t::key) {
+      const std::string name = parsed.get<std::string>();
+      if (!names.back().insert(name).second) *twice = name;
+    }
+    return true;
+  };
+  return Json::parse(text, look);
+}
+
 /// One object on each line. Nullopt: it is something else.
 std::optional<Json> ParseLines(const std::string& text) {
   Json records = Json::array();
@@ -173,14 +189,24 @@ JsonFile::JsonFile(std::map<std::string, Matrix> matrices) : matrices_(std::move
 Result<std::unique_ptr<VariableFile>> JsonFile::Open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;
+  errno = 0;
   if (!file || !(content << file.rdbuf())) {
+    if (file.is_open() && errno == 0)
+      return Error(ErrorCode::kEmptyFile, {path}, "is empty; expected JSON with readings");
     return Error(
         ErrorCode::kUnreadableFile, {path}, std::string("cannot be read: ") + std::strerror(errno));
   }
   const std::string text = WithoutNan(content.str());
   Json json;
+  std::string twice;
   try {
-    json = Json::parse(text);
+    json = ParseOnce(text, &twice);
+    if (!twice.empty()) {
+      return Error(
+          ErrorCode::kDuplicateKey, {path}, "`" + twice + "` is there twice in one object");
+    }
+  } catch (const Json::out_of_range&) {
+    return Error(ErrorCode::kValueOutOfRange, {path}, "has a number that is too large");
   } catch (const Json::parse_error& failure) {
     std::optional<Json> lines = ParseLines(text);
     if (!lines) {

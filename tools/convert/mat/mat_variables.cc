@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/convert/mat/mat_variables.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -117,22 +118,28 @@ Version VersionOf(ByteStream* file) {
   return mark == kLittle || mark == kBig ? Version::k5 : Version::kNone;
 }
 
-/// How many elements fill a little-endian file of version 5; nullopt when they do not fill it
-/// exactly.
-std::optional<int> ElementsOf5(ByteStream* file) {
+/// What a little-endian file of version 5 is filled by.
+struct Elements5 {
+  int whole = 0;        ///< Elements, from the first on, that are there to their end.
+  bool is_cut = false;  ///< Something follows them that is none.
+};
+
+Elements5 ElementsOf5(ByteStream* file) {
   file->Skip(kHeader5);
-  int count = 0;
-  for (; !file->at_end(); ++count) {
+  Elements5 elements;
+  for (; !file->at_end(); ++elements.whole) {
     constexpr std::size_t kTag = 8;
+    elements.is_cut = true;
     const std::string_view tag = file->Peek(kTag);
-    if (tag.size() < kTag) return std::nullopt;
+    if (tag.size() < kTag) return elements;
     const auto type = LoadNumber<std::uint32_t>(tag, 0);
     const auto size = LoadNumber<std::uint32_t>(tag, 4);
     const bool is_known = type == MAT_T_MATRIX || type == MAT_T_COMPRESSED;
-    if (!is_known || size > file->left() - kTag) return std::nullopt;
+    if (!is_known || size > file->left() - kTag) return elements;
     file->Skip(kTag + size);
+    elements.is_cut = false;
   }
-  return count;
+  return elements;
 }
 
 }  // namespace
@@ -153,15 +160,20 @@ Result<std::unique_ptr<VariableFile>> MatFile::Open(const std::string& path) {
   file->is_hdf5_ = version == Version::k73;
   // A damaged file may go round in a circle.
   constexpr int kMostVariables = 100'000;
+  int most = kMostVariables;
+  if (version == Version::k5 && bytes->Peek(kHeader5)[kHeader5 - 2] == 'I') {
+    // The library fills up with zeros what is missing of a variable that is cut.
+    const Elements5 elements = ElementsOf5(bytes.get());
+    most = std::min(most, elements.whole);
+    file->is_damaged_ = elements.is_cut;
+  }
   int count = 0;
-  for (; count < kMostVariables; ++count) {
+  for (; count < most; ++count) {
     const OwnedVariable variable(Mat_VarReadNextInfo(handle));
     if (!variable) break;
     if (variable->name != nullptr) file->Collect(*variable, variable->name, 0);
   }
-  if (version == Version::k5 && bytes->Peek(kHeader5)[kHeader5 - 2] == 'I') {
-    file->is_damaged_ = ElementsOf5(bytes.get()) != count;
-  }
+  file->is_damaged_ = file->is_damaged_ || (most < kMostVariables && count < most);
   return std::unique_ptr<VariableFile>(std::move(file));
 }
 

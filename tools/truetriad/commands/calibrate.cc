@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -23,12 +25,6 @@ DEFINE_string(solver,
 
 namespace truetriad {
 namespace {
-
-std::vector<std::string> AllOverrides() {
-  std::vector<std::string> items = Overrides();
-  for (std::string& tag : TagOverrides()) items.push_back(std::move(tag));
-  return items;
-}
 
 constexpr std::array<const char*, 3> kResults = {
     "calibration.yaml", "calibration.json", "report.html"};
@@ -55,6 +51,12 @@ Status PutAside(const std::string& folder, const std::vector<std::string>& names
   return {};
 }
 
+bool HasText(const std::string& path, const std::string& text) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream content;
+  return file && (content << file.rdbuf()) && content.str() == text;
+}
+
 /// Which files they are, for people.
 Result<std::string> WriteResult(const Task& task,
                                 const Calibration& calibration,
@@ -76,6 +78,10 @@ Result<std::string> WriteResult(const Task& task,
   std::string written;
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
+    // Somebody may have written into that of an earlier run.
+    if (!HasText(path, task.initial_yaml)) {
+      TRUETRIAD_RETURN_IF_ERROR(PutAside(task.folder, {"experiment.yaml"}));
+    }
     TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(path, task.initial_yaml));
     written = "Experiment:  " + path + '\n';
   }
@@ -124,10 +130,13 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
   ProgressLine progress("looking at " + inputs.front());
   TRUETRIAD_ASSIGN_OR_RETURN(task.initial_yaml,
                              InitialExperiment(inputs, task.folder, progress.callback()));
-  for (const std::string& item : AllOverrides()) task.initial_yaml += "# --set=" + item + '\n';
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
+  for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
   const std::string path = (std::filesystem::path(task.folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
-                             ReadExperimentText(task.initial_yaml, path, AllOverrides()));
+                             ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
+  // Paths in overrides are as seen from here: no file of the user's states them.
+  task.experiment.path = path;
   task.experiment.inputs = inputs;
   return task;
 }
@@ -135,7 +144,8 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
 Result<Task> TaskFor(const std::vector<std::string>& inputs) {
   if (FLAGS_config.empty()) return InitialTask(inputs);
   Task task;
-  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, AllOverrides()));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperiment(FLAGS_config, overrides));
   if (inputs.empty()) {
     for (std::string& input : task.experiment.inputs) input = ShortPath(input);
   } else {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "json/plain_yaml.h"
@@ -23,6 +25,12 @@ std::string SensorsOf(const Experiment& experiment) {
 Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment,
                              ReadExperiment(FLAGS_config, Overrides()));
+  for (const std::string& input : experiment.inputs) {
+    std::error_code failure;
+    if (std::filesystem::exists(input, failure)) continue;
+    Note("note: there is no " + std::filesystem::path(input).lexically_normal().string() +
+         " now; paths in an experiment are as seen from its folder");
+  }
   return VerbResult{.text = FLAGS_config + ": valid; calibrates " + SensorsOf(experiment) + '\n',
                     .result = {{"config", JsonOfPlainYaml(experiment.resolved_yaml)}}};
 }

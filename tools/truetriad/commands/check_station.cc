@@ -59,7 +59,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   }
   TRUETRIAD_ASSIGN_OR_RETURN(
       Experiment experiment,
-      ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, AllOverrides()));
+      ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, Overrides()));
   experiment.inputs = std::move(inputs);
   return experiment;
 }
@@ -98,24 +98,29 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.result = {{"agrees", nullptr}};
     return result;
   }
-  if (IsMadeFrom(golden, today->inputs)) {
+  // Gravity is that of the station, whatever it is: no reason for the two to differ.
+  const double gravity_mps2 = golden.reference.gravity_mps2;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Comparison comparison,
+      Compare(AtGravity(gravity_mps2, WithRepeatability(repeatability, golden)),
+              AtGravity(gravity_mps2, WithRepeatability(repeatability, *today))));
+  if (IsMadeFrom(golden, today->inputs) || IsTooAlike(comparison)) {
     result.exit_code = kExitOutsideLimits;
     result.text =
-        "NO TEST: this is the recording that the reference was made from; record the golden unit "
+        "NO TEST: these are the readings that the reference was made from; record the golden unit "
         "again\n";
     result.grade = Grade::kCaution;
     result.result = {{"agrees", nullptr}};
     return result;
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(
-      const Comparison comparison,
-      Compare(WithRepeatability(repeatability, golden), WithRepeatability(repeatability, *today)));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
   result.text = std::string(agrees ? "STATION AGREES" : "STATION DOES NOT AGREE") +
-                " with the reference " + FLAGS_golden + " (a) today (b)\n" +
-                ComparisonText(comparison);
+                " with the reference of its golden unit\n" +
+                ComparisonText(comparison,
+                               {"a: the reference, " + OriginOf(FLAGS_golden, golden),
+                                "b: today, " + experiment.inputs.front()});
   result.result = {{"agrees", agrees}, {"comparison", ToJson(comparison)}};
   return result;
 }

@@ -13,6 +13,7 @@
 #include "truetriad/calibrate/compare.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
 
 DEFINE_string(a, "", "one calibration.yaml");
 DEFINE_string(b, "", "the calibration.yaml to compare it with");
@@ -21,18 +22,9 @@ namespace truetriad {
 namespace {
 
 constexpr char kDiffer[] = "differ";
-
-// What makes a comparison mean less than it says.
-void WarnOfCommonGround(const Calibration& a, const Calibration& b) {
-  for (const InputFile& file : a.inputs) {
-    const bool shared = std::any_of(b.inputs.begin(), b.inputs.end(), [&](const InputFile& other) {
-      return other.samples > 0 && other.sha256 == file.sha256;
-    });
-    if (!shared) continue;
-    Note("note: both were made from " + file.file +
-         ", so they share its noise and agree better than two separate recordings would");
-  }
-}
+constexpr char kSameReadings[] =
+    "Both were made from the same readings, so they share their noise and agree better than two "
+    "separate recordings would.";
 
 Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kDiffer));
@@ -40,13 +32,17 @@ Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Calibration b, ReadCalibration(FLAGS_b));
   TRUETRIAD_RETURN_IF_ERROR(CheckSameUnit(FLAGS_a, a.serial, b));
   TRUETRIAD_ASSIGN_OR_RETURN(const Comparison comparison, Compare(a, b));
-  WarnOfCommonGround(a, b);
+  std::vector<std::string> about = {"a: " + OriginOf(FLAGS_a, a), "b: " + OriginOf(FLAGS_b, b)};
+  if (IsMadeFrom(a, b.inputs) || IsTooAlike(comparison)) {
+    about.emplace_back(kSameReadings);
+    Note("note: " + std::string(kSameReadings));
+  }
   const bool has_failed = FLAGS_fail_on == kDiffer && AgreementOf(comparison) != Agreement::kAgree;
   VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = ComparisonText(comparison),
+                    .text = ComparisonText(comparison, about),
                     .result = ToJson(comparison),
                     .grade = GradeOf(comparison)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison), &result));
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(ComparisonHtml(comparison, about), &result));
   return result;
 }
 
@@ -67,7 +63,10 @@ Command CompareCommand() {
           "assumed to be independent. With --fail-on=differ exit code 4 says that they do not "
           "agree, "
           "or that\nnothing could be compared.\n",
-      .flags = {{"a", "FILE", true}, {"b", "FILE", true}, {"fail-on", "differ", false, {kDiffer}}, {"report", "PAGE.html"}},
+      .flags = {{"a", "FILE", true},
+                {"b", "FILE", true},
+                {"fail-on", "differ", false, {kDiffer}},
+                {"report", "PAGE.html"}},
       .words = {"a", "b"},
       .run = RunCompare};
 }

@@ -95,7 +95,7 @@ Result<std::string> FindConverter(const LogFormat& format) {
   std::string what =
       "--from=" + std::string(format.name) + ": " + program + " is not beside truetriad; ";
   if (format.is_script) {
-    what += "set up tools/convert-node (nodejs and npm) as described in docs/converting.md";
+    what += "build it with tools/build.sh programs (it needs nodejs 18 or newer, and npm)";
   } else if (!format.needs.empty()) {
     what += "build it with tools/build.sh programs (it needs " + std::string(format.needs) + ")";
   } else {

@@ -52,13 +52,16 @@ Result<VerbResult> RunEvaluate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(
       const EvaluationSummary evaluation,
       Evaluate(calibration, loaded->poses, IsMadeFrom(calibration, loaded->inputs)));
+  const std::vector<std::string> about = {
+      "Calibration: " + OriginOf(FLAGS_calibration, calibration), "Recording: " + FLAGS_input};
   const bool has_failed =
       FLAGS_fail_on == kWorse && VerdictOf(evaluation) != PredictionVerdict::kAsPredicted;
   VerbResult result{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = EvaluationText(evaluation, calibration),
+                    .text = EvaluationText(evaluation, calibration, about),
                     .result = ToJson(evaluation),
                     .grade = GradeOf(evaluation, calibration)};
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(EvaluationHtml(evaluation, calibration), &result));
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteStatedReport(EvaluationHtml(evaluation, calibration, about), &result));
   return result;
 }
 

@@ -37,9 +37,7 @@ DEFINE_string(allan,
               "",
               "allan.yaml written by `allan`: noise densities and rate, for Kalibr and other "
               "formats with noise");
-DEFINE_string(laboratory,
-              "",
-              "laboratory.yaml: who calibrates with what equipment, for `record`");
+DEFINE_string(laboratory, "", "laboratory.yaml: who calibrates with what equipment, for `record`");
 
 namespace truetriad {
 namespace {
@@ -90,6 +88,12 @@ Result<ExportOptions> ParseOptions() {
   if (!FLAGS_allan.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(AllanResult allan, ReadAllanFile(FLAGS_allan));
     options.allan = std::move(allan);
+  }
+  const std::string ending = std::filesystem::path(FLAGS_output).extension().string();
+  if (FLAGS_to == "record" && ending != ".html" && ending != ".htm" && ending != ".json") {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--output=" + FLAGS_output +
+                     ": a record is a page or JSON; end the name in .html or .json");
   }
   if (!FLAGS_laboratory.empty()) {
     if (FLAGS_to != "record") {

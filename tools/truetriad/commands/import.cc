@@ -33,6 +33,12 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
 
   std::filesystem::path file = FLAGS_output;
   if (file.extension() != ".yaml" && file.extension() != ".yml") file /= "calibration.yaml";
+  if (const Result<std::string> there = ReadSerial(file.string());
+      there && !there->empty() && *there != result.calibration.serial) {
+    return Error(ErrorCode::kOtherDevice,
+                 {file.string()},
+                 "is the calibration of unit `" + *there + "`; choose another --output");
+  }
   if (file.has_parent_path()) {
     TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
   }

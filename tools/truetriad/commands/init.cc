@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -6,6 +7,7 @@
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/progress.h"
+#include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 
 namespace truetriad {
@@ -15,26 +17,35 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   const std::vector<std::string> inputs = StatedInputs(words);
   const Result<std::string> experiment = [&] {
     ProgressLine progress("looking at " + inputs.front());
-    return InitialExperiment(inputs, "", progress.callback());
+    const std::string folder = std::filesystem::path(FLAGS_output).parent_path().string();
+    return InitialExperiment(inputs, folder, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(experiment);
+  if (!FLAGS_output.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_output, *experiment));
+    return VerbResult{
+        .text = FLAGS_output + '\n',
+        .result = {{"output", FLAGS_output}, {"config", JsonOfPlainYaml(*experiment)}}};
+  }
   return VerbResult{.text = *experiment, .result = {{"config", JsonOfPlainYaml(*experiment)}}};
 }
 
 }  // namespace
 
 Command InitCommand() {
-  return {.name = "init",
-          .summary = "How does an experiment for this log begin?",
-          .examples =
-              "build/truetriad init datasets/demo/recording.csv > unit.yaml\n"
-              "build/truetriad calibrate -c unit.yaml -o out/unit",
-          .details =
-              "Prints the experiment that `calibrate LOG` makes for itself, with comments on what "
-              "to state.\nPaths in it are as seen from the current folder: keep it there.\n",
-          .flags = {{"input", "LOG,...", true}},
-          .more_words = "input",
-          .run = RunInit};
+  return {
+      .name = "init",
+      .summary = "How does an experiment for this log begin?",
+      .examples =
+          "build/truetriad init datasets/demo/recording.csv > unit.yaml\n"
+          "build/truetriad calibrate -c unit.yaml -o out/unit",
+      .details =
+          "Prints the experiment that `calibrate LOG` makes for itself, with comments on what "
+          "to state.\nPaths in it are as seen from the folder of -o, or from the current one: keep "
+          "it there.\n",
+      .flags = {{"input", "LOG,...", true}, {"output", "FILE"}},
+      .more_words = "input",
+      .run = RunInit};
 }
 
 }  // namespace truetriad

@@ -17,19 +17,23 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
     return LoadPoses(FLAGS_input, config, progress.callback());
   }();
   TRUETRIAD_RETURN_IF_ERROR(loaded);
-  if (auto odd = WhyNotAsStated(loaded->poses); odd && !loaded->not_enough) {
-    loaded->poses.findings.push_back(std::move(*odd).As(Severity::kWarning));
-  }
-  VerbResult result{.text = InspectionText(loaded->poses), .result = ToJson(loaded->poses)};
+  const Result<Calibration> tried = [&] {
+    ProgressLine progress("calibrating " + FLAGS_input);
+    return TryCalibration(FLAGS_input, *loaded, config, progress.callback());
+  }();
+  // What cannot be read was refused above: here something is missing.
+  const bool is_enough = tried && tried->IsUsable();
+  VerbResult result{.text = InspectionText(loaded->poses, tried), .result = ToJson(loaded->poses)};
   result.findings = loaded->poses.findings;
-  result.grade = GradeOf(loaded->poses);
-  if (loaded->not_enough) {
+  result.grade = InspectionGrade(tried);
+  result.result["usable"] = is_enough;
+  if (!is_enough) {
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
-    result.findings.push_back(RefusalOf(*loaded->not_enough));
-    result.failure = loaded->not_enough->message;
+    const Finding refusal = tried ? *FirstRefusal(tried->findings) : RefusalOf(tried.error());
+    result.failure = refusal.Message();
+    result.findings.push_back(refusal);
   }
-  loaded->poses.findings = result.findings;
-  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(InspectionHtml(loaded->poses), &result));
+  TRUETRIAD_RETURN_IF_ERROR(WriteStatedReport(InspectionHtml(loaded->poses, tried), &result));
   return result;
 }
 

@@ -19,6 +19,7 @@
 #include "io/known_motion_file.h"
 #include "io/pose_program_file.h"
 #include "io/whole_file.h"
+#include "io/yaml_reader.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/interruption.h"
@@ -302,16 +303,13 @@ Status CheckKeepsInputs(const Scenario& scenario) {
   const fs::path folder = FLAGS_output;
   for (const char* name :
        {"recording.yaml", "truth.yaml", "poses.yaml", "turns.yaml", "rates.yaml"}) {
-    std::error_code missing;
-    if (fs::equivalent(folder / name, FLAGS_config, missing)) {
-      return Error(ErrorCode::kConflictingArguments,
-                   "--output=" + FLAGS_output + " would overwrite the scenario with its " + name +
-                       "; choose another folder");
+    if (InputGuard::Holds((folder / name).string())) {
+      return InputGuard::Refusal((folder / name).string());
     }
   }
   const std::string poses = (folder / "poses.yaml").string();
-  std::error_code missing;
-  if (fs::exists(poses, missing) && ReadPoseProgram(poses)) {
+  const Result<std::string> there = LookAtSmallFile(poses);
+  if (there && (there->starts_with("program:") || there->find("\nprogram:") != there->npos)) {
     return Error(ErrorCode::kConflictingArguments,
                  {poses},
                  "is a pose program and would be overwritten; choose another folder, or "
