@@ -54,7 +54,8 @@ std::vector<std::string> Completed(const std::vector<std::string>& words) {
 }
 
 TEST(Completion, OffersEveryVerb) {
-  const std::vector<std::string> verbs = Verbs();
+  std::vector<std::string> verbs = Verbs();
+  verbs.emplace_back("fleet");
   EXPECT_THAT(verbs, IsSupersetOf({"calibrate", "export", "help", "version"}));
   EXPECT_THAT(Completed({""}), testing::UnorderedElementsAreArray(verbs));
   EXPECT_THAT(Completed({"calib"}), ElementsAre("calibrate"));
@@ -73,6 +74,13 @@ TEST(Completion, OffersEveryFlagOfEachVerb) {
     }
   }
   EXPECT_GT(flags, 30);
+}
+
+TEST(Completion, OffersVerbsOfTwoWords) {
+  EXPECT_THAT(Completed({"fleet", ""}), ElementsAre("run", "query"));
+  EXPECT_THAT(Completed({"fleet", "r"}), ElementsAre("run"));
+  EXPECT_THAT(Completed({"fleet", "run", "--"}), IsSupersetOf({"--resume=", "--store=", "--help"}));
+  EXPECT_THAT(Completed({"fleet", "query", "--"}), IsSupersetOf({"--sql=", "--store="}));
 }
 
 TEST(Completion, OffersTheFormatsAndFiles) {

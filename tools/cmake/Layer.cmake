@@ -3,10 +3,11 @@
 # One static library a layer, `truetriad::<name>`. A layer links only what stands below it, so an
 # upward call does not link. Private headers sit beside their .cc and are included from src/.
 #
+# OF_PROGRAM: not installed; for the program and the tests.
 # BATCH n: compiles n sources at a time as one, since headers are most of every compile. Names in
 # unnamed namespaces are then shared within a room. -DCMAKE_UNITY_BUILD_BATCH_SIZE=1 compiles each alone.
 function(truetriad_layer name)
-  cmake_parse_arguments(ARG "" "BATCH" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "OF_PROGRAM" "BATCH" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
   set(target truetriad_${name})
   add_library(${target} STATIC ${ARG_SOURCES})
   add_library(truetriad::${name} ALIAS ${target})
@@ -23,8 +24,10 @@ function(truetriad_layer name)
     truetriad_batch(${target} ${ARG_BATCH})
   endif()
   truetriad_precompiled(${target})
-  install(TARGETS ${target} EXPORT truetriadTargets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  if(NOT ARG_OF_PROGRAM)
+    install(TARGETS ${target} EXPORT truetriadTargets
+      ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  endif()
 endfunction()
 
 # truetriad_batch(target n): n sources at a time are one to the compiler.

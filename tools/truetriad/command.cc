@@ -2,7 +2,6 @@
 #include "tools/truetriad/command.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include "base/spelling.h"
@@ -10,10 +9,23 @@
 namespace truetriad {
 namespace {
 
-/// Verbs of the interface that this version does not have yet.
-constexpr std::array<std::string_view, 1> kUnavailable = {"fleet"};
+/// The second words of verbs that begin with `first`: "run, query" of "fleet".
+std::string SecondWords(std::string_view first) {
+  std::string words;
+  for (const Command& command : Commands()) {
+    if (!command.name.starts_with(std::string(first) + " ")) continue;
+    words += (words.empty() ? "" : ", ") + std::string(command.name.substr(first.size() + 1));
+  }
+  return words;
+}
 
 }  // namespace
+
+std::size_t VerbWords(const std::vector<std::string>& arguments) {
+  const bool has_two =
+      arguments.size() > 1 && !SecondWords(arguments[0]).empty() && !arguments[1].starts_with('-');
+  return has_two ? 2 : 1;
+}
 
 std::string GflagsName(std::string_view flag) {
   std::string name(flag);
@@ -71,6 +83,8 @@ const std::vector<Command>& Commands() {
                                                           ExportCommand(),
                                                           ImportCommand(),
                                                           ReportCommand(),
+                                                          FleetRunCommand(),
+                                                          FleetQueryCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;
@@ -84,9 +98,10 @@ Result<const Command*> FindCommand(std::string_view name) {
   }
   std::string quoted(1, '`');
   quoted.append(name).append("`");
-  if (std::find(kUnavailable.begin(), kUnavailable.end(), name) != kUnavailable.end()) {
+  if (const std::string words = SecondWords(name); !words.empty()) {
     return Error(ErrorCode::kUnknownVerb,
-                 quoted + " is not available in this version; `truetriad help` lists the verbs");
+                 quoted + " needs a second word, one of " + words + "; as in `truetriad " +
+                     std::string(name) + " run`");
   }
   return Error(
       ErrorCode::kUnknownVerb,

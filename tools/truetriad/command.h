@@ -77,6 +77,9 @@ const std::vector<Command>& Commands();
 /// Both, as shown.
 std::string DetailsOf(const Command& command);
 
+/// How many of `arguments`, which are not empty, make the name of a verb: 2 for "fleet run".
+std::size_t VerbWords(const std::vector<std::string>& arguments);
+
 /// The command called `name`. Error (usage): there is none; says which is nearest, or that this
 /// version does not have it.
 Result<const Command*> FindCommand(std::string_view name);
@@ -97,6 +100,8 @@ Command ConvertCommand();
 Command ExportCommand();
 Command ImportCommand();
 Command ReportCommand();
+Command FleetRunCommand();
+Command FleetQueryCommand();
 Command HelpCommand();
 Command VersionCommand();
 

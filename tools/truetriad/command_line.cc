@@ -16,10 +16,12 @@
 #include <unistd.h>
 
 #include "base/spelling.h"
+#include "fleet/worker.h"
 #include "io/input_guard.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
 #include "tools/truetriad/help.h"
 #include "tools/truetriad/progress.h"
 
@@ -275,7 +277,9 @@ bool AsksForJson(const std::vector<std::string>& arguments) {
 }
 
 int RunVerb(const std::vector<std::string>& arguments) {
-  const std::string& verb = arguments[0];
+  const auto words_of_verb = static_cast<std::ptrdiff_t>(VerbWords(arguments));
+  std::string verb = arguments[0];
+  if (words_of_verb > 1) verb += " " + arguments[1];
   FLAGS_json = AsksForJson(arguments);
   const auto shown = [](const std::string& text) -> VerbResult {
     return {.text = text, .result = {{"text", text}}};
@@ -283,7 +287,7 @@ int RunVerb(const std::vector<std::string>& arguments) {
   if (IsHelp(verb)) return Show("help", shown(OverviewText()));
   const Result<const Command*> command = FindCommand(verb == "--version" ? "version" : verb);
   if (!command) return Fail("", command.error());
-  const std::vector<std::string> rest(arguments.begin() + 1, arguments.end());
+  const std::vector<std::string> rest(arguments.begin() + words_of_verb, arguments.end());
   if (std::any_of(rest.begin(), rest.end(), IsHelp))
     return Show("help", shown(HelpText(**command)));
 
@@ -311,6 +315,7 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
     std::fputs(OverviewText().c_str(), stderr);
     return static_cast<int>(ErrorKind::kUsage);
   }
+  if (arguments[0] == kFleetWorker) return fleet::ServeAsWorker(fleet::WorkerPool::kStream);
   const int exit_code = RunVerb(arguments);
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return Fail("",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/truetriad/completion.h"
 
+#include <map>
 #include <string_view>
 #include <vector>
 
@@ -38,9 +39,26 @@ std::string VerbCase(const Command& command) {
     values += "      " + name + ") " + ValueLine(flag) + "; return ;;\n";
   }
   names.emplace_back("--help");
-  std::string text = "  " + std::string(command.name) + ")\n";
+  std::string text = "  '" + std::string(command.name) + "')\n";
   if (!values.empty()) text += "    case $flag in\n" + values + "    esac\n";
   return text + "    flags='" + Joined(names) + "' ;;\n";
+}
+
+/// Verbs of two words.
+std::string SecondCases(const std::map<std::string, std::string>& seconds) {
+  std::string cases;
+  for (const auto& [first, words] : seconds) {
+    cases += "  " + first +
+             ")\n"
+             "    if ((COMP_CWORD == 2)); then\n"
+             "      COMPREPLY=($(compgen -W '" +
+             words.substr(1) +
+             "' -- \"$cur\"))\n"
+             "      return\n"
+             "    fi\n"
+             "    verb+=\" ${COMP_WORDS[2]}\" ;;\n";
+  }
+  return cases;
 }
 
 }  // namespace
@@ -48,8 +66,11 @@ std::string VerbCase(const Command& command) {
 std::string BashCompletion() {
   std::vector<std::string> verbs;
   std::string cases;
+  std::map<std::string, std::string> seconds;
   for (const Command& command : Commands()) {
-    verbs.emplace_back(command.name);
+    const std::string first(command.name.substr(0, command.name.find(' ')));
+    if (verbs.empty() || verbs.back() != first) verbs.push_back(first);
+    if (first != command.name) seconds[first] += std::string(command.name.substr(first.size()));
     cases += VerbCase(command);
   }
   // bash splits words at `=`: "--to=p" arrives as "--to", "=", "p".
@@ -75,7 +96,11 @@ std::string BashCompletion() {
          "    COMPREPLY=($(compgen -W \"$verbs --as=\" -- \"$cur\"))\n"
          "    return\n"
          "  fi\n"
-         "  case ${COMP_WORDS[1]} in\n" +
+         "  local verb=${COMP_WORDS[1]}\n"
+         "  case $verb in\n" +
+         SecondCases(seconds) +
+         "  esac\n"
+         "  case $verb in\n" +
          cases +
          "  esac\n"
          "  COMPREPLY=($(compgen -W \"$flags\" -- \"$cur\"))\n"

@@ -25,8 +25,10 @@ Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
     return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }
   if (words.empty()) return Shown(OverviewText());
-  if (words.size() > 1) return Error(ErrorCode::kMissingArgument, "expected one verb");
-  TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command, FindCommand(words[0]));
+  const std::size_t count = VerbWords(words);
+  if (words.size() > count) return Error(ErrorCode::kMissingArgument, "expected one verb");
+  TRUETRIAD_ASSIGN_OR_RETURN(const Command* const command,
+                             FindCommand(count == 1 ? words[0] : words[0] + " " + words[1]));
   return Shown(HelpText(*command));
 }
 

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/sqlite_store.h"
+
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include <sqlite3.h>
+#include <sys/vfs.h>
+
+#include "fleet/rows.h"
+#include "fleet/schema.h"
+
+namespace truetriad::fleet {
+namespace {
+
+constexpr int kApplicationId = 0x74726674;  // "trft": what this program's files are known by.
+constexpr int kPatienceMs = 30'000;         // For another writer.
+
+static_assert(std::endian::native == std::endian::little);
+
+/// A prepared statement.
+class Statement {
+ public:
+  Statement(sqlite3* database, std::string_view sql) {
+    sqlite3_prepare_v3(database,
+                       sql.data(),
+                       static_cast<int>(sql.size()),
+                       SQLITE_PREPARE_PERSISTENT,
+                       &statement_,
+                       nullptr);
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  sqlite3_stmt* get() const { return statement_; }
+  int Step() { return sqlite3_step(statement_); }
+  void Reset() {
+    sqlite3_reset(statement_);
+    sqlite3_clear_bindings(statement_);
+  }
+
+  void Bind(int place, const Value& value) {
+    std::visit(
+        [&](const auto& stated) {
+          using Stated = std::decay_t<decltype(stated)>;
+          if constexpr (std::is_same_v<Stated, std::string_view>) {
+            sqlite3_bind_text(statement_,
+                              place,
+                              stated.data(),
+                              static_cast<int>(stated.size()),
+                              SQLITE_TRANSIENT);
+          } else if constexpr (std::is_same_v<Stated, std::int64_t>) {
+            sqlite3_bind_int64(statement_, place, stated);
+          } else if constexpr (std::is_same_v<Stated, double>) {
+            sqlite3_bind_double(statement_, place, stated);
+          } else if constexpr (std::is_same_v<Stated, const std::vector<double>*>) {
+            sqlite3_bind_blob64(statement_,
+                                place,
+                                stated->data(),
+                                stated->size() * sizeof(double),
+                                SQLITE_TRANSIENT);
+          }
+        },
+        value);
+  }
+
+  std::string Text(int column) const {
+    const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+    return text == nullptr
+               ? ""
+               : std::string(text,
+                             static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)));
+  }
+  std::int64_t Integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+ private:
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+class SqliteStore : public Store {
+ public:
+  explicit SqliteStore(std::string path) : path_(std::move(path)) {}
+  ~SqliteStore() override {
+    inserts_.clear();
+    sqlite3_close(database_);
+  }
+  SqliteStore(const SqliteStore&) = delete;
+  SqliteStore& operator=(const SqliteStore&) = delete;
+
+  Status Open(bool to_read) {
+    const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    if (sqlite3_open_v2(path_.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
+    sqlite3_busy_timeout(database_, kPatienceMs);
+    sqlite3_db_config(database_, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t tables,
+                               Number("SELECT count(*) FROM sqlite_master"));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t application, Number("PRAGMA application_id"));
+    if (application != kApplicationId && (tables > 0 || to_read)) {
+      return Error(ErrorCode::kWrongFormat,
+                   {path_},
+                   "is a database, but none that `fleet run` has written; name another file");
+    }
+    if (to_read) return CheckVersion();
+    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA journal_mode = WAL"));
+    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA synchronous = FULL"));
+    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA foreign_keys = ON"));
+    return Migrate();
+  }
+
+  Status Add(const UnitRun& run) override {
+    TRUETRIAD_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
+    const Status status = Insert(run);
+    if (!status) {
+      sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+      return status;
+    }
+    return Run("COMMIT");
+  }
+
+  Result<std::vector<KnownRun>> LastRuns() override {
+    Statement statement(database_, kLastRuns);
+    std::vector<KnownRun> runs;
+    int code = SQLITE_ROW;
+    while ((code = statement.Step()) == SQLITE_ROW) {
+      runs.push_back({statement.Text(0),
+                      statement.Integer(1),
+                      statement.Integer(2),
+                      statement.Text(3),
+                      statement.Text(4),
+                      VerdictFromName(statement.Text(5)).value_or(Verdict::kBadInput)});
+    }
+    if (code != SQLITE_DONE) return Failure();
+    return runs;
+  }
+
+  Status StateShards(int count) override {
+    const std::string stated = std::to_string(count);
+    TRUETRIAD_RETURN_IF_ERROR(Insert(kInsertFact, {"shards", std::string_view(stated)}));
+    Statement statement(database_, kShards);
+    if (statement.Step() != SQLITE_ROW) return Failure();
+    return CheckShards(path_, statement.Text(0), stated);
+  }
+
+  Result<Table> Query(const std::string& sql) override {
+    sqlite3_stmt* prepared = nullptr;
+    const char* rest = nullptr;
+    if (sqlite3_prepare_v2(database_, sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
+      return Error(ErrorCode::kInvalidArgument,
+                   std::string("the question is not understood: ") + sqlite3_errmsg(database_));
+    }
+    const std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)> statement(prepared,
+                                                                          sqlite3_finalize);
+    if (prepared == nullptr || sqlite3_stmt_readonly(prepared) == 0 ||
+        std::string_view(rest).find_first_not_of(" \t\r\n;") != std::string_view::npos) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "only one statement that reads can be asked: SELECT …");
+    }
+    Table table;
+    const int columns = sqlite3_column_count(prepared);
+    for (int i = 0; i < columns; ++i) table.columns.emplace_back(sqlite3_column_name(prepared, i));
+    table.are_numbers.assign(table.columns.size(), true);
+    int code = SQLITE_ROW;
+    while ((code = sqlite3_step(prepared)) == SQLITE_ROW) {
+      std::vector<std::optional<std::string>> row;
+      for (int i = 0; i < columns; ++i) row.push_back(TextOf(prepared, i, &table));
+      table.rows.push_back(std::move(row));
+    }
+    if (code != SQLITE_DONE) return Failure();
+    return table;
+  }
+
+ private:
+  Error Failure() const {
+    return Error(ErrorCode::kCannotWrite,
+                 {path_},
+                 database_ == nullptr ? "out of memory" : sqlite3_errmsg(database_));
+  }
+
+  static std::optional<std::string> TextOf(sqlite3_stmt* row, int column, Table* table) {
+    const int type = sqlite3_column_type(row, column);
+    if (type == SQLITE_NULL) return std::nullopt;
+    if (type == SQLITE_FLOAT) return ShortestText(sqlite3_column_double(row, column));
+    if (type != SQLITE_INTEGER) table->are_numbers[static_cast<std::size_t>(column)] = false;
+    const auto size = static_cast<std::size_t>(sqlite3_column_bytes(row, column));
+    if (type == SQLITE_BLOB) {
+      return HexOf({static_cast<const unsigned char*>(sqlite3_column_blob(row, column)), size});
+    }
+    return std::string(reinterpret_cast<const char*>(sqlite3_column_text(row, column)), size);
+  }
+
+  Status Run(const std::string& sql) {
+    if (sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
+    return Failure();
+  }
+
+  Result<std::int64_t> Number(std::string_view sql) {
+    Statement statement(database_, sql);
+    if (statement.get() == nullptr || statement.Step() != SQLITE_ROW) return Failure();
+    return statement.Integer(0);
+  }
+
+  Status CheckVersion() {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
+    return CheckSchemaVersion(path_, version);
+  }
+
+  Status Migrate() {
+    // Whoever comes first does it; the others wait, and see what is done.
+    TRUETRIAD_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
+    const Status status = [&]() -> Status {
+      TRUETRIAD_RETURN_IF_ERROR(CheckVersion());
+      TRUETRIAD_ASSIGN_OR_RETURN(std::int64_t version, Number("PRAGMA user_version"));
+      if (version == kSchemaVersion) return {};
+      for (; version < kSchemaVersion; ++version) {
+        TRUETRIAD_RETURN_IF_ERROR(
+            Run(MigrationFrom(static_cast<int>(version), {.real = "REAL", .bytes = "BLOB"})));
+      }
+      TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA application_id = " + std::to_string(kApplicationId)));
+      return Run("PRAGMA user_version = " + std::to_string(kSchemaVersion));
+    }();
+    if (!status) {
+      sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+      return status;
+    }
+    return Run("COMMIT");
+  }
+
+  Status Insert(const UnitRun& run) {
+    for (const Row& row : RowsOf(run)) {
+      TRUETRIAD_RETURN_IF_ERROR(Insert(row.sql, row.values));
+      // It is there already, with all that belongs to it.
+      if (row.is_run && sqlite3_changes(database_) == 0) return {};
+    }
+    return {};
+  }
+
+  Status Insert(std::string_view sql, const std::vector<Value>& values) {
+    std::unique_ptr<Statement>& statement = inserts_[sql];
+    if (!statement) statement = std::make_unique<Statement>(database_, sql);
+    if (statement->get() == nullptr) return Failure();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      statement->Bind(static_cast<int>(i) + 1, values[i]);
+    }
+    const int code = statement->Step();
+    statement->Reset();
+    return code == SQLITE_DONE ? Status() : Failure();
+  }
+
+  std::string path_;
+  sqlite3* database_ = nullptr;
+  std::map<std::string_view, std::unique_ptr<Statement>> inserts_;  ///< By their (constant) text.
+};
+
+}  // namespace
+
+std::string_view NetworkFileSystemName(long magic) {
+  switch (static_cast<unsigned long>(magic) & 0xFFFFFFFFUL) {
+    case 0x6969:
+      return "NFS";
+    case 0x517B:
+    case 0xFF534D42:
+    case 0xFE534D42:
+      return "SMB";
+    case 0x00C36400:
+      return "CephFS";
+    case 0x0BD00BD0:
+      return "Lustre";
+    case 0x47504653:
+      return "GPFS";
+    case 0x19830326:
+      return "BeeGFS";
+    case 0x5346414F:
+      return "AFS";
+    case 0x01021997:
+      return "9P";
+    default:
+      return "";
+  }
+}
+
+Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, bool to_read) {
+  namespace fs = std::filesystem;
+  std::error_code failure;
+  if (to_read && !fs::exists(path, failure)) {
+    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
+  }
+  fs::path folder = fs::absolute(path, failure).parent_path();
+  if (!to_read) {
+    fs::create_directories(folder, failure);
+    if (failure) {
+      return Error(
+          ErrorCode::kCannotWrite,
+          {path},
+          "cannot be written: there is no folder " + folder.string() + ": " + failure.message());
+    }
+  }
+  struct statfs about {};
+  if (statfs(folder.c_str(), &about) == 0) {
+    const std::string_view network = NetworkFileSystemName(about.f_type);
+    if (!network.empty() && !to_read) {
+      return Error(ErrorCode::kCannotWrite,
+                   {path},
+                   "is on a network folder (" + std::string(network) +
+                       "), where SQLite cannot keep two writers apart; use a local folder, or "
+                       "PostgreSQL (--store=postgresql://…)");
+    }
+  }
+  auto store = std::make_unique<SqliteStore>(path);
+  TRUETRIAD_RETURN_IF_ERROR(store->Open(to_read));
+  return std::unique_ptr<Store>(std::move(store));
+}
+
+}  // namespace truetriad::fleet

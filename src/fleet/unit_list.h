@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fleet/unit_work.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// The units that `words` name: logs; folders, with every log in them and below (CSV, also .gz, and
+/// the recording.yaml of a folder instead of its CSVs); patterns such as `line-3/*.csv`; and lists,
+/// CSV with a column `log` and perhaps `serial` and tags (`lot`, `slot`, …), paths as seen from
+/// their folder. Each once, in the order of their names; those of a list as there.
+/// `serial_pattern`: how a file is named, with {serial} for that and * for anything else; empty:
+/// nothing is taken from names.
+/// Errors (bad input): a name that is none, an empty folder, a list with unknown columns, a log
+/// that is there twice, a name that does not match the pattern or is no UTF-8. Error (usage): a
+/// pattern without {serial}.
+Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
+                                         const std::string& serial_pattern);
+
+/// The part of `units` that shard `index` of `count` does: by a hash of their logs' names, so that
+/// each belongs to one shard whatever else is in the list.
+std::vector<UnitOrder> ShardOf(std::vector<UnitOrder> units, int index, int count);
+
+}  // namespace truetriad::fleet

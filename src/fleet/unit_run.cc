@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/unit_run.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <limits>
+#include <random>
+#include <utility>
+
+#include "base/named_values.h"
+#include "calibrate/compared_values.h"
+#include "json/verb_json.h"
+#include "verdict/presentation.h"
+
+namespace truetriad::fleet {
+namespace {
+
+constexpr NamedValues<Verdict, 8> kVerdicts = {{
+    {Verdict::kPass, "pass"},
+    {Verdict::kUsable, "usable"},
+    {Verdict::kOutside, "outside-limits"},
+    {Verdict::kRefused, "refused"},
+    {Verdict::kBadInput, "bad-input"},
+    {Verdict::kCrashed, "crashed"},
+    {Verdict::kTimeLimit, "time-limit"},
+    {Verdict::kMemoryLimit, "memory-limit"},
+}};
+
+/// The worst of the limits that are not met: the one that is most surely passed.
+const LimitCheck& WorstOf(const std::vector<LimitCheck>& limits) {
+  return *std::max_element(
+      limits.begin(), limits.end(), [](const LimitCheck& one, const LimitCheck& other) {
+        return std::pair(!one.pass, one.outside) < std::pair(!other.pass, other.outside);
+      });
+}
+
+void TakeParameters(const Calibration& calibration, UnitRun* run) {
+  if (calibration.covariance.parameters.empty()) return;
+  const ComparedValues values = ValuesInFrame(SolutionOf(calibration));
+  const auto size = static_cast<Eigen::Index>(values.names.size());
+  run->parameters.reserve(values.names.size());
+  run->covariance.reserve(static_cast<std::size_t>(size * (size + 1) / 2));
+  for (Eigen::Index row = 0; row < size; ++row) {
+    run->parameters.push_back({values.names[static_cast<std::size_t>(row)],
+                               values.values[row],
+                               std::sqrt(std::max(0.0, values.covariance(row, row)))});
+    for (Eigen::Index col = 0; col <= row; ++col) {
+      run->covariance.push_back(values.covariance(row, col));
+    }
+  }
+}
+
+Json OpenAsNull(double side) { return std::isfinite(side) ? Json(side) : Json(nullptr); }
+
+Json JsonOf(const LimitCheck& check) {
+  Json json = {{"name", check.name},
+               {"component", check.component},
+               {"lower", OpenAsNull(check.limit.lower)},
+               {"upper", OpenAsNull(check.limit.upper)},
+               {"value", check.worst},
+               {"sigma", check.sigma},
+               {"outside", check.outside},
+               {"pass", check.pass}};
+  if (check.limit.target) json["target"] = *check.limit.target;
+  return json;
+}
+
+LimitCheck LimitCheckFrom(const Json& json) {
+  LimitCheck check;
+  check.name = json.at("name");
+  check.component = json.at("component");
+  if (!json.at("lower").is_null()) check.limit.lower = json["lower"];
+  if (!json.at("upper").is_null()) check.limit.upper = json["upper"];
+  if (json.contains("target")) check.limit.target = json["target"].get<double>();
+  check.worst = json.at("value");
+  check.sigma = json.at("sigma");
+  check.outside = json.at("outside");
+  check.pass = json.at("pass");
+  return check;
+}
+
+Finding FindingFrom(const Json& json) {
+  Finding finding;
+  finding.code =
+      FindingCodeFromName(json.at("code").get<std::string>()).value_or(FindingCode::kMessage);
+  finding.severity =
+      SeverityFromName(json.at("severity").get<std::string>()).value_or(Severity::kNote);
+  if (json.contains("sensor")) finding.sensor = TriadFromName(json["sensor"].get<std::string>());
+  if (json.contains("axis")) finding.axis = json["axis"].get<std::string>().at(0) - 'x';
+  if (json.contains("pose")) finding.pose = json["pose"].get<int>();
+  if (json.contains("values")) {
+    for (const auto& [name, item] : json["values"].items()) {
+      FindingValue value;
+      value.name = name;
+      const Json& number = item.at("value");
+      value.value =
+          number.is_null() ? std::numeric_limits<double>::quiet_NaN() : number.get<double>();
+      if (item.contains("sigma") && !item["sigma"].is_null())
+        value.sigma = item["sigma"].get<double>();
+      value.unit = item.value("unit", "");
+      finding.values.push_back(std::move(value));
+    }
+  }
+  finding.treatment = TreatmentFromName(json.value("treatment", "")).value_or(Treatment::kNone);
+  finding.text = json.at("text");
+  finding.remedy = json.value("remedy", "");
+  return finding;
+}
+
+/// The fields that are text, under their names in a line.
+constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts = {
+    {{"run", &UnitRun::id},
+     {"serial", &UnitRun::serial},
+     {"log", &UnitRun::log},
+     {"created", &UnitRun::created},
+     {"software", &UnitRun::software_version},
+     {"config_sha256", &UnitRun::config_sha256},
+     {"shard", &UnitRun::shard},
+     {"folder", &UnitRun::folder},
+     {"code", &UnitRun::code},
+     {"message", &UnitRun::message}}};
+
+Json JsonOf(const Tags& tags) {
+  Json json = Json::object();
+  const auto add = [&](const TagKey& tag) {
+    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
+  };
+  for (const TagKey& tag : kDeviceTags) add(tag);
+  for (const TagKey& tag : kRunTags) add(tag);
+  return json;
+}
+
+Tags TagsFrom(const Json& json) {
+  Tags tags;
+  const auto take = [&](const TagKey& tag) {
+    tags.*tag.value = json.value(std::string(tag.key), "");
+  };
+  for (const TagKey& tag : kDeviceTags) take(tag);
+  for (const TagKey& tag : kRunTags) take(tag);
+  return tags;
+}
+
+UnitRun UnitRunFrom(const Json& json) {
+  UnitRun run;
+  for (const auto& [name, field] : kTexts) run.*field = json.at(name);
+  const std::string verdict = json.at("verdict");
+  run.verdict = VerdictFromName(verdict).value();
+  run.log_bytes = json.at("log_bytes");
+  run.log_modified_ns = json.at("log_modified_ns");
+  run.mode = json.value("mode", "");
+  run.tags = TagsFrom(json.at("tags"));
+  run.wall_s = json.at("wall_s");
+  run.cpu_s = json.at("cpu_s");
+  run.effective_dof = json.at("effective_dof");
+  for (const Json& item : json.at("inputs")) {
+    run.inputs.push_back({item.at("file"), item.at("sha256"), item.at("samples")});
+  }
+  for (const Json& item : json.at("parameters")) {
+    run.parameters.push_back({item.at(0), item.at(1), item.at(2)});
+  }
+  run.covariance = json.at("covariance").get<std::vector<double>>();
+  for (const Json& item : json.at("findings")) run.findings.push_back(FindingFrom(item));
+  for (const Json& item : json.at("judgements")) run.judgements.push_back(LimitCheckFrom(item));
+  return run;
+}
+
+}  // namespace
+
+std::string_view VerdictName(Verdict verdict) { return kVerdicts.Name(verdict); }
+
+std::optional<Verdict> VerdictFromName(std::string_view name) { return kVerdicts.Find(name); }
+
+std::string NewRunId() {
+  static std::mt19937 random(std::random_device{}());
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+  const auto seconds = static_cast<std::time_t>(us / 1'000'000);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 64> text{};
+  std::snprintf(text.data(),
+                text.size(),
+                "%04d%02d%02dT%02d%02d%02d.%06dZ-%08x",
+                utc.tm_year + 1900,
+                utc.tm_mon + 1,
+                utc.tm_mday,
+                utc.tm_hour,
+                utc.tm_min,
+                utc.tm_sec,
+                static_cast<int>(us % 1'000'000),
+                static_cast<unsigned>(random()));
+  return text.data();
+}
+
+void Fill(const Calibration& calibration, UnitRun* run) {
+  run->created = calibration.created;
+  run->software_version = calibration.software_version;
+  run->mode = ModeName(calibration.mode);
+  run->tags = calibration.tags;
+  run->effective_dof = calibration.quality.effective_dof;
+  run->inputs = calibration.inputs;
+  run->findings = calibration.findings;
+  run->judgements = calibration.quality.limits;
+  if (!calibration.IsUsable()) {
+    run->verdict = Verdict::kRefused;
+    run->code = calibration.ReasonNotUsable();
+    const Finding* const refusal = FirstRefusal(calibration.findings);
+    run->message = refusal == nullptr ? run->code : refusal->Message();
+    return;
+  }
+  TakeParameters(calibration, run);
+  if (!calibration.within_limits) {
+    run->verdict = Verdict::kUsable;
+  } else if (*calibration.within_limits) {
+    run->verdict = Verdict::kPass;
+  } else {
+    const LimitCheck& worst = WorstOf(calibration.quality.limits);
+    run->verdict = Verdict::kOutside;
+    run->code = "limit:" + worst.FullName();
+    run->message = worst.FullName() + " is outside its limits";
+  }
+}
+
+void Fill(const Error& error, UnitRun* run) {
+  run->verdict = error.kind() == ErrorKind::kNotEnough ? Verdict::kRefused : Verdict::kBadInput;
+  run->code =
+      error.finding != nullptr ? FindingCodeName(error.finding->code) : InfoOf(error.code).name;
+  run->message = error.message;
+  if (error.finding != nullptr) run->findings.push_back(*error.finding);
+}
+
+std::string LineOf(const UnitRun& run) {
+  Json json;
+  for (const auto& [name, field] : kTexts) json[name] = run.*field;
+  json["verdict"] = VerdictName(run.verdict);
+  json["log_bytes"] = run.log_bytes;
+  json["log_modified_ns"] = run.log_modified_ns;
+  json["mode"] = run.mode;
+  json["tags"] = JsonOf(run.tags);
+  json["wall_s"] = run.wall_s;
+  json["cpu_s"] = run.cpu_s;
+  json["effective_dof"] = run.effective_dof;
+  json["inputs"] = Json::array();
+  for (const InputFile& input : run.inputs) {
+    json["inputs"].push_back(
+        {{"file", input.file}, {"sha256", input.sha256}, {"samples", input.samples}});
+  }
+  json["parameters"] = Json::array();
+  for (const Parameter& parameter : run.parameters) {
+    json["parameters"].push_back({parameter.name, parameter.value, parameter.sigma});
+  }
+  json["covariance"] = run.covariance;
+  json["findings"] = ToJson(run.findings);
+  json["judgements"] = Json::array();
+  for (const LimitCheck& check : run.judgements) json["judgements"].push_back(JsonOf(check));
+  return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
+}
+
+Result<UnitRun> ReadLine(std::string_view line) {
+  try {
+    return UnitRunFrom(Json::parse(line));
+  } catch (const std::exception& failure) {  // A bad optional's, or the JSON reader's own.
+    return Error(ErrorCode::kWrongFormat,
+                 std::string("is no line of a fleet's run: ") + failure.what());
+  }
+}
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/finding.h"
+#include "truetriad/model/quality.h"
+#include "truetriad/model/tags.h"
+
+namespace truetriad::fleet {
+
+/// How the run of a unit ended.
+enum class Verdict {
+  kPass,         ///< Usable, and within its limits.
+  kUsable,       ///< No limits are set.
+  kOutside,      ///< Usable, but outside its limits.
+  kRefused,      ///< Readable, but not enough for a calibration.
+  kBadInput,     ///< Not readable, or not what the experiment says.
+  kCrashed,      ///< The worker died of it.
+  kTimeLimit,    ///< The worker took too long over it.
+  kMemoryLimit,  ///< It needs too much memory.
+};
+std::string_view VerdictName(Verdict verdict);  ///< "pass", "usable", "outside-limits", …
+std::optional<Verdict> VerdictFromName(std::string_view name);
+/// Somebody has to look at it.
+inline bool IsRed(Verdict verdict) {
+  return verdict != Verdict::kPass && verdict != Verdict::kUsable;
+}
+
+/// One number of a calibration.
+struct Parameter {
+  std::string name;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.xy".
+  double value = 0.0;
+  double sigma = 0.0;  ///< 0: fixed.
+};
+
+/// What a store keeps of one run of one unit. Never changed; a later run of the unit supersedes it.
+struct UnitRun {
+  std::string id;                                   ///< NewRunId.
+  std::string serial;                               ///< Of the unit.
+  std::string log;                                  ///< As it was named.
+  std::int64_t log_bytes = 0, log_modified_ns = 0;  ///< Of that file when it was read.
+  std::string created;                              ///< ISO 8601, UTC.
+  std::string software_version;
+  std::string config_sha256;  ///< Of what was asked for: experiment, overrides, formats.
+  std::string shard;          ///< "2/8"; empty: not one of several.
+  std::string folder;         ///< Where its files are; empty: there are none.
+  Verdict verdict = Verdict::kBadInput;
+  std::string code;     ///< Why not: of the finding or error, or the name of the limit.
+  std::string message;  ///< The same for people.
+  std::string mode;     ///< "poses", "motion", "sweep"; empty without a calibration.
+  Tags tags;
+  double wall_s = 0.0, cpu_s = 0.0;  ///< That the worker took.
+  double effective_dof = 0.0;        ///< Behind the sigma; 0: many.
+  std::vector<InputFile> inputs;
+  std::vector<Parameter> parameters;
+  std::vector<double> covariance;  ///< Of the parameters: lower triangle, row by row.
+  Findings findings;
+  std::vector<LimitCheck> judgements;
+};
+
+/// Unique, and greater than those made before: "20261124T235959.123456Z-4f2a9c01".
+std::string NewRunId();
+
+/// Fills in what follows from a calibration, or from why there is none.
+void Fill(const Calibration& calibration, UnitRun* run);
+void Fill(const Error& error, UnitRun* run);
+
+/// A line of JSON and back, numbers to the last bit.
+std::string LineOf(const UnitRun& run);
+/// Error (bad input): no such line.
+Result<UnitRun> ReadLine(std::string_view line);
+
+}  // namespace truetriad::fleet

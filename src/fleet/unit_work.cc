@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/unit_work.h"
+
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <ctime>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <utility>
+
+#include <sys/stat.h>
+
+#include "io/text_file.h"
+#include "io/yaml_reader.h"
+#include "io/yaml_text.h"
+#include "json/plain_yaml.h"
+#include "truetriad/base/version.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
+#include "truetriad/session/session.h"
+
+namespace truetriad::fleet {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Processor time of this process, s.
+double CpuSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+std::string QuotedText(const std::string& text) {
+  YamlText yaml;
+  yaml << Quoted{text};
+  return yaml.str();
+}
+
+Result<Experiment> ExperimentFor(const WorkPlan& plan, const UnitOrder& order) {
+  std::vector<std::string> overrides = plan.overrides;
+  overrides.insert(overrides.end(), order.overrides.begin(), order.overrides.end());
+  if (!order.serial.empty()) overrides.push_back("device.serial=" + QuotedText(order.serial));
+  std::string text = plan.config_text;
+  std::string path = plan.config_path;
+  if (text.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(text, InitialExperiment({order.log}, /*folder=*/""));
+    path = "experiment.yaml";
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperimentText(text, path, overrides));
+  experiment.inputs = {order.log};
+  return experiment;
+}
+
+/// The files of a usable calibration, and of one that is not: what says why. All or an error.
+Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const std::string& folder) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder));
+  const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
+  if (calibration.IsUsable()) {
+    for (const std::string& format : plan.formats) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const FormatInfo info, InfoOfFormat(format));
+      const std::string name = path(info.file_name);
+      TRUETRIAD_ASSIGN_OR_RETURN(
+          const Export exported,
+          ExportCalibration(
+              calibration, format, {.software_version = Version(), .file_name = name}));
+      for (const ExportedFile& file : exported.files) {
+        TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(name + file.suffix, file.text));
+      }
+    }
+  }
+  if (plan.has_report) {
+    TRUETRIAD_RETURN_IF_ERROR(
+        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration)));
+  }
+  const std::string yaml = CalibrationToYaml(calibration);
+  TRUETRIAD_RETURN_IF_ERROR(
+      WriteFileAtomically(path("calibration.json"), TextOf(JsonOfPlainYaml(yaml))));
+  return WriteFileAtomically(path("calibration.yaml"), yaml);
+}
+
+Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ExperimentFor(plan, order));
+  run->tags = experiment.tags;
+  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibrateExperiment(std::move(experiment)));
+  if (calibration.serial.empty()) calibration.serial = run->serial;
+  run->serial = calibration.serial;
+  Fill(calibration, run);
+  if (plan.folder.empty()) return {};
+  const std::string folder = (fs::path(plan.folder) / FolderNameOf(run->serial) / run->id).string();
+  TRUETRIAD_RETURN_IF_ERROR(WriteFiles(plan, calibration, folder));
+  run->folder = folder;
+  return {};
+}
+
+Json ListOf(const std::vector<std::string>& items) { return Json(items); }
+
+template <typename Value>
+Result<Value> Parsed(std::string_view line, Value (*read)(const Json&)) {
+  try {
+    return read(Json::parse(line));
+  } catch (const std::exception& failure) {
+    return Error(ErrorCode::kWrongFormat, std::string("is no order of work: ") + failure.what());
+  }
+}
+
+}  // namespace
+
+Result<WorkPlan> PlanWork(const std::string& config,
+                          std::vector<std::string> overrides,
+                          std::vector<std::string> formats) {
+  WorkPlan plan;
+  plan.overrides = std::move(overrides);
+  plan.formats = std::move(formats);
+  for (const std::string& format : plan.formats) {
+    TRUETRIAD_RETURN_IF_ERROR(InfoOfFormat(format));
+  }
+  if (config.empty()) return plan;
+  plan.config_path = config;
+  TRUETRIAD_ASSIGN_OR_RETURN(plan.config_text, ReadSmallFile(config));
+  TRUETRIAD_RETURN_IF_ERROR(ReadExperimentText(plan.config_text, config, plan.overrides));
+  return plan;
+}
+
+Result<std::string> ConfigSha256(const WorkPlan& plan) {
+  std::string text;
+  if (plan.config_text.empty()) {
+    for (const std::string& item : plan.overrides) text += item + '\n';
+  } else {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Experiment experiment,
+        ReadExperimentText(plan.config_text, plan.config_path, plan.overrides));
+    text = experiment.resolved_yaml;
+  }
+  for (const std::string& format : plan.formats) text += "\nto: " + format;
+  text += plan.has_report ? "\nreport" : "";
+  text += plan.folder.empty() ? "" : "\nfiles";
+  return Sha256Hex(text);
+}
+
+UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
+  UnitRun run;
+  run.id = NewRunId();
+  run.log = order.log;
+  run.serial = order.serial;
+  if (run.serial.empty()) {
+    // Of a recording of several files, its folder's.
+    const fs::path log = fs::absolute(order.log).lexically_normal();
+    run.serial = log.filename() == "recording.yaml" ? log.parent_path().filename().string()
+                                                    : log.stem().string();
+  }
+  run.shard = plan.shard;
+  run.created = TimestampUtc();
+  run.software_version = Version();
+  struct stat about {};
+  if (stat(order.log.c_str(), &about) == 0) {
+    run.log_bytes = about.st_size;
+    run.log_modified_ns =
+        std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec;
+  }
+  return run;
+}
+
+UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const UnitOrder&)) {
+  const double cpu_s = CpuSeconds();
+  const auto begin = std::chrono::steady_clock::now();
+  UnitRun run = RunOf(plan, order);
+  try {
+    if (before != nullptr) before(order);
+    const Status status = Calibrate(plan, order, &run);
+    if (!status) Fill(status.error(), &run);
+  } catch (const std::bad_alloc&) {
+    run.verdict = Verdict::kMemoryLimit;
+    run.code = VerdictName(run.verdict);
+    run.message = order.log + ": needs more memory than a unit may have";
+  } catch (const std::exception& failure) {
+    Fill(Error(ErrorCode::kSystemFailure, {order.log}, failure.what()), &run);
+  }
+  run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run.cpu_s = CpuSeconds() - cpu_s;
+  return run;
+}
+
+std::string FolderNameOf(std::string_view serial) {
+  constexpr std::size_t kLongest = 120;
+  std::string name;
+  for (const char c : serial) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_plain = (byte < 0x80 && std::isalnum(byte) != 0) || c == '-' || c == '_' ||
+                          (c == '.' && !name.empty());
+    if (is_plain) {
+      name += c;
+    } else {
+      constexpr std::string_view kDigits = "0123456789ABCDEF";
+      name += {'%', kDigits[byte >> 4], kDigits[byte & 15U]};
+    }
+  }
+  if (name.size() > kLongest) {
+    name = name.substr(0, kLongest) + "-" + Sha256Hex(serial).substr(0, 16);
+  }
+  return name.empty() ? "%" : name;
+}
+
+std::string LineOf(const WorkPlan& plan) {
+  const Json json = {{"config_path", plan.config_path},
+                     {"config_text", plan.config_text},
+                     {"overrides", ListOf(plan.overrides)},
+                     {"formats", ListOf(plan.formats)},
+                     {"has_report", plan.has_report},
+                     {"folder", plan.folder},
+                     {"shard", plan.shard}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string LineOf(const UnitOrder& order) {
+  const Json json = {
+      {"log", order.log}, {"serial", order.serial}, {"overrides", ListOf(order.overrides)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+Result<WorkPlan> ReadPlan(std::string_view line) {
+  return Parsed<WorkPlan>(line, [](const Json& json) {
+    return WorkPlan{.config_path = json.at("config_path"),
+                    .config_text = json.at("config_text"),
+                    .overrides = json.at("overrides").get<std::vector<std::string>>(),
+                    .formats = json.at("formats").get<std::vector<std::string>>(),
+                    .has_report = json.at("has_report"),
+                    .folder = json.at("folder"),
+                    .shard = json.at("shard")};
+  });
+}
+
+Result<UnitOrder> ReadOrder(std::string_view line) {
+  return Parsed<UnitOrder>(line, [](const Json& json) {
+    return UnitOrder{.log = json.at("log"),
+                     .serial = json.at("serial"),
+                     .overrides = json.at("overrides").get<std::vector<std::string>>()};
+  });
+}
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fleet/unit_run.h"
+#include "truetriad/base/result.h"
+#include "truetriad/config/experiment.h"
+
+namespace truetriad::fleet {
+
+/// What is wanted of every unit.
+struct WorkPlan {
+  std::string config_path;  ///< For messages and paths in it; empty: no experiment is given.
+  std::string config_text;  ///< The experiment; empty: one for what is in each log.
+  std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
+  std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
+  bool has_report = true;
+  std::string folder;  ///< Units' folders are made in it; empty: no files are written.
+  std::string shard;   ///< UnitRun::shard.
+};
+
+/// One unit to be calibrated.
+struct UnitOrder {
+  std::string log;
+  std::string serial = {};  ///< Empty: the log says it, or the name of its file is taken.
+  std::vector<std::string> overrides = {};  ///< Of this unit alone: its tags.
+};
+
+/// Reads the experiment. Error (bad input, usage): as ReadExperiment, or no such format.
+Result<WorkPlan> PlanWork(const std::string& config,
+                          std::vector<std::string> overrides,
+                          std::vector<std::string> formats);
+
+/// Of what a plan asks for, however it is written: two equal ones give the same calibrations.
+Result<std::string> ConfigSha256(const WorkPlan& plan);
+
+/// What is known of a run before the unit is looked at: log, its size and time, serial, identity.
+UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
+
+/// Calibrates one unit and writes its files; whatever becomes of it is in the run. `before` is
+/// called first, as part of it.
+UnitRun Work(const WorkPlan& plan,
+             const UnitOrder& order,
+             void (*before)(const UnitOrder& order) = nullptr);
+
+/// `serial` as the name of a folder: what is neither letter, digit, `-`, `_` nor an inner `.` as
+/// %XX, and a long one cut, with its hash.
+std::string FolderNameOf(std::string_view serial);
+
+/// One line of JSON and back.
+std::string LineOf(const WorkPlan& plan);
+std::string LineOf(const UnitOrder& order);
+Result<WorkPlan> ReadPlan(std::string_view line);
+Result<UnitOrder> ReadOrder(std::string_view line);
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/worker.h"
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <string_view>
+#include <utility>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "io/input_guard.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kMemoryVariable = "TRUETRIAD_FLEET_MEMORY";
+
+bool WriteAll(int stream, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = send(stream, text.data(), text.size(), MSG_NOSIGNAL);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+/// Lines of a stream, as they come.
+class LineReader {
+ public:
+  explicit LineReader(int stream) : stream_(stream) {}
+
+  /// Unset: the stream has ended.
+  std::optional<std::string> Next() {
+    for (;;) {
+      if (const std::size_t end = text_.find('\n'); end != std::string::npos) {
+        std::string line = text_.substr(0, end);
+        text_.erase(0, end + 1);
+        return line;
+      }
+      std::array<char, 16384> part{};
+      const ssize_t count = read(stream_, part.data(), part.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count <= 0) return std::nullopt;
+      text_.append(part.data(), static_cast<std::size_t>(count));
+    }
+  }
+
+ private:
+  int stream_;
+  std::string text_;
+};
+
+/// What a unit's log may be called in tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker
+/// crash at a unit whose log has PART in its name; hang and memory likewise.
+void FailOnPurpose(const UnitOrder& order) {
+  const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
+  if (stated == nullptr) return;
+  const std::string_view fault(stated);
+  const std::size_t colon = fault.find(':');
+  if (colon == std::string_view::npos ||
+      order.log.find(fault.substr(colon + 1)) == std::string::npos) {
+    return;
+  }
+  if (fault.starts_with("crash")) std::abort();
+  if (fault.starts_with("hang")) {
+    for (;;) pause();
+  }
+  if (fault.starts_with("memory")) throw std::bad_alloc();
+}
+
+void LimitMemory() {
+  const char* const stated = std::getenv(kMemoryVariable);
+  if (stated == nullptr) return;
+  const auto bytes = static_cast<rlim_t>(std::strtoll(stated, nullptr, 10));
+  const rlimit limit{bytes, bytes};
+  setrlimit(RLIMIT_AS, &limit);
+}
+
+std::string HowEnded(int status) {
+  if (WIFSIGNALED(status)) {
+    const int signal = WTERMSIG(status);
+    return std::string("was ended by signal ") + std::to_string(signal) + " (" + strsignal(signal) +
+           (signal == SIGKILL ? "; was memory short?)" : ")");
+  }
+  return "ended with exit code " + std::to_string(WEXITSTATUS(status));
+}
+
+}  // namespace
+
+int ServeAsWorker(int stream) {
+  // With the parent, however that ends; and not by what is meant for the parent.
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  LimitMemory();
+  LineReader lines(stream);
+  const std::optional<std::string> first = lines.Next();
+  if (!first) return 0;
+  const Result<WorkPlan> plan = ReadPlan(*first);
+  if (!plan) return static_cast<int>(plan.error().kind());
+  while (const std::optional<std::string> line = lines.Next()) {
+    const Result<UnitOrder> order = ReadOrder(*line);
+    if (!order) return static_cast<int>(order.error().kind());
+    const InputGuard guard;
+    InputGuard::Add(order->log);
+    const UnitRun run = Work(*plan, *order, FailOnPurpose);
+    if (!WriteAll(stream, LineOf(run))) return 0;
+  }
+  return 0;
+}
+
+struct WorkerPool::Worker {
+  pid_t process = 0;  ///< 0: not started.
+  int stream = -1;
+  std::string text;  ///< Read, and not a whole line yet.
+  std::optional<UnitOrder> order;
+  Clock::time_point since;
+};
+
+WorkerPool::WorkerPool(std::vector<std::string> command,
+                       const WorkPlan& plan,
+                       int size,
+                       UnitLimits limits)
+    : command_(std::move(command)), plan_(plan), limits_(limits) {
+  for (int i = 0; i < size; ++i) workers_.push_back(std::make_unique<Worker>());
+}
+
+WorkerPool::~WorkerPool() {
+  for (const auto& worker : workers_) End(worker.get());
+}
+
+bool WorkerPool::HasFree() const {
+  for (const auto& worker : workers_) {
+    if (!worker->order) return true;
+  }
+  return false;
+}
+
+bool WorkerPool::IsBusy() const {
+  for (const auto& worker : workers_) {
+    if (worker->order) return true;
+  }
+  return false;
+}
+
+Status WorkerPool::Start(Worker* worker) {
+  const auto failed = [](const std::string& what) {
+    return Error(ErrorCode::kSystemFailure, "no worker can be started: " + what);
+  };
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    return failed(std::strerror(errno));
+  }
+  std::vector<char*> words;
+  for (std::string& word : command_) words.push_back(word.data());
+  words.push_back(nullptr);
+  std::string memory = std::string(kMemoryVariable) + "=" + std::to_string(limits_.bytes);
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) variables.push_back(*variable);
+  variables.push_back(memory.data());
+  variables.push_back(nullptr);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  posix_spawn_file_actions_addopen(&streams, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  // What a library prints is no result.
+  posix_spawn_file_actions_adddup2(&streams, STDERR_FILENO, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&streams, ends[1], kStream);
+  const int failure =
+      posix_spawn(&worker->process, words[0], &streams, nullptr, words.data(), variables.data());
+  posix_spawn_file_actions_destroy(&streams);
+  close(ends[1]);
+  worker->stream = ends[0];
+  worker->text.clear();
+  if (failure != 0) {
+    worker->process = 0;
+    End(worker);
+    return failed(command_[0] + ": " + std::strerror(failure));
+  }
+  if (!WriteAll(worker->stream, LineOf(plan_))) {
+    End(worker);
+    return failed("it ends at once");
+  }
+  return {};
+}
+
+void WorkerPool::End(Worker* worker) {
+  if (worker->stream >= 0) close(worker->stream);
+  if (worker->process > 0) {
+    if (worker->order) kill(worker->process, SIGKILL);  // Else it ends by itself: no orders.
+    while (waitpid(worker->process, nullptr, 0) < 0 && errno == EINTR) {
+    }
+  }
+  *worker = Worker();
+}
+
+Status WorkerPool::Give(const UnitOrder& order) {
+  for (const auto& worker : workers_) {
+    if (worker->order) continue;
+    // One that has ended in the meantime is replaced once.
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      if (worker->process == 0) TRUETRIAD_RETURN_IF_ERROR(Start(worker.get()));
+      if (WriteAll(worker->stream, LineOf(order))) break;
+      End(worker.get());
+    }
+    if (worker->process == 0) return Error(ErrorCode::kSystemFailure, "workers end at once");
+    worker->order = order;
+    worker->since = Clock::now();
+    return {};
+  }
+  return Error(ErrorCode::kSystemFailure, "all workers are busy");
+}
+
+UnitRun WorkerPool::RunWithout(const Worker& worker, Verdict verdict, std::string message) const {
+  UnitRun run = RunOf(plan_, *worker.order);
+  run.verdict = verdict;
+  run.code = VerdictName(verdict);
+  run.message = worker.order->log + ": " + std::move(message);
+  run.wall_s = std::chrono::duration<double>(Clock::now() - worker.since).count();
+  return run;
+}
+
+Result<std::optional<UnitRun>> WorkerPool::Take(Worker* worker) {
+  std::array<char, 65536> part{};
+  const ssize_t count = recv(worker->stream, part.data(), part.size(), MSG_DONTWAIT);
+  if (count < 0 && (errno == EAGAIN || errno == EINTR)) return std::optional<UnitRun>();
+  if (count > 0) {
+    worker->text.append(part.data(), static_cast<std::size_t>(count));
+    const std::size_t end = worker->text.find('\n');
+    if (end == std::string::npos) return std::optional<UnitRun>();
+    TRUETRIAD_ASSIGN_OR_RETURN(UnitRun run,
+                               ReadLine(std::string_view(worker->text).substr(0, end)));
+    worker->text.clear();
+    worker->order.reset();
+    return std::optional(std::move(run));
+  }
+  int status = 0;
+  while (waitpid(worker->process, &status, 0) < 0 && errno == EINTR) {
+  }
+  worker->process = 0;
+  std::optional<UnitRun> run;
+  if (worker->order) run = RunWithout(*worker, Verdict::kCrashed, "the worker " + HowEnded(status));
+  End(worker);
+  return run;
+}
+
+Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
+  std::vector<pollfd> streams;
+  std::vector<Worker*> waited;
+  const Clock::time_point now = Clock::now();
+  for (const auto& worker : workers_) {
+    if (!worker->order) continue;
+    streams.push_back({worker->stream, POLLIN, 0});
+    waited.push_back(worker.get());
+    const double used = std::chrono::duration<double>(now - worker->since).count();
+    seconds = std::min(seconds, std::max(0.0, limits_.seconds - used));
+  }
+  std::vector<UnitRun> runs;
+  poll(streams.data(), streams.size(), static_cast<int>(1e3 * seconds) + 1);
+  for (std::size_t i = 0; i < waited.size(); ++i) {
+    Worker* const worker = waited[i];
+    if ((streams[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
+      TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
+      if (!run) continue;
+      if (run->verdict == Verdict::kMemoryLimit) End(worker);  // A fresh one has all of it again.
+      runs.push_back(std::move(*run));
+    } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
+               limits_.seconds) {
+      runs.push_back(RunWithout(*worker,
+                                Verdict::kTimeLimit,
+                                "takes longer than " +
+                                    std::to_string(static_cast<int>(limits_.seconds)) +
+                                    " s, which is what a unit may take"));
+      End(worker);
+    }
+  }
+  return runs;
+}
+
+}  // namespace truetriad::fleet

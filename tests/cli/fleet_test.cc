@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Many units at once.
+#include <filesystem>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+class Fleet : public ::testing::Test {
+ protected:
+  void WriteUnits(int count, int rests = 12) {
+    for (int i = 0; i < count; ++i) {
+      LogOptions options;
+      options.magnetometer = false;
+      options.rests = rests;
+      options.seed = static_cast<std::uint64_t>(i + 1);
+      const std::string number = std::to_string(i);
+      folder_.Write("line/u" + std::string(3 - number.size(), '0') + number + ".csv",
+                    LogText(options));
+    }
+  }
+  void SetUp() override { fs::create_directories(folder_.Path("line")); }
+
+  /// A line of shell around `truetriad fleet run`, in the folder.
+  Finished Run(const std::string& flags, const std::string& before = "") const {
+    return RunShell(before + " '" TRUETRIAD_BINARY "' fleet run line " + flags, folder_.Path(""));
+  }
+  /// The lines of the answer below its header.
+  std::vector<std::string> Ask(const std::string& sql, const std::string& store = "fleet") const {
+    const Finished run = RunShell(
+        "'" TRUETRIAD_BINARY "' fleet query --csv --store=" + store + "/fleet.db \"" + sql + "\"",
+        folder_.Path(""));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    std::istringstream text(run.out);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    if (!lines.empty()) lines.erase(lines.begin());
+    return lines;
+  }
+  std::vector<std::string> Parameters(const std::string& store) const {
+    return Ask(
+        "SELECT serial, verdict, name, value, sigma FROM run JOIN parameter USING (run) ORDER BY "
+        "serial, place",
+        store);
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(Fleet, KeepsEveryUnitWithItsVerdictAndFiles) {
+  WriteUnits(4);
+  folder_.Write("line/short.csv", LogText({.rests = 2}));
+  folder_.Write("line/bad.csv", "time[s],accel_x[m/s^2]\n0,x\n");
+  const Finished run =
+      Run("--to=json --tag=lot=L17 --set=limits.accelerometer.bias=0.25 --fail-on=unit");
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_THAT(run.out, AllOf(StartsWith("6 OF 6 NOT GOOD"), HasSubstr("4 outside-limits")));
+  EXPECT_THAT(Ask("SELECT serial, verdict, code FROM latest ORDER BY serial"),
+              ::testing::ElementsAre(StartsWith("bad,bad-input,"),
+                                     StartsWith("short,refused,"),
+                                     "u000,outside-limits,limit:accelerometer.bias.z",
+                                     "u001,outside-limits,limit:accelerometer.bias.z",
+                                     "u002,outside-limits,limit:accelerometer.bias.z",
+                                     "u003,outside-limits,limit:accelerometer.bias.z"));
+  EXPECT_THAT(Ask("SELECT value FROM tag WHERE name = 'lot'"), SizeIs(5));
+  for (const std::string& line : Ask("SELECT folder FROM run WHERE verdict = 'outside-limits'")) {
+    for (const char* file :
+         {"calibration.yaml", "calibration.json", "report.html", "export.json"}) {
+      EXPECT_TRUE(fs::exists(folder_.Path(line + "/" + file))) << line << " " << file;
+    }
+  }
+  // Each as `calibrate` makes it.
+  const Finished alone =
+      RunShell("'" TRUETRIAD_BINARY
+               "' calibrate line/u002.csv -o alone --set=limits.accelerometer.bias=0.25",
+               folder_.Path(""));
+  EXPECT_EQ(alone.exit_code, 4);
+  const std::string folder = Ask("SELECT folder FROM run WHERE serial = 'u002'").front();
+  EXPECT_EQ(RunShell("'" TRUETRIAD_BINARY "' compare alone/calibration.yaml " + folder +
+                         "/calibration.yaml",
+                     folder_.Path(""))
+                .exit_code,
+            0);
+}
+
+TEST_F(Fleet, LosesOneRunToWhatACrashHangOrMemoryCosts) {
+  WriteUnits(6);
+  const std::map<std::string, std::string> verdicts = {
+      {"crash", "crashed"}, {"hang", "time-limit"}, {"memory", "memory-limit"}};
+  for (const auto& [fault, verdict] : verdicts) {
+    const Finished run = Run("--report=false --jobs=2 --time-limit=2 -o " + fault,
+                             "TRUETRIAD_FLEET_FAULT=" + fault + ":u003");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(Ask("SELECT serial, verdict FROM run ORDER BY serial", fault),
+                ::testing::ElementsAre("u000,usable",
+                                       "u001,usable",
+                                       "u002,usable",
+                                       "u003," + verdict,
+                                       "u004,usable",
+                                       "u005,usable"));
+  }
+}
+
+TEST_F(Fleet, ResumesWithWhatIsMissingOrHasChanged) {
+  WriteUnits(5);
+  ASSERT_EQ(Run("--report=false").exit_code, 0);
+  EXPECT_THAT(Run("--report=false --resume").out, StartsWith("NOTHING TO DO"));
+  folder_.Write("line/u002.csv", LogText({.rests = 13, .magnetometer = false}));
+  EXPECT_THAT(Run("--report=false --resume").out, HasSubstr("1 units"));
+  EXPECT_THAT(Run("--report=false --resume --set=robust.loss=none").out, HasSubstr("5 units"));
+  // Runs of before are kept.
+  EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(11));
+  EXPECT_THAT(Ask("SELECT run FROM latest"), SizeIs(5));
+}
+
+// The whole process group dies at some moment, again and again; what is there in the end is what an
+// uninterrupted run gives.
+TEST_F(Fleet, IsWholeAfterItWasKilledAndResumed) {
+  WriteUnits(24);
+  ASSERT_EQ(Run("--report=false -o whole --jobs=2").exit_code, 0);
+  for (int i = 0; i < 8; ++i) {
+    const std::string seconds = "0." + std::string(i % 2 == 0 ? "0" : "1") + std::to_string(i + 1);
+    Run("--report=false -o cut --jobs=2 --resume --quiet", "timeout -s KILL " + seconds);
+  }
+  ASSERT_EQ(Run("--report=false -o cut --jobs=2 --resume").exit_code, 0);
+  EXPECT_EQ(Parameters("cut"), Parameters("whole"));
+  EXPECT_THAT(Ask("SELECT run FROM run", "cut"), SizeIs(24));
+  // What the store names is there.
+  for (const std::string& folder : Ask("SELECT folder FROM run", "cut")) {
+    EXPECT_TRUE(fs::exists(folder_.Path(folder + "/calibration.yaml"))) << folder;
+  }
+}
+
+TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
+  WriteUnits(12, 60);
+  const Finished run = Run("--report=false --jobs=1", "timeout -s TERM 0.15");
+  EXPECT_THAT(run.exit_code, ::testing::AnyOf(124, 143, 0)) << run.err;
+  const std::vector<std::string> done = Ask("SELECT verdict FROM run");
+  for (const std::string& verdict : done) EXPECT_EQ(verdict, "usable");
+  EXPECT_EQ(Run("--report=false --resume").exit_code, 0);
+  EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(12));
+}
+
+TEST_F(Fleet, IsSharedAmongShards) {
+  WriteUnits(8);
+  for (const char* shard : {"0/3", "1/3", "2/3"}) {
+    ASSERT_EQ(Run("--report=false --shard=" + std::string(shard)).exit_code, 0);
+  }
+  EXPECT_THAT(Ask("SELECT DISTINCT serial FROM run"), SizeIs(8));
+  EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(8));
+  EXPECT_EQ(Run("--shard=3/3").exit_code, 1);
+  const Finished other = Run("--shard=0/4");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("shared among 3"));
+}
+
+// A serial number stays one: in SQL, in names and in CSV.
+TEST_F(Fleet, TakesAnySerialNumber) {
+  WriteUnits(1);
+  const std::string list =
+      folder_.Write("list.csv", "log,serial\nline/u000.csv,\"../a'; \"\"b\"\"\"\n");
+  const Finished run =
+      RunShell("'" TRUETRIAD_BINARY "' fleet run list.csv --report=false", folder_.Path(""));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(Ask("SELECT serial FROM unit"), ::testing::ElementsAre("\"../a'; \"\"b\"\"\""));
+  EXPECT_TRUE(fs::exists(folder_.Path("fleet/units/%2E.%2Fa%27%3B%20%22b%22")));
+  EXPECT_FALSE(fs::exists(folder_.Path("fleet/a'; \"b\"")));
+}
+
+TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
+  WriteUnits(1);
+  const std::map<std::string, std::string> mistakes = {
+      {"--to=px5", "did you mean `px4`"},
+      {"--time-limit=0", "--time-limit"},
+      {"--memory-limit=1", "--memory-limit"},
+      {"--shard=4", "expected I/N"},
+      {"--jobs=-1", "--jobs"},
+      {"--serial=x", "{serial}"},
+      {"--store=mysql://x", "expected a file"},
+      {"nothing.csv", "there is no such log"},
+  };
+  for (const auto& [flags, message] : mistakes) {
+    const Finished run = Run(flags);
+    EXPECT_THAT(run.exit_code, ::testing::AnyOf(1, 2)) << flags;
+    EXPECT_THAT(run.err, HasSubstr(message)) << flags;
+  }
+  EXPECT_THAT(RunTruetriad({"fleet"}).err, HasSubstr("needs a second word"));
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "fleet/store.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
+
+DEFINE_string(sql, "", "a question in SQL; the tables are in docs/fleet.md");
+DEFINE_string(where, "", "of which runs, as in \"verdict <> 'pass' AND created > '2026-11'\"");
+DEFINE_bool(csv, false, "print CSV");
+
+namespace truetriad {
+namespace {
+
+/// What is asked where only `--where` is given: the last run of each unit.
+std::string Question() {
+  if (!FLAGS_sql.empty()) return FLAGS_sql;
+  const std::string where = FLAGS_where.empty() ? "" : " WHERE " + FLAGS_where;
+  return "SELECT serial, verdict, code, created, log, folder FROM latest" + where +
+         " ORDER BY serial";
+}
+
+/// Fields with commas, quotes or line ends are quoted, as is what a spreadsheet takes for a
+/// formula.
+std::string CsvField(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+std::string CsvOf(const fleet::Table& table) {
+  std::string text;
+  const auto add = [&text](const auto& row, const auto& field_of) {
+    for (std::size_t i = 0; i < row.size(); ++i) text += (i > 0 ? "," : "") + field_of(row[i]);
+    text += '\n';
+  };
+  add(table.columns, CsvField);
+  for (const auto& row : table.rows) {
+    add(row, [](const std::optional<std::string>& field) { return field ? CsvField(*field) : ""; });
+  }
+  return text;
+}
+
+/// One line of text, whatever is in it.
+std::string Flat(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return text;
+}
+
+std::string TextOf(const fleet::Table& table) {
+  std::vector<std::size_t> widths;
+  for (const std::string& column : table.columns) widths.push_back(column.size());
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      widths[i] = std::max(widths[i], row[i].value_or("").size());
+    }
+  }
+  std::string text;
+  const auto add = [&](std::size_t i, const std::string& field) {
+    const std::string space(widths[i] - field.size(), ' ');
+    const bool is_last = i + 1 == widths.size();
+    text += table.are_numbers[i] ? space + field : field + (is_last ? "" : space);
+    text += is_last ? "\n" : "  ";
+  };
+  for (std::size_t i = 0; i < widths.size(); ++i) add(i, table.columns[i]);
+  for (const auto& row : table.rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) add(i, Flat(row[i].value_or("")));
+  }
+  return text;
+}
+
+Json JsonOf(const fleet::Table& table) {
+  Json rows = Json::array();
+  for (const auto& row : table.rows) {
+    Json& item = rows.emplace_back(Json::object());
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      Json& field = item[table.columns[i]];
+      if (!row[i]) continue;
+      field = *row[i];
+      if (!table.are_numbers[i]) continue;
+      const Json number = Json::parse(*row[i], nullptr, /*allow_exceptions=*/false);
+      if (number.is_number()) field = number;
+    }
+  }
+  return rows;
+}
+
+Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
+  if (!FLAGS_sql.empty() && !FLAGS_where.empty()) {
+    return Error(ErrorCode::kConflictingArguments, "--sql and --where ask two questions; give one");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Table table, store->Query(Question()));
+  return VerbResult{.text = FLAGS_csv ? CsvOf(table) : TextOf(table),
+                    .result = {{"columns", table.columns}, {"rows", JsonOf(table)}}};
+}
+
+}  // namespace
+
+Command FleetQueryCommand() {
+  return {.name = "fleet query",
+          .summary = "What does the store say? In SQL, or of runs with some property.",
+          .examples =
+              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+              "build/truetriad fleet run out/line -o out/day --report=false\n"
+              "build/truetriad fleet query --store=out/day/fleet.db --where=\"verdict = 'usable'\"",
+          .details = "Nothing can be changed. Without a question: the last run of every unit.\n",
+          .flags = {{"store", "FILE", true},
+                    {"sql", "SELECT"},
+                    {"where", "CONDITION"},
+                    {"csv", "true|false"}},
+          .words = {"sql"},
+          .run = RunFleetQuery};
+}
+
+}  // namespace truetriad
