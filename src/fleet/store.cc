@@ -6,7 +6,9 @@
 
 #include "base/named_values.h"
 #include "fleet/database.h"
+#include "fleet/postgres_store.h"
 #include "fleet/sqlite_store.h"
+#include "fleet/store_url.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -31,9 +33,12 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
 Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
   constexpr std::string_view kSqlite = "sqlite:";
   if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
-  if (url.find("://") != std::string::npos) {
+  if (PostgresOptions(url)) return OpenPostgres(url, access);
+  if (const std::size_t scheme = url.find("://"); scheme != std::string::npos) {
     return Error(ErrorCode::kInvalidArgument,
-                 "--store=" + url + ": expected a file, as in line.db or sqlite:line.db");
+                 "--store=" + url.substr(0, scheme) +
+                     "://…: expected a file, as in line.db or sqlite:line.db, or "
+                     "postgresql://HOST/DATABASE");
   }
   return OpenSqlite(url, access);
 }
@@ -57,6 +62,10 @@ Status CheckDisposition(const Disposition& disposition) {
   return Error(ErrorCode::kInvalidArgument,
                "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
                    "`; expected one of " + verdicts);
+}
+
+std::string ShownStore(const std::string& url) {
+  return PostgresOptions(url) ? ShownPostgres(url) : url;
 }
 
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
