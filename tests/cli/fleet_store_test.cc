@@ -77,9 +77,9 @@ TEST_F(FleetStore, IsLeftWholeByAFullDisk) {
   Shell("cat /dev/zero >disk/ballast");
   const Finished full = Shell(run);
   EXPECT_EQ(full.exit_code, 2);
-  EXPECT_THAT(full.err, AllOf(HasSubstr("disk is full"), HasSubstr("make room")));
-  EXPECT_THAT(Ask("disk/fleet.db", "SELECT serial FROM run"), Not(SizeIs(0)));
+  EXPECT_THAT(full.err, HasSubstr("make room, and go on with --resume"));
   Shell("rm disk/ballast");
+  EXPECT_THAT(Ask("disk/fleet.db", "SELECT serial FROM run"), Not(SizeIs(0)));
   EXPECT_EQ(Shell(run + " --resume").exit_code, 0);
   EXPECT_THAT(Ask("disk/fleet.db", "SELECT DISTINCT serial FROM run"), SizeIs(8));
   EXPECT_THAT(Ask("disk/fleet.db", "SELECT run FROM run"), SizeIs(8));
