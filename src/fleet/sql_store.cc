@@ -43,7 +43,7 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
 }
 
 /// "best, 2 more".
-std::string TextOf(std::string_view counts, const Cell& most) {
+std::string PolicyText(std::string_view counts, const Cell& most) {
   return std::string(counts) + (most ? ", " + *most + " more" : "");
 }
 
@@ -122,8 +122,8 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
     if (counts_there == counts && most_there == most) return {};
     return Error(ErrorCode::kConflictingArguments,
                  database_->name() + ": of a unit's runs counts the one by `" +
-                     TextOf(counts_there.value_or(""), most_there) + "`, not by `" +
-                     TextOf(counts, most) + "`; state the same, or take another store");
+                     PolicyText(counts_there.value_or(""), most_there) + "`, not by `" +
+                     PolicyText(counts, most) + "`; state the same, or take another store");
   });
 }
 
