@@ -301,7 +301,7 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_current, database->Open(access));
   if (!is_current) {
     // Of before: its tables become those of today.
-    TRUETRIAD_RETURN_IF_ERROR(SqliteDatabase(path).Open(Access::kWrite));
+    TRUETRIAD_RETURN_IF_ERROR(OpenSqlite(path, Access::kWrite));
   }
   return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
 }
