@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/rows.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 #include "support/private_postgres.h"
@@ -61,8 +62,10 @@ TEST_P(StoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
     EXPECT_EQ(std::stod(*rows[0][0]), run.parameters[i].value);
     EXPECT_EQ(std::stod(*rows[0][1]), run.parameters[i].sigma);
   }
-  const auto covariance = Ask(**store, "SELECT length(covariance) FROM run");
-  EXPECT_EQ(covariance[0][0], std::to_string(8 * run.covariance.size()));
+  EXPECT_THAT(
+      Ask(**store, "SELECT covariance FROM run"),
+      ElementsAre(ElementsAre(HexOf({reinterpret_cast<const unsigned char*>(run.covariance.data()),
+                                     sizeof(double) * run.covariance.size()}))));
 }
 
 TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
