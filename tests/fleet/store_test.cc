@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/store.h"
 
+#include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
-#include "fleet/sqlite_store.h"
+#include "fleet/rows.h"
+#include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
-#include "report/sample_calibration.h"
+#include "support/private_postgres.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -18,36 +20,32 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-class SqliteStoreTest : public ::testing::Test {
+/// Of each kind of store the same.
+class StoreTest : public ::testing::TestWithParam<std::string> {
  protected:
-  static UnitRun RunOf(const std::string& serial) {
-    UnitRun run;
-    Fill(SampleCalibration(), &run);
-    run.id = NewRunId();
-    run.serial = serial;
-    run.log = serial + ".csv";
-    run.config_sha256 = "abc";
-    run.tags.lot = "L17";
-    return run;
+  void SetUp() override {
+#ifndef TRUETRIAD_HAVE_POSTGRESQL
+    if (GetParam() == "PostgreSQL") GTEST_SKIP() << "built without libpqxx";
+#endif
+    if (GetParam() == "PostgreSQL") TRUETRIAD_SKIP_WITHOUT_POSTGRES();
+    url_ = NewUrl();
   }
-  std::vector<std::vector<std::optional<std::string>>> Ask(Store& store, const std::string& sql) {
-    const Result<Table> table = store.Query(sql);
-    EXPECT_TRUE(table) << table.error().message;
-    return table ? table->rows : std::vector<std::vector<std::optional<std::string>>>();
-  }
-  static void Execute(const std::string& path, const std::string& sql) {
-    sqlite3* database = nullptr;
-    ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    sqlite3_close(database);
+  std::string NewUrl() {
+    if (GetParam() == "PostgreSQL") return PrivatePostgres::Get()->NewDatabase();
+    return folder_.Path("fleet" + std::to_string(++stores_) + ".db");
   }
 
   const TemporaryFolder folder_;
-  const std::string path_ = folder_.Path("fleet.db");
+  int stores_ = 0;
+  std::string url_;
 };
+INSTANTIATE_TEST_SUITE_P(Each,
+                         StoreTest,
+                         ::testing::Values("SQLite", "PostgreSQL"),
+                         [](const auto& test) { return test.param; });
 
-TEST_F(SqliteStoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store) << store.error().message;
   const UnitRun run = RunOf("a'; DROP TABLE run; --\n\"");
   ASSERT_TRUE((*store)->Add(run));
@@ -64,12 +62,14 @@ TEST_F(SqliteStoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
     EXPECT_EQ(std::stod(*rows[0][0]), run.parameters[i].value);
     EXPECT_EQ(std::stod(*rows[0][1]), run.parameters[i].sigma);
   }
-  const auto covariance = Ask(**store, "SELECT length(covariance) FROM run");
-  EXPECT_EQ(covariance[0][0], std::to_string(8 * run.covariance.size()));
+  EXPECT_THAT(
+      Ask(**store, "SELECT covariance FROM run"),
+      ElementsAre(ElementsAre(HexOf({reinterpret_cast<const unsigned char*>(run.covariance.data()),
+                                     sizeof(double) * run.covariance.size()}))));
 }
 
-TEST_F(SqliteStoreTest, SaysWhichRunOfALogWasTheLast) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   UnitRun first = RunOf("A1"), second = RunOf("A1");
   first.id = "1";
@@ -84,8 +84,8 @@ TEST_F(SqliteStoreTest, SaysWhichRunOfALogWasTheLast) {
   EXPECT_THAT(Ask(**store, "SELECT run FROM latest"), ElementsAre(ElementsAre("2")));
 }
 
-TEST_F(SqliteStoreTest, AnswersQuestionsAndNothingElse) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, AnswersQuestionsAndNothingElse) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   for (const std::string sql : {"DROP TABLE run",
                                 "DELETE FROM run",
@@ -98,8 +98,8 @@ TEST_F(SqliteStoreTest, AnswersQuestionsAndNothingElse) {
   EXPECT_TRUE((*store)->Query(" SELECT 1 ; "));
 }
 
-TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, HasTheSameNumberOfShardsEveryTime) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   EXPECT_TRUE((*store)->StateShards(4));
   EXPECT_TRUE((*store)->StateShards(4));
@@ -108,26 +108,139 @@ TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
   EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
 }
 
-TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
-  EXPECT_FALSE(OpenStoreToRead(path_));
-  Execute(folder_.Path("other.db"), "CREATE TABLE x (y)");
-  const auto other = OpenStore(folder_.Path("other.db"));
-  ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has written"));
-  EXPECT_FALSE(OpenStore(folder_.Write("log.csv", "time[s],accel_x[m/s^2]\n0,1\n")));
-  EXPECT_FALSE(OpenStore("mysql://host/x"));
-  ASSERT_TRUE(OpenStore(path_));
-  Execute(path_, "PRAGMA user_version = 99");
-  const auto newer = OpenStore(path_);
-  ASSERT_FALSE(newer);
-  EXPECT_THAT(newer.error().message, HasSubstr("version 99 of the tables"));
-  EXPECT_FALSE(OpenStoreToRead(path_));
+TEST_P(StoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  UnitRun run = RunOf("A1");
+  run.findings = {Finding(FindingCode::kClockOffset, "late", "state it")
+                      .About(Triad::kMagnetometer, 1)
+                      .AtPose(3)
+                      .With("offset", 1.0 / 7.0, 0.01, "s"),
+                  Finding(FindingCode::kMessage, "plain")};
+  ASSERT_TRUE((*store)->Add(run));
+  EXPECT_THAT(
+      Ask(**store,
+          "SELECT place, sensor, axis, pose, remedy, \"values\" FROM finding ORDER BY place"),
+      ElementsAre(
+          ElementsAre("1",
+                      "magnetometer",
+                      "y",
+                      "3",
+                      "state it",
+                      R"({"offset":{"value":0.14285714285714285,"sigma":0.01,"unit":"s"}})"),
+          ElementsAre("2", std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt)));
 }
 
-TEST_F(SqliteStoreTest, SaysWhereItsLocksDoNotHold) {
-  EXPECT_EQ(NetworkFileSystemName(0x6969), "NFS");
-  EXPECT_EQ(NetworkFileSystemName(static_cast<long>(0xFF534D42)), "SMB");
-  EXPECT_EQ(NetworkFileSystemName(0xEF53), "");
+TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
+  struct Case {
+    RetestPolicy policy;
+    std::string run;
+  };
+  const std::vector<Case> cases = {{{RetestCounts::kLast, std::nullopt}, "5"},
+                                   {{RetestCounts::kLast, 2}, "3"},
+                                   {{RetestCounts::kLast, 0}, "1"},
+                                   {{RetestCounts::kFirst, std::nullopt}, "1"},
+                                   {{RetestCounts::kBest, std::nullopt}, "5"},
+                                   {{RetestCounts::kBest, 3}, "4"},
+                                   {{RetestCounts::kBest, 2}, "3"},
+                                   {{RetestCounts::kBest, 1}, "2"}};
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Result<std::unique_ptr<Store>> store = OpenStore(i == 0 ? url_ : NewUrl());
+    ASSERT_TRUE(store);
+    ASSERT_TRUE((*store)->StateRetestPolicy(cases[i].policy));
+    // Not in their order.
+    ASSERT_TRUE((*store)->Add(RunOf("5", Verdict::kPass)));
+    ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kCrashed)));
+    ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kRefused)));
+    ASSERT_TRUE((*store)->Add(RunOf("3", Verdict::kOutside)));
+    ASSERT_TRUE((*store)->Add(RunOf("4", Verdict::kPass)));
+    EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts, disposed_by FROM standing"),
+                ElementsAre(ElementsAre(cases[i].run, "crashed", "5", std::nullopt)))
+        << i;
+  }
+}
+
+TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
+  EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
+  EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, 3}));
+  const Status other = (*store)->StateRetestPolicy({});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::kConflictingArguments);
+  EXPECT_THAT(other.error().message, HasSubstr("`best, 2 more`, not by `last`"));
+}
+
+TEST_P(StoreTest, KeepsWhatPeopleDecide) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  Disposition first{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe'; --", "seen", Verdict::kPass};
+  const Result<std::string> run = (*store)->Dispose(first);
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_EQ(*run, "1");
+  const std::string standing =
+      "SELECT verdict, first_verdict, final_verdict, disposed_by FROM standing";
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("outside-limits", "outside-limits", "pass", "R. Roe'; --")));
+  Disposition second{"b", "A1", "2026-11-26T00:00:00Z", "M. Moe", "bent", Verdict::kRefused};
+  ASSERT_TRUE((*store)->Dispose(second));
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("outside-limits", "outside-limits", "refused", "M. Moe")));
+  EXPECT_THAT(Ask(**store, "SELECT disposition, run, why FROM disposition ORDER BY disposition"),
+              ElementsAre(ElementsAre("a", "1", "seen"), ElementsAre("b", "1", "bent")));
+  // Of that run, and not of a later one.
+  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("pass", "outside-limits", "pass", std::nullopt)));
+}
+
+TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  const Disposition good{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe", "seen", Verdict::kPass};
+  const auto refused = [&](const auto& spoil, ErrorCode code) {
+    Disposition bad = good;
+    spoil(&bad);
+    const Result<std::string> run = (*store)->Dispose(bad);
+    EXPECT_FALSE(run);
+    EXPECT_TRUE(run || run.error().code == code) << run.error().message;
+  };
+  refused([](Disposition* bad) { bad->serial = "A1' OR '1'='1"; }, ErrorCode::kUnknownName);
+  refused([](Disposition* bad) { bad->who = " "; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->why = ""; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->verdict = Verdict::kCrashed; }, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));
+}
+
+TEST_P(StoreTest, KeepsTheChecksOfStations) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store);
+  const auto none = (*store)->LastStationCheck("S3");
+  ASSERT_TRUE(none);
+  EXPECT_FALSE(*none);
+  StationCheck check{"2", "S3", "G1", "2026-11-25T06:00:00Z", true, 0.1 + 0.2, 1.0 / 3.0, "a", "l"};
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  check.id = "1";
+  check.agrees = false;
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  check.id = "3";
+  check.station = "S4";
+  check.p = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  const auto last = (*store)->LastStationCheck("S3");
+  ASSERT_TRUE(last && *last);
+  EXPECT_EQ((*last)->id, "2");
+  EXPECT_TRUE((*last)->agrees);
+  EXPECT_EQ((*last)->p, 0.1 + 0.2);
+  EXPECT_EQ((*last)->largest, 1.0 / 3.0);
+  const auto other = (*store)->LastStationCheck("S4");
+  ASSERT_TRUE(other && *other);
+  EXPECT_FALSE((*other)->agrees);
+  EXPECT_TRUE(std::isnan((*other)->p));
 }
 
 }  // namespace
