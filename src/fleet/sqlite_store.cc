@@ -113,10 +113,13 @@ class SqliteStore : public Store {
     return Migrate();
   }
 
-  Status Add(const UnitRun& run) override {
+  Status Add(const UnitRun& run) override { return AddAll({&run, 1}); }
+
+  Status AddAll(std::span<const UnitRun> runs) override {
     TRUETRIAD_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
-    const Status status = Insert(run);
-    if (!status) {
+    for (const UnitRun& run : runs) {
+      const Status status = Insert(run);
+      if (status) continue;
       sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
       return status;
     }
@@ -139,8 +142,8 @@ class SqliteStore : public Store {
     return runs;
   }
 
-  Status StateShards(int count) override {
-    const std::string stated = std::to_string(count);
+  Status StateShard(const Shard& shard) override {
+    const std::string stated = std::to_string(shard.count);
     TRUETRIAD_RETURN_IF_ERROR(Insert(kInsertFact, {"shards", std::string_view(stated)}));
     Statement statement(database_, kShards);
     if (statement.Step() != SQLITE_ROW) return Failure();
@@ -307,8 +310,9 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, bool to_read)
       return Error(ErrorCode::kCannotWrite,
                    {path},
                    "is on a network folder (" + std::string(network) +
-                       "), where SQLite cannot keep two writers apart; use a local folder, or "
-                       "PostgreSQL (--store=postgresql://…)");
+                       "), where SQLite cannot keep two writers apart; use a local folder, a file "
+                       "of its own for each shard (--store=shard-2.jsonl), or PostgreSQL "
+                       "(--store=postgresql://…)");
     }
   }
   auto store = std::make_unique<SqliteStore>(path);

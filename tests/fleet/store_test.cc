@@ -101,9 +101,9 @@ TEST_F(SqliteStoreTest, AnswersQuestionsAndNothingElse) {
 TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
   Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);
-  EXPECT_TRUE((*store)->StateShards(4));
-  EXPECT_TRUE((*store)->StateShards(4));
-  const Status other = (*store)->StateShards(5);
+  EXPECT_TRUE((*store)->StateShard({0, 4}));
+  EXPECT_TRUE((*store)->StateShard({0, 4}));
+  const Status other = (*store)->StateShard({0, 5});
   ASSERT_FALSE(other);
   EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
 }

@@ -85,6 +85,8 @@ const std::vector<Command>& Commands() {
                                                           ReportCommand(),
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
+                                                          FleetCollectCommand(),
+                                                          FleetExportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;

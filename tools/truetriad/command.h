@@ -102,6 +102,8 @@ Command ImportCommand();
 Command ReportCommand();
 Command FleetRunCommand();
 Command FleetQueryCommand();
+Command FleetCollectCommand();
+Command FleetExportCommand();
 Command HelpCommand();
 Command VersionCommand();
 
