@@ -95,7 +95,8 @@ Status AddFrom(const std::string& source, Store& target) {
     waiting.clear();
     return {};
   }));
-  return target.AddAll(waiting);
+  TRUETRIAD_RETURN_IF_ERROR(target.AddAll(waiting));
+  return JsonLinesPath(source) ? Status() : target.AddDecisions(*store);
 }
 
 Result<std::size_t> CountRuns(Store& store) {

@@ -42,7 +42,7 @@ class LineFile {
     if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return {};
     if (errno == EWOULDBLOCK) {
       return Error(
-          ErrorCode::kCannotWrite,
+          ErrorCode::kStoreFailure,
           {path_},
           "another run is writing to it; wait for its end, or give each a file of its own");
     }
@@ -100,7 +100,7 @@ class LineFile {
   static constexpr std::int64_t kPartBytes = 65536;
 
   Error Failure() const {
-    return Error(ErrorCode::kCannotWrite,
+    return Error(ErrorCode::kStoreFailure,
                  {path_},
                  std::string("cannot be written: ") + std::strerror(errno));
   }
@@ -145,8 +145,8 @@ class JsonLinesStore : public Store {
  public:
   explicit JsonLinesStore(std::string path) : path_(std::move(path)), file_(path_) {}
 
-  Status Open(bool to_read) {
-    if (to_read) {
+  Status Open(Access access) {
+    if (access == Access::kRead) {
       TRUETRIAD_ASSIGN_OR_RETURN(shards_, ReadJsonLinesHeader(path_));
       return {};
     }
@@ -191,8 +191,7 @@ class JsonLinesStore : public Store {
       shards_ = stated;
       return file_.FlushFolder();
     }
-    TRUETRIAD_RETURN_IF_ERROR(
-        CheckShards(path_, std::to_string(shards_.count), std::to_string(shard.count)));
+    TRUETRIAD_RETURN_IF_ERROR(CheckShards(path_, shards_.count, shard.count));
     if (shards_.only.value_or(shard.index) == shard.index) return {};
     return Error(ErrorCode::kConflictingArguments,
                  path_ + ": holds the runs of shard " + std::to_string(*shards_.only) + " of " +
@@ -202,20 +201,31 @@ class JsonLinesStore : public Store {
 
   Result<StatedShards> Shards() override { return shards_; }
 
-  Result<Table> Query(const std::string&) override {
-    return Error(ErrorCode::kWrongFormat,
-                 {path_},
-                 "is a file of runs, which answers no questions; `truetriad fleet collect " +
-                     path_ + " --store=fleet.db` makes a store of it");
+  Status StateRetestPolicy(const RetestPolicy& policy) override {
+    return policy == RetestPolicy() ? Status() : NoQuestions();
   }
+  Result<std::string> Dispose(const Disposition&) override { return NoQuestions(); }
+  Status AddStationCheck(const StationCheck&) override { return NoQuestions(); }
+  Result<std::optional<StationCheck>> LastStationCheck(const std::string&) override {
+    return NoQuestions();
+  }
+  Status AddDecisions(Store&) override { return NoQuestions(); }
+  Result<Table> Query(const std::string&) override { return NoQuestions(); }
 
   Status ForEachRun(const RunSelection& which,
                     const std::function<Status(UnitRun)>& take) override {
-    if (which.only_standing || !which.where.empty()) return Query("").error();
+    if (which.only_standing || !which.where.empty()) return NoQuestions();
     return ForEachLine(path_, take);
   }
 
  private:
+  Error NoQuestions() const {
+    return Error(ErrorCode::kWrongFormat,
+                 {path_},
+                 "is a file of runs, which only keeps them; `truetriad fleet collect " + path_ +
+                     " --store=fleet.db` makes a store of it");
+  }
+
   std::string path_;
   LineFile file_;
   StatedShards shards_;
@@ -223,22 +233,22 @@ class JsonLinesStore : public Store {
 
 }  // namespace
 
-Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, bool to_read) {
+Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, Access access) {
   namespace fs = std::filesystem;
   std::error_code failure;
-  if (to_read && !fs::exists(path, failure)) {
+  if (access == Access::kRead && !fs::exists(path, failure)) {
     return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
   }
   const fs::path folder = fs::absolute(path, failure).parent_path();
-  if (!to_read) fs::create_directories(folder, failure);
+  if (access == Access::kWrite) fs::create_directories(folder, failure);
   if (failure) {
     return Error(
-        ErrorCode::kCannotWrite,
+        ErrorCode::kStoreFailure,
         {path},
         "cannot be written: there is no folder " + folder.string() + ": " + failure.message());
   }
   auto store = std::make_unique<JsonLinesStore>(path);
-  TRUETRIAD_RETURN_IF_ERROR(store->Open(to_read));
+  TRUETRIAD_RETURN_IF_ERROR(store->Open(access));
   return std::unique_ptr<Store>(std::move(store));
 }
 

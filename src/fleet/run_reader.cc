@@ -100,6 +100,8 @@ void TakeFinding(const StoredRow& row, UnitRun* run) {
   if (row[3]) json["sensor"] = *row[3];
   if (row[4]) json["axis"] = *row[4];
   if (row[5]) json["pose"] = IntegerIn(row[5]);
+  if (row[7]) json["remedy"] = *row[7];
+  if (row[8]) json["values"] = Json::parse(*row[8]);
   run->findings.push_back(FindingFrom(json));
 }
 
@@ -128,7 +130,10 @@ constexpr Part kParts[] = {
     {"name, value", "tag", "name", TakeTag},
     {"file, sha256, samples", "input", "place", TakeInput},
     {"name, value, sigma", "parameter", "place", TakeParameter},
-    {"code, severity, sensor, axis, pose, text", "finding", "place", TakeFinding},
+    {"code, severity, sensor, axis, pose, text, remedy, \"values\"",
+     "finding",
+     "place",
+     TakeFinding},
     {"name, component, lower, target, upper, value, sigma, outside, pass",
      "judgement",
      "place",

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/store.h"
 
+#include <algorithm>
 #include <string_view>
 
+#include "base/named_values.h"
+#include "fleet/database.h"
 #include "fleet/json_lines_store.h"
-#include "fleet/rows.h"
 #include "fleet/run_reader.h"
 #include "fleet/sqlite_store.h"
 #include "io/input_guard.h"
@@ -12,18 +14,35 @@
 namespace truetriad::fleet {
 namespace {
 
+constexpr NamedValues<RetestCounts, 3> kRetestCounts = {{
+    {RetestCounts::kLast, "last"},
+    {RetestCounts::kFirst, "first"},
+    {RetestCounts::kBest, "best"},
+}};
+
+Status CheckLine(const std::string& what, const std::string& text, std::size_t longest) {
+  const bool is_blank = text.find_first_not_of(" \t") == std::string::npos;
+  const bool is_line = std::none_of(text.begin(), text.end(), [](char c) {
+    return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+  });
+  if (!is_blank && is_line && text.size() <= longest) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
+                   " bytes");
+}
+
 constexpr std::string_view kSqlite = "sqlite:";
 
-Result<std::unique_ptr<Store>> Open(const std::string& url, bool to_read) {
+Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
   if (const std::optional<std::string> path = JsonLinesPath(url)) {
-    return OpenJsonLines(*path, to_read);
+    return OpenJsonLines(*path, access);
   }
-  if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), to_read);
+  if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
   if (url.find("://") != std::string::npos) {
     return Error(ErrorCode::kInvalidArgument,
                  "--store=" + url + ": expected a file, as in line.db or shard-2.jsonl");
   }
-  return OpenSqlite(url, to_read);
+  return OpenSqlite(url, access);
 }
 
 }  // namespace
@@ -34,7 +53,8 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
 }
 
 Result<StatedShards> Store::Shards() {
-  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, Query(std::string(kShards)));
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Query("SELECT value FROM fact WHERE name = 'shards'"));
   if (table.rows.empty()) return StatedShards();
   return StatedShards{std::stoi(table.rows[0][0].value_or("0")), std::nullopt};
 }
@@ -43,7 +63,28 @@ Status Store::ForEachRun(const RunSelection& which, const std::function<Status(U
   return ReadRuns(*this, which, take);
 }
 
-Result<std::unique_ptr<Store>> OpenStore(const std::string& url) { return Open(url, false); }
+std::string_view RetestCountsName(RetestCounts counts) { return kRetestCounts.Name(counts); }
+
+std::optional<RetestCounts> RetestCountsFromName(std::string_view name) {
+  return kRetestCounts.Find(name);
+}
+
+Status CheckDisposition(const Disposition& disposition) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckLine("who decided it", disposition.who, 200));
+  TRUETRIAD_RETURN_IF_ERROR(CheckLine("why", disposition.why, 2000));
+  std::string verdicts;
+  for (const Verdict verdict : kVerdictsOfPeople) {
+    if (verdict == disposition.verdict) return {};
+    verdicts.append(verdicts.empty() ? "" : ", ").append(VerdictName(verdict));
+  }
+  return Error(ErrorCode::kInvalidArgument,
+               "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
+                   "`; expected one of " + verdicts);
+}
+
+Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
+  return Open(url, Access::kWrite);
+}
 
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
   if (const std::optional<std::string> file = FileOfStore(url)) {
@@ -52,7 +93,7 @@ Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
       InputGuard::Add(*file + ending);
     }
   }
-  return Open(url, true);
+  return Open(url, Access::kRead);
 }
 
 std::optional<std::string> FileOfStore(const std::string& url) {
@@ -60,6 +101,5 @@ std::optional<std::string> FileOfStore(const std::string& url) {
   if (url.starts_with(kSqlite)) return url.substr(kSqlite.size());
   if (url.find("://") != std::string::npos) return std::nullopt;
   return url;
-}
 
 }  // namespace truetriad::fleet

@@ -87,6 +87,7 @@ const std::vector<Command>& Commands() {
                                                           FleetQueryCommand(),
                                                           FleetCollectCommand(),
                                                           FleetExportCommand(),
+                                                          FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;
