@@ -42,100 +42,101 @@ struct StatedShards {
 /// Which runs.
 struct RunSelection {
   bool only_standing = false;  ///< Of each unit the run that counts.
-  std::string where;           ///< A condition in SQL on `run` or `standing`; empty: any.
-  /// What somebody decided about a unit, whatever the verdict of its run.
-  struct Disposition {
-    std::string id;       ///< NewRunId; of several of one run the greatest applies.
-    std::string serial;   ///< Of the unit.
-    std::string created;  ///< ISO 8601, UTC.
-    std::string who, why;
-    Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
-  };
-  /// What somebody can decide; the others are of a machine.
-  inline constexpr std::array kVerdictsOfPeople = {
-      Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
+  std::string where = {};      ///< A condition in SQL on `run` or `standing`; empty: any.
+};
 
-  /// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line,
-  /// or the verdict is none of people.
-  Status CheckDisposition(const Disposition& disposition);
+/// What somebody decided about a unit, whatever the verdict of its run.
+struct Disposition {
+  std::string id;       ///< NewRunId; of several of one run the greatest applies.
+  std::string serial;   ///< Of the unit.
+  std::string created;  ///< ISO 8601, UTC.
+  std::string who, why;
+  Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
+};
+/// What somebody can decide; the others are of a machine.
+inline constexpr std::array kVerdictsOfPeople = {
+    Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
 
-  /// A station's golden unit, measured again.
-  struct StationCheck {
-    std::string id;  ///< NewRunId.
-    std::string station;
-    std::string serial;   ///< Of the golden unit.
-    std::string created;  ///< ISO 8601, UTC.
-    bool agrees = false;
-    /// Of all differences together, and the largest of them in sigma; NaN: not known.
-    double p = std::numeric_limits<double>::quiet_NaN();
-    double largest = std::numeric_limits<double>::quiet_NaN();
-    std::string parameter;  ///< That with the largest difference.
-    std::string log;
-  };
+/// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line,
+/// or the verdict is none of people.
+Status CheckDisposition(const Disposition& disposition);
 
-  /// Which of a unit's runs counts.
-  enum class RetestCounts { kLast, kFirst, kBest };
-  std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "best".
-  std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
+/// A station's golden unit, measured again.
+struct StationCheck {
+  std::string id;  ///< NewRunId.
+  std::string station;
+  std::string serial;   ///< Of the golden unit.
+  std::string created;  ///< ISO 8601, UTC.
+  bool agrees = false;
+  /// Of all differences together, and the largest of them in sigma; NaN: not known.
+  double p = std::numeric_limits<double>::quiet_NaN();
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  std::string parameter;  ///< That with the largest difference.
+  std::string log;
+};
 
-  struct RetestPolicy {
-    /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
-    /// outside-limits, any other.
-    RetestCounts counts = RetestCounts::kLast;
-    /// How many runs after the first may count; unset: all. 0 or more.
-    std::optional<std::int64_t> most;
+/// Which of a unit's runs counts.
+enum class RetestCounts { kLast, kFirst, kBest };
+std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "best".
+std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
 
-    bool operator==(const RetestPolicy&) const = default;
-  };
+struct RetestPolicy {
+  /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
+  /// outside-limits, any other.
+  RetestCounts counts = RetestCounts::kLast;
+  /// How many runs after the first may count; unset: all. 0 or more.
+  std::optional<std::int64_t> most;
 
-  /// Where runs are kept. A run is added once and never changed. All functions: an error (bad
-  /// input) where the store cannot be reached or written.
-  class Store {
-   public:
-    virtual ~Store() = default;
+  bool operator==(const RetestPolicy&) const = default;
+};
 
-    /// On the disk when it returns. A run that is there already is not added again.
-    virtual Status Add(const UnitRun& run) = 0;
-    /// The same of several, faster where a store can write them at once.
-    virtual Status AddAll(std::span<const UnitRun> runs);
-    /// Of each log the last run.
-    virtual Result<std::vector<KnownRun>> LastRuns() = 0;
-    /// Of which shard further runs are; the first who says how many there are, states it. Error
-    /// (usage): another number was stated, or the store is of another shard.
-    virtual Status StateShard(const Shard& shard) = 0;
-    virtual Result<StatedShards> Shards();
-    /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
-    /// was stated.
-    virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
-    /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
-    /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage):
-    /// there is no such unit.
-    virtual Result<std::string> Dispose(const Disposition& disposition) = 0;
-    virtual Status AddStationCheck(const StationCheck& check) = 0;
-    /// The last by name; unset: there is none of this station.
-    virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
-    /// The dispositions and station checks of another store, of which all runs are here; those that
-    /// are there already are not added again.
-    virtual Status AddDecisions(Store& from) = 0;
-    /// Answers a statement that only reads. Error (usage): it is none.
-    virtual Result<Table> Query(const std::string& sql) = 0;
-    /// `take`s whole runs, one after the other, in the order of their serials and then names;
-    /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
-    /// that is none.
-    virtual Status ForEachRun(const RunSelection& which,
-                              const std::function<Status(UnitRun)>& take);
-  };
+/// Where runs are kept. A run is added once and never changed. All functions: an error (bad
+/// input) where the store cannot be reached or written.
+class Store {
+ public:
+  virtual ~Store() = default;
 
-  /// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH. Error (bad input): it
-  /// is none of this program's, of a newer version of it, or on a file system that SQLite cannot
-  /// lock. Error (usage): another kind of URL.
-  Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
+  /// On the disk when it returns. A run that is there already is not added again.
+  virtual Status Add(const UnitRun& run) = 0;
+  /// The same of several, faster where a store can write them at once.
+  virtual Status AddAll(std::span<const UnitRun> runs);
+  /// Of each log the last run.
+  virtual Result<std::vector<KnownRun>> LastRuns() = 0;
+  /// Of which shard further runs are; the first who says how many there are, states it. Error
+  /// (usage): another number was stated, or the store is of another shard.
+  virtual Status StateShard(const Shard& shard) = 0;
+  virtual Result<StatedShards> Shards();
+  /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
+  /// was stated.
+  virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
+  /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage):
+  /// there is no such unit.
+  virtual Result<std::string> Dispose(const Disposition& disposition) = 0;
+  virtual Status AddStationCheck(const StationCheck& check) = 0;
+  /// The last by name; unset: there is none of this station.
+  virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
+  /// The dispositions and station checks of another store, of which all runs are here; those that
+  /// are there already are not added again.
+  virtual Status AddDecisions(Store& from) = 0;
+  /// Answers a statement that only reads. Error (usage): it is none.
+  virtual Result<Table> Query(const std::string& sql) = 0;
+  /// `take`s whole runs, one after the other, in the order of their serials and then names;
+  /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
+  /// that is none.
+  virtual Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
+};
 
-  /// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,
-  /// be put in its place.
-  Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
+/// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH. Error (bad input): it
+/// is none of this program's, of a newer version of it, or on a file system that SQLite cannot
+/// lock. Error (usage): another kind of URL.
+Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
-  /// The file of a store that is one; unset: it is kept by a server.
-  std::optional<std::string> FileOfStore(const std::string& url);
+/// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,
+/// be put in its place.
+Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
+
+/// The file of a store that is one; unset: it is kept by a server.
+std::optional<std::string> FileOfStore(const std::string& url);
 
 }  // namespace truetriad::fleet
