@@ -101,5 +101,6 @@ std::optional<std::string> FileOfStore(const std::string& url) {
   if (url.starts_with(kSqlite)) return url.substr(kSqlite.size());
   if (url.find("://") != std::string::npos) return std::nullopt;
   return url;
+}
 
 }  // namespace truetriad::fleet
