@@ -45,7 +45,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   for (const std::string& source : sources) {
     if (!IsSameStore(source, target)) continue;
     return Error(ErrorCode::kConflictingArguments,
-                 {source},
+                 {ShownStore(source)},
                  "is the store itself; name those that are to be added to it");
   }
   return {};
@@ -57,7 +57,7 @@ Result<int> IndexOf(const UnitRun& run, int count, const std::string& source) {
       run.shard.empty() ? std::optional(Shard()) : ShardFromText(run.shard);
   if (shard && shard->count == count) return shard->index;
   return Error(ErrorCode::kDoesNotMatch,
-               {source},
+               {ShownStore(source)},
                "run " + run.id + " is of shard `" + run.shard + "`, and the store is of " +
                    std::to_string(count) + "; it has been changed by another program");
 }
@@ -68,13 +68,13 @@ Status Look(const std::string& source, Survey* survey) {
   if (shards.count > 0) {
     if (survey->shards > 0 && survey->shards != shards.count) {
       return Error(ErrorCode::kConflictingArguments,
-                   {source},
+                   {ShownStore(source)},
                    "is of " + std::to_string(shards.count) + " shards, and " + survey->said_by +
                        " of " + std::to_string(survey->shards) +
                        "; collect those of one fleet run");
     }
     survey->shards = shards.count;
-    survey->said_by = source;
+    survey->said_by = ShownStore(source);
   }
   if (shards.only) survey->present.insert(*shards.only);
   return store->ForEachRun({}, [&](const UnitRun& run) -> Status {

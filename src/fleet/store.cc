@@ -7,8 +7,10 @@
 #include "base/named_values.h"
 #include "fleet/database.h"
 #include "fleet/json_lines_store.h"
+#include "fleet/postgres_store.h"
 #include "fleet/run_reader.h"
 #include "fleet/sqlite_store.h"
+#include "fleet/store_url.h"
 #include "io/input_guard.h"
 
 namespace truetriad::fleet {
@@ -34,13 +36,16 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
 constexpr std::string_view kSqlite = "sqlite:";
 
 Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
+  if (PostgresOptions(url)) return OpenPostgres(url, access);
   if (const std::optional<std::string> path = JsonLinesPath(url)) {
     return OpenJsonLines(*path, access);
   }
   if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
-  if (url.find("://") != std::string::npos) {
+  if (const std::size_t scheme = url.find("://"); scheme != std::string::npos) {
     return Error(ErrorCode::kInvalidArgument,
-                 "--store=" + url + ": expected a file, as in line.db or shard-2.jsonl");
+                 "--store=" + url.substr(0, scheme) +
+                     "://…: expected a file, as in line.db or shard-2.jsonl, or "
+                     "postgresql://HOST/DATABASE");
   }
   return OpenSqlite(url, access);
 }
@@ -82,6 +87,10 @@ Status CheckDisposition(const Disposition& disposition) {
                    "`; expected one of " + verdicts);
 }
 
+std::string ShownStore(const std::string& url) {
+  return PostgresOptions(url) ? ShownPostgres(url) : url;
+}
+
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
   return Open(url, Access::kWrite);
 }
@@ -97,10 +106,9 @@ Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
 }
 
 std::optional<std::string> FileOfStore(const std::string& url) {
+  if (PostgresOptions(url) || url.find("://") != std::string::npos) return std::nullopt;
   if (const std::optional<std::string> path = JsonLinesPath(url)) return path;
-  if (url.starts_with(kSqlite)) return url.substr(kSqlite.size());
-  if (url.find("://") != std::string::npos) return std::nullopt;
-  return url;
+  return url.starts_with(kSqlite) ? url.substr(kSqlite.size()) : url;
 }
 
 }  // namespace truetriad::fleet

@@ -127,9 +127,13 @@ class Store {
   virtual Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
 };
 
-/// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH. Error (bad input): it
-/// is none of this program's, of a newer version of it, or on a file system that SQLite cannot
-/// lock. Error (usage): another kind of URL.
+/// `url` for people and files: without password.
+std::string ShownStore(const std::string& url);
+
+/// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
+/// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
+/// be reached, is none of this program's, of a newer version of it, or on a file system that SQLite
+/// cannot lock. Error (usage): another kind of URL, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
 /// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,

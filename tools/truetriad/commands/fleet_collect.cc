@@ -5,6 +5,7 @@
 #include <gflags/gflags.h>
 
 #include "fleet/collect.h"
+#include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
@@ -36,16 +37,19 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
     Note("note: no file and no run of shard " + ListText(collected.missing) + " of " +
          std::to_string(collected.shards) + " (counted from 0)");
   }
+  const std::string store = fleet::ShownStore(FLAGS_store);
+  Json shown = Json::array();
+  for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
   return VerbResult{.text = std::to_string(collected.runs) + " runs in " +
                             std::to_string(sources.size()) + " sources, " +
-                            std::to_string(collected.added) +
-                            " of them new\n  Store: " + FLAGS_store + '\n',
-                    .result = {{"sources", sources},
+                            std::to_string(collected.added) + " of them new\n  Store: " + store +
+                            '\n',
+                    .result = {{"sources", shown},
                                {"runs", collected.runs},
                                {"added", collected.added},
                                {"shards", collected.shards},
                                {"missing", collected.missing},
-                               {"store", FLAGS_store}}};
+                               {"store", store}}};
 }
 
 }  // namespace
