@@ -35,6 +35,7 @@ ReturnToService=2
 MailProg=/bin/true
 KillWait=2
 SchedulerParameters=sched_interval=2
+SlurmdParameters=config_overrides
 NodeName=node NodeHostname={host} NodeAddr=127.0.0.1 Port={node_port} CPUs={cpus} State=UNKNOWN
 PartitionName=all Nodes=node Default=YES MaxTime=INFINITE State=UP
 """

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A fleet in shards under a Slurm of its own has the numbers of a single run, also where a task is
 killed and requeued. Argument: units."""
+import hashlib
 import os
 import shutil
 import signal
@@ -15,6 +16,20 @@ from fleets import SOURCE, TRUETRIAD, numbers, rows, run, simulate
 
 UNITS = int(sys.argv.pop(1))
 SHARDS = 4
+VICTIM = 1  # The shard whose task is killed.
+
+# As the program, but the first time the victim's task hangs at one of its units.
+HANGING = """#!/bin/sh
+case " $* " in *" --shard={shard} "*)
+  [ "${{SLURM_RESTART_COUNT:-0}}" -gt 0 ] || export TRUETRIAD_FLEET_FAULT=hang:{log};;
+esac
+exec {program} "$@"
+"""
+
+
+def shard_of(log):
+    """As docs/fleet.md says it: by a hash of its name."""
+    return int(hashlib.sha256(log.encode()).hexdigest()[:15], 16) % SHARDS
 
 
 class Slurm(unittest.TestCase):
@@ -26,8 +41,8 @@ class Slurm(unittest.TestCase):
         self.out = self.folder / "out"
 
     def submit(self, slurm, *words, **variables):
-        environment = dict(slurm.environment, SHARDS=str(SHARDS), OUTPUT=str(self.out), TRUETRIAD=TRUETRIAD,
-                           **variables)
+        environment = {**slurm.environment, "SHARDS": str(SHARDS), "OUTPUT": str(self.out),
+                       "TRUETRIAD": TRUETRIAD, **variables}
         done = run("sbatch", "--parsable", f"--output={self.folder}/%x-%a.log", *words, env=environment,
                    cwd=self.folder)
         return done.stdout.strip()
@@ -45,14 +60,14 @@ class Slurm(unittest.TestCase):
         run(TRUETRIAD, "fleet", "run", self.line, "-o", self.folder / "single", "--report=false")
         (self.folder / "slurm").mkdir()
         with private_slurm.PrivateSlurm(self.folder / "slurm") as slurm:
+            store = self.out / f"shards/{VICTIM}-of-{SHARDS}.jsonl"
+            done, program = self.hanging_program()
             # Numbers from 1 on: shard 0 is the array's task FIRST.
             array = self.submit(slurm, f"--array=1-{SHARDS}", SOURCE / "tools/slurm/shard.sbatch", self.line,
-                                "--report=false", FIRST="1")
-            victim = f"{array}_2"
-            store = self.out / f"shards/1-of-{SHARDS}.jsonl"
-            slurm.wait("its first run", lambda: store.exists() and store.read_bytes().count(b"\n") > 2, 120)
-            self.kill_in_the_middle(slurm, victim, store)
+                                "--report=false", FIRST="1", TRUETRIAD=program)
             collecting = self.submit(slurm, f"--dependency=afterok:{array}", SOURCE / "tools/slurm/collect.sbatch")
+            slurm.wait("the task to hang", lambda: store.exists() and store.read_bytes().count(b"\n") > done, 200)
+            self.kill_and_requeue(slurm, f"{array}_{1 + VICTIM}", store)
             self.wait_for(slurm, collecting, "COMPLETED")
         collected = self.out / "fleet.db"
         self.assertEqual(numbers(collected), numbers(self.folder / "single/fleet.db"))
@@ -60,12 +75,23 @@ class Slurm(unittest.TestCase):
         self.assertEqual(rows(collected, "SELECT value FROM fact WHERE name = 'shards'"),
                          [{"value": str(SHARDS)}])
 
-    def kill_in_the_middle(self, slurm, task, store):
-        """Requeues a task, which kills it, with half a line at the end of its file."""
+    def hanging_program(self):
+        """How many units the victim's task does before it hangs, and the program that does so."""
+        logs = sorted(str(log) for log in self.line.glob("*/recording.yaml"))
+        logs = [log for log in logs if shard_of(log) == VICTIM]
+        done = len(logs) // 2
+        program = self.folder / "hanging"
+        program.write_text(HANGING.format(shard=f"{VICTIM}/{SHARDS}", log=logs[done], program=TRUETRIAD))
+        program.chmod(0o755)
+        return done, str(program)
+
+    def kill_and_requeue(self, slurm, task, store):
+        """As when a node is lost, and the last line is cut."""
+        self.assertEqual(slurm.state(task), "RUNNING", self.logs())
         slurm.call("scontrol", "requeue", task)
         slurm.wait("the task to be requeued", lambda: slurm.state(task) == "PENDING", 60)
         with open(store, "ab") as file:
-            file.write(b'{"code":"","cova')
+            file.write(b'{"run":"2026')
         # Else it waits for two minutes.
         slurm.call("scontrol", "update", f"JobId={task}", "StartTime=now")
 

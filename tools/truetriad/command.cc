@@ -85,9 +85,9 @@ const std::vector<Command>& Commands() {
                                                           ReportCommand(),
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
+                                                          FleetDisposeCommand(),
                                                           FleetCollectCommand(),
                                                           FleetExportCommand(),
-                                                          FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;
