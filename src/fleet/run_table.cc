@@ -18,15 +18,15 @@ namespace truetriad::fleet {
 namespace {
 
 /// A field; nothing, text, or a number.
-using Cell = std::variant<std::monostate, std::string, std::int64_t, double>;
+using TableCell = std::variant<std::monostate, std::string, std::int64_t, double>;
 
 /// What every run has, in the order of the columns.
 struct FixedColumn {
   std::string_view name, type;
-  Cell (*cell)(const UnitRun& run);
+  TableCell (*cell)(const UnitRun& run);
 };
 template <std::string UnitRun::*kField>
-Cell TextCell(const UnitRun& run) {
+TableCell TextCell(const UnitRun& run) {
   return run.*kField;
 }
 constexpr FixedColumn kFixedColumns[] = {
@@ -35,20 +35,22 @@ constexpr FixedColumn kFixedColumns[] = {
     {"created", "TIMESTAMP", TextCell<&UnitRun::created>},
     {"verdict",
      "STRING",
-     [](const UnitRun& run) -> Cell { return std::string(VerdictName(run.verdict)); }},
+     [](const UnitRun& run) -> TableCell { return std::string(VerdictName(run.verdict)); }},
     {"code", "STRING", TextCell<&UnitRun::code>},
     {"message", "STRING", TextCell<&UnitRun::message>},
     {"mode", "STRING", TextCell<&UnitRun::mode>},
     {"log", "STRING", TextCell<&UnitRun::log>},
-    {"log_bytes", "INT64", [](const UnitRun& run) -> Cell { return run.log_bytes; }},
-    {"log_modified_ns", "INT64", [](const UnitRun& run) -> Cell { return run.log_modified_ns; }},
+    {"log_bytes", "INT64", [](const UnitRun& run) -> TableCell { return run.log_bytes; }},
+    {"log_modified_ns",
+     "INT64",
+     [](const UnitRun& run) -> TableCell { return run.log_modified_ns; }},
     {"software", "STRING", TextCell<&UnitRun::software_version>},
     {"config_sha256", "STRING", TextCell<&UnitRun::config_sha256>},
     {"shard", "STRING", TextCell<&UnitRun::shard>},
     {"folder", "STRING", TextCell<&UnitRun::folder>},
-    {"wall_s", "DOUBLE", [](const UnitRun& run) -> Cell { return run.wall_s; }},
-    {"cpu_s", "DOUBLE", [](const UnitRun& run) -> Cell { return run.cpu_s; }},
-    {"effective_dof", "DOUBLE", [](const UnitRun& run) -> Cell { return run.effective_dof; }},
+    {"wall_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.wall_s; }},
+    {"cpu_s", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.cpu_s; }},
+    {"effective_dof", "DOUBLE", [](const UnitRun& run) -> TableCell { return run.effective_dof; }},
 };
 
 /// The table of a store's runs: all have the same columns.
@@ -65,7 +67,7 @@ class RunTable {
     for (const FixedColumn& column : kFixedColumns) {
       table.columns_.push_back({std::string(column.name), column.type});
     }
-    for (const TagKey* tag : Tags()) table.columns_.push_back({std::string(tag->key), "STRING"});
+    for (const TagKey* tag : TagKeys()) table.columns_.push_back({std::string(tag->key), "STRING"});
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table names,
         store.Query("SELECT name FROM parameter GROUP BY name ORDER BY min(place), name"));
@@ -80,11 +82,11 @@ class RunTable {
 
   const std::vector<Column>& columns() const { return columns_; }
 
-  std::vector<Cell> RowOf(const UnitRun& run) const {
-    std::vector<Cell> row;
+  std::vector<TableCell> RowOf(const UnitRun& run) const {
+    std::vector<TableCell> row;
     row.reserve(columns_.size());
     for (const FixedColumn& column : kFixedColumns) row.push_back(column.cell(run));
-    for (const TagKey* tag : Tags()) row.emplace_back(run.tags.*tag->value);
+    for (const TagKey* tag : TagKeys()) row.emplace_back(run.tags.*tag->value);
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
@@ -96,7 +98,7 @@ class RunTable {
   }
 
  private:
-  static std::vector<const TagKey*> Tags() {
+  static std::vector<const TagKey*> TagKeys() {
     std::vector<const TagKey*> tags;
     for (const TagKey& tag : kDeviceTags) tags.push_back(&tag);
     for (const TagKey& tag : kRunTags) tags.push_back(&tag);
@@ -119,14 +121,14 @@ std::string CsvField(std::string text) {
   return quoted + '"';
 }
 
-std::string CsvField(const Cell& cell) {
+std::string CsvField(const TableCell& cell) {
   if (const auto* const text = std::get_if<std::string>(&cell)) return CsvField(*text);
   if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
   const auto* const number = std::get_if<double>(&cell);
   return number == nullptr ? "" : NumberText(*number);
 }
 
-Json JsonField(const Cell& cell) {
+Json JsonField(const TableCell& cell) {
   if (const auto* const text = std::get_if<std::string>(&cell)) return *text;
   if (const auto* const whole = std::get_if<std::int64_t>(&cell)) return std::to_string(*whole);
   const auto* const number = std::get_if<double>(&cell);
@@ -167,7 +169,7 @@ Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std
   }
   return WriteRuns(store, which, path, head.append(kLineEnd), [&](const UnitRun& run) {
     std::string line;
-    for (const Cell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
+    for (const TableCell& cell : table.RowOf(run)) line += CsvField(cell) + ',';
     line.pop_back();
     return line.append(kLineEnd);
   });
@@ -192,7 +194,7 @@ Result<std::size_t> ExportTypedTable(Store& store,
   }
   return WriteRuns(store, which, path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
-    for (const Cell& cell : table.RowOf(run)) row.push_back(JsonField(cell));
+    for (const TableCell& cell : table.RowOf(run)) row.push_back(JsonField(cell));
     return LineOfJson(row);
   });
 }

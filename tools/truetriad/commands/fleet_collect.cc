@@ -14,7 +14,7 @@ namespace truetriad {
 namespace {
 
 /// "1, 4 and 7 further ones"
-std::string ListText(const std::vector<int>& shards) {
+std::string ShardList(const std::vector<int>& shards) {
   constexpr std::size_t kMost = 20;
   std::string text;
   for (std::size_t i = 0; i < std::min(shards.size(), kMost); ++i) {
@@ -34,7 +34,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Collected collected,
                              fleet::Collect(sources, FLAGS_store));
   if (!collected.missing.empty()) {
-    Note("note: no file and no run of shard " + ListText(collected.missing) + " of " +
+    Note("note: no file and no run of shard " + ShardList(collected.missing) + " of " +
          std::to_string(collected.shards) + " (counted from 0)");
   }
   const std::string store = fleet::ShownStore(FLAGS_store);

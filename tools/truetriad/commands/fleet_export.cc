@@ -24,7 +24,7 @@ DEFINE_string(runs, "standing", "of which runs: standing, those that count, one 
 namespace truetriad {
 namespace {
 
-constexpr char kStanding[] = "standing", kAll[] = "all";
+constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 
 /// Writes the typed table beside the output, and has the program of the optional part make Parquet
 /// of it.
@@ -48,7 +48,7 @@ Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection
   return runs;
 }
 
-Result<std::size_t> Export(fleet::Store& store, const fleet::RunSelection& which) {
+Result<std::size_t> WriteRuns(fleet::Store& store, const fleet::RunSelection& which) {
   if (FLAGS_to == "csv") return fleet::ExportCsv(store, which, FLAGS_output);
   if (FLAGS_to == "jsonl") return fleet::ExportJsonLines(store, which, FLAGS_output);
   if (FLAGS_to == "parquet") return ExportParquet(store, which);
@@ -57,7 +57,7 @@ Result<std::size_t> Export(fleet::Store& store, const fleet::RunSelection& which
 }
 
 Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
-  if (FLAGS_runs != kStanding && FLAGS_runs != kAll) {
+  if (FLAGS_runs != kStandingRuns && FLAGS_runs != kAllRuns) {
     return Error(ErrorCode::kInvalidArgument,
                  "--runs=" + FLAGS_runs + " is invalid; expected standing or all");
   }
@@ -66,7 +66,7 @@ Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
   const std::filesystem::path folder = std::filesystem::path(FLAGS_output).parent_path();
   if (!folder.empty()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder.string()));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
-                             Export(*store, {FLAGS_runs == kStanding, FLAGS_where}));
+                             WriteRuns(*store, {FLAGS_runs == kStandingRuns, FLAGS_where}));
   return VerbResult{.text = FLAGS_output + ": " + std::to_string(runs) + " runs\n",
                     .result = {{"file", FLAGS_output}, {"format", FLAGS_to}, {"runs", runs}}};
 }
@@ -87,7 +87,7 @@ Command FleetExportCommand() {
           .flags = {{"store", "FILE", true},
                     {"to", "FORMAT", true, {"csv", "jsonl", "parquet"}},
                     {"output", "FILE", true},
-                    {"runs", "WHICH", false, {kStanding, kAll}},
+                    {"runs", "WHICH", false, {kStandingRuns, kAllRuns}},
                     {"where", "CONDITION"}},
           .run = RunFleetExport};
 }
