@@ -72,6 +72,7 @@ class LineFile {
   /// On the disk when it returns; where that fails, nothing of it is there.
   Status Append(std::string_view text) {
     const std::size_t bytes = text.size();
+    if (is_cut_ && ftruncate(descriptor_, end_) != 0) return Failure();
     while (!text.empty()) {
       const ssize_t written = write(descriptor_, text.data(), text.size());
       if (written < 0 && errno == EINTR) continue;
@@ -106,8 +107,7 @@ class LineFile {
   }
   Error TakeBack() {
     const Error error = Failure();
-    // Where that fails as well the next writer does it.
-    if (ftruncate(descriptor_, end_) != 0) return error;
+    is_cut_ = ftruncate(descriptor_, end_) != 0;
     return error;
   }
 
@@ -139,6 +139,7 @@ class LineFile {
   std::string path_;
   int descriptor_ = -1;
   std::int64_t end_ = 0;  ///< Bytes of whole lines.
+  bool is_cut_ = false;   ///< More than those is there.
 };
 
 class JsonLinesStore : public Store {
