@@ -74,14 +74,18 @@ Result<Cell> SqlStore::Fact(std::string_view name) {
   return table.rows.empty() ? Cell() : table.rows[0][0];
 }
 
-Status SqlStore::Add(const UnitRun& run) {
-  const std::vector<TableRows> tables = RowsOf(run);
+Status SqlStore::InsertRun(const UnitRun& run) {
+  for (const TableRows& rows : RowsOf(run)) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
+    // It is there already, with all that belongs to it.
+    if (rows.table == kRunTable && inserted == 0) return {};
+  }
+  return {};
+}
+
+Status SqlStore::AddAll(std::span<const UnitRun> runs) {
   return database_->Transact(Access::kWrite, [&]() -> Status {
-    for (const TableRows& rows : tables) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
-      // It is there already, with all that belongs to it.
-      if (rows.table == kRunTable && inserted == 0) return {};
-    }
+    for (const UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(InsertRun(run));
     return {};
   });
 }
@@ -97,16 +101,12 @@ Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   return runs;
 }
 
-Status SqlStore::StateShards(int count) {
-  const std::string stated = std::to_string(count);
+Status SqlStore::StateShard(const Shard& shard) {
+  const std::string stated = std::to_string(shard.count);
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("shards", stated)));
     TRUETRIAD_ASSIGN_OR_RETURN(const Cell there, Fact("shards"));
-    if (there == stated) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": its runs are shared among " + there.value_or("none") +
-                     ", not " + stated + "; give --shard=I/" + there.value_or("N") +
-                     ", or another store");
+    return CheckShards(database_->name(), NumberOf<std::int64_t>(there, 1), shard.count);
   });
 }
 
@@ -149,6 +149,27 @@ Result<std::string> SqlStore::Dispose(const Disposition& disposition) {
 Status SqlStore::AddStationCheck(const StationCheck& check) {
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    return {};
+  });
+}
+
+Status SqlStore::AddDecisions(Store& from) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table dispositions,
+      from.Query("SELECT disposition, run, created, who, verdict, why FROM disposition"));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table checks,
+      from.Query("SELECT " + std::string(kStationCheckColumns) + " FROM station_check"));
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const std::vector<Cell>& row : dispositions.rows) {
+      TableRows rows{"disposition", row.size(), {}};
+      for (const Cell& cell : row) rows.values.emplace_back(std::string_view(*cell));
+      TRUETRIAD_RETURN_IF_ERROR(Insert(rows));
+    }
+    for (const std::vector<Cell>& row : checks.rows) {
+      const StationCheck check = StationCheckOf(row);
+      TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    }
     return {};
   });
 }

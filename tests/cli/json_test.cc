@@ -135,6 +135,10 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   Run({"check", configs_ + "experiments/joint.yaml"}, 0);
   Run({"version"}, 0);
   Run({"help", "calibrate"}, 0);
+  const std::string store = folder_.Path("fleet/fleet.db"), runs = folder_.Path("runs.csv");
+  Run({"fleet", "run", log_, "-o", folder_.Path("fleet"), "--report=false"}, 0);
+  Run({"fleet", "collect", store, "--store=" + folder_.Path("all.db")}, 0);
+  Run({"fleet", "export", "--store=" + store, "--to=csv", "-o", runs}, 0);
 }
 
 // Of every verb that can end so: 3 refused, 4 outside of limits, 2 and 1 errors.

@@ -86,6 +86,8 @@ const std::vector<Command>& Commands() {
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
                                                           FleetDisposeCommand(),
+                                                          FleetCollectCommand(),
+                                                          FleetExportCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;

@@ -103,6 +103,8 @@ Command ReportCommand();
 Command FleetRunCommand();
 Command FleetDisposeCommand();
 Command FleetQueryCommand();
+Command FleetCollectCommand();
+Command FleetExportCommand();
 Command HelpCommand();
 Command VersionCommand();
 

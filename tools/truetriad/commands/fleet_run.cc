@@ -29,7 +29,7 @@ DEFINE_string(
     store,
     "",
     "where the runs are kept: a file for SQLite (default: fleet.db in the output folder), or "
-    "postgresql://HOST/DATABASE");
+    "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` merges");
 DEFINE_bool(resume,
             false,
             "leave out logs whose run with this experiment and this program is in the store, as "
@@ -49,25 +49,11 @@ namespace fs = std::filesystem;
 
 constexpr char kUnit[] = "unit";
 
-struct Shard {
-  int index = 0, count = 1;
-};
-
-Result<Shard> StatedShard() {
-  Shard shard;
-  if (FLAGS_shard.empty()) return shard;
-  const std::size_t slash = FLAGS_shard.find('/');
-  const Result<std::int64_t> index = ParseInteger("shard", FLAGS_shard.substr(0, slash));
-  const Result<std::int64_t> count = ParseInteger(
-      "shard", slash == std::string::npos ? std::string("0") : FLAGS_shard.substr(slash + 1));
-  constexpr std::int64_t kMost = 1'000'000;
-  if (!index || !count || *count < 1 || *count > kMost || *index < 0 || *index >= *count) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--shard=" + FLAGS_shard + ": expected I/N with I from 0 to N-1, as in 0/4");
-  }
-  shard.index = static_cast<int>(*index);
-  shard.count = static_cast<int>(*count);
-  return shard;
+Result<fleet::Shard> StatedShard() {
+  if (FLAGS_shard.empty()) return fleet::Shard();
+  if (const std::optional<fleet::Shard> shard = fleet::ShardFromText(FLAGS_shard)) return *shard;
+  return Error(ErrorCode::kInvalidArgument,
+               "--shard=" + FLAGS_shard + ": expected I/N with I from 0 to N-1, as in 0/4");
 }
 
 Result<fleet::UnitLimits> StatedLimits() {
@@ -85,7 +71,7 @@ Result<fleet::UnitLimits> StatedLimits() {
   return limits;
 }
 
-Result<fleet::WorkPlan> StatedPlan(const Shard& shard) {
+Result<fleet::WorkPlan> StatedPlan(const fleet::Shard& shard) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
   TRUETRIAD_ASSIGN_OR_RETURN(
       fleet::WorkPlan plan,
@@ -96,9 +82,7 @@ Result<fleet::WorkPlan> StatedPlan(const Shard& shard) {
   }
   plan.has_report = FLAGS_report != "false";
   plan.folder = (fs::path(FLAGS_output) / "units").string();
-  if (shard.count > 1) {
-    plan.shard = std::to_string(shard.index) + "/" + std::to_string(shard.count);
-  }
+  plan.shard = fleet::ShardText(shard);
   return plan;
 }
 
@@ -163,7 +147,7 @@ Json SummaryJson(const fleet::FleetProgress& progress, const std::string& store)
 
 Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kUnit));
-  TRUETRIAD_ASSIGN_OR_RETURN(const Shard shard, StatedShard());
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Shard shard, StatedShard());
   fleet::FleetOptions options;
   TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
   if (FLAGS_output.empty()) FLAGS_output = "fleet";
@@ -185,7 +169,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   const std::string url =
       FLAGS_store.empty() ? (fs::path(FLAGS_output) / "fleet.db").string() : FLAGS_store;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, fleet::OpenStore(url));
-  TRUETRIAD_RETURN_IF_ERROR(store->StateShards(shard.count));
+  TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     ProgressLine line("calibrating " + std::to_string(units.size()) + " units");
