@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -35,6 +36,8 @@ void CheckDof(double dof) { CHECK(dof > 0.0) << "degrees of freedom " << dof; }
 
 }  // namespace
 
+double NormalCdf(double value) { return 0.5 * std::erfc(-value * std::numbers::sqrt2 / 2.0); }
+
 double NormalQuantile(double probability) {
   CheckProbability(probability);
   return boost::math::quantile(Normal(), probability);
@@ -60,6 +63,14 @@ double FisherCdf(double value, double dof1, double dof2) {
   if (std::isinf(dof2)) return ChiSquareCdf(value * dof1, dof1);
   if (std::isinf(value)) return 1.0;
   return boost::math::cdf(FisherF(dof1, dof2), value);
+}
+
+double FisherQuantile(double probability, double dof1, double dof2) {
+  CheckProbability(probability);
+  CheckFiniteDof(dof1);
+  CheckDof(dof2);
+  if (std::isinf(dof2)) return ChiSquareQuantile(probability, dof1) / dof1;
+  return boost::math::quantile(FisherF(dof1, dof2), probability);
 }
 
 double StudentQuantile(double probability, double dof) {
