@@ -12,7 +12,7 @@ double C4(double n) {
 }
 
 double PredictiveLimit(double width, double variance, double weight, const Known& known) {
-  const double t = -StudentQuantile(NormalUpper(width), known.dof);
+  const double t = -StudentQuantile(NormalCdf(-width), known.dof);
   const double centre = weight * weight / known.count;
   return t * std::sqrt(known.own ? variance - centre : variance + centre);
 }

@@ -21,10 +21,9 @@ struct UnitRecord {
 
 /// What a line has measured of its units, wherever it is kept.
 struct LineData {
-  std::vector<std::string> parameters;  // without reference.*
-  std::vector<UnitRecord> units;        // in the order of time
-  Eigen::MatrixXd
-      calibration_covariance;  // mean over the units of the covariance of one calibration
+  std::vector<std::string> parameters;     // without reference.*
+  std::vector<UnitRecord> units;           // in the order of time
+  Eigen::MatrixXd calibration_covariance;  // of one calibration: mean over the units
 };
 
 /// Where `parameter` stands in `parameters`.

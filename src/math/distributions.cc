@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -37,12 +38,12 @@ void CheckDof(double dof) { CHECK(dof > 0.0) << "degrees of freedom " << dof; }
 
 }  // namespace
 
+double NormalCdf(double value) { return 0.5 * std::erfc(-value * std::numbers::sqrt2 / 2.0); }
+
 double NormalQuantile(double probability) {
   CheckProbability(probability);
   return boost::math::quantile(Normal(), probability);
 }
-
-double NormalUpper(double value) { return 0.5 * std::erfc(value / std::sqrt(2.0)); }
 
 double ChiSquareCdf(double value, double dof) {
   CheckValue(value);
@@ -87,6 +88,14 @@ double FisherUpperQuantile(double probability, double dof1, double dof2) {
   CheckFiniteDof(dof1);
   CheckFiniteDof(dof2);
   return boost::math::quantile(boost::math::complement(FisherF(dof1, dof2), probability));
+}
+
+double FisherQuantile(double probability, double dof1, double dof2) {
+  CheckProbability(probability);
+  CheckFiniteDof(dof1);
+  CheckDof(dof2);
+  if (std::isinf(dof2)) return ChiSquareQuantile(probability, dof1) / dof1;
+  return boost::math::quantile(FisherF(dof1, dof2), probability);
 }
 
 double StudentQuantile(double probability, double dof) {
