@@ -50,7 +50,7 @@ struct ChartOptions {
   /// The units that say what is normal: the first so many of a station, followed by each later one
   /// that is in control (phase II). 0: all units judge each other (phase I).
   int baseline_units = 200;
-  double ewma_lambda = 0.1;
+  double ewma_lambda = 0.08;
   double mewma_lambda = 0.1;
   /// Subgroups of X-bar and S: so many consecutive units (at least 2) or, unless empty, consecutive
   /// units with the same value of this tag, as "lot".
@@ -100,6 +100,7 @@ struct StationCharts {
   int baseline_units = 0;              // of them
   std::vector<int> baseline_outliers;  // units of the baseline that do not count
   std::vector<int> constant;           // parameters that never vary there: no chart
+  std::vector<int> sparse;             // parameters with too few values for charts
   std::vector<int> dependent;          // that others determine: not in T^2 and MEWMA
   std::vector<Chart> charts;           // by kind, then by parameter
   std::vector<ChartAlarm> alarms;      // in the order of units
@@ -112,14 +113,14 @@ struct ChartReport {
 
 /// Control charts of each station's parameters over its units in their order.
 ///
-/// Every unit is held against the baseline units before it: its deviation over the estimated σ is a
-/// Student t, and as normal quantile (Q) exactly standard normal and independent of the others
-/// whatever the number of baseline units (Quesenberry 1991, Hawkins 1987; for all parameters
-/// together Hawkins and Maboudou-Tchao 2007). The charts are drawn of these. A unit joins the
-/// baseline unless it, or the level of which it is part, looks out of control. See docs/line.md.
+/// Limits are those of a process with known mean and covariance that share the permitted false
+/// alarms (see run_length.h), widened for mean and covariance being estimated from n units: a limit
+/// is exceeded as often, over all baselines, as if they were known. The baseline follows the line
+/// 100 units behind, and leaves out what looks out of control. See docs/line.md.
 ///
 /// Units without a value are left out of that parameter's charts. Options outside their range
-/// (shares that do not sum to 1, λ outside 0...1, subgroup below 2 units) are CHECKed.
+/// (shares that are negative or sum to more than 1, λ outside 0...1, subgroups below 2 units) are
+/// CHECKed.
 ChartReport ControlCharts(const LineData& data, const ChartOptions& options = {});
 
 }  // namespace truetriad::line

@@ -28,8 +28,4 @@ double MewmaRunLength(int dimension, double lambda, double limit);
 /// Its inverse.
 double MewmaLimit(int dimension, double lambda, double run_length);
 
-/// The same with a shift of Mahalanobis length `shift` from the first value on, by the Markov chain
-/// in two dimensions of Runger and Prabhu (1996).
-double MewmaShiftedRunLength(int dimension, double lambda, double limit, double shift);
-
 }  // namespace truetriad::line
