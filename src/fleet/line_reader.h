@@ -13,9 +13,10 @@ namespace truetriad::fleet {
 
 /// Which units (or runs) are looked at; what is empty does not matter.
 struct LineSelection {
-  std::string since, until;  ///< Moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
-  std::string lot, station;
-  std::string where;  ///< SQL over the columns of `run` and the tags, each by its name.
+  std::string since = {},
+              until = {};  ///< Moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
+  std::string lot = {}, station = {};
+  std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
 };
 
 /// What became of a unit, beside the run that counts.

@@ -85,6 +85,8 @@ const std::vector<Command>& Commands() {
                                                           ReportCommand(),
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
+                                                          FleetSummaryCommand(),
+                                                          FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;

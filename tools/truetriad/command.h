@@ -101,7 +101,9 @@ Command ExportCommand();
 Command ImportCommand();
 Command ReportCommand();
 Command FleetRunCommand();
+Command FleetDisposeCommand();
 Command FleetQueryCommand();
+Command FleetSummaryCommand();
 Command HelpCommand();
 Command VersionCommand();
 
