@@ -14,7 +14,7 @@
 namespace truetriad::line {
 namespace {
 
-constexpr std::size_t kLeastUnits = 10;
+constexpr std::size_t kLeastTrendUnits = 10;
 // Pairs of groups are what it costs: 45,000 a parameter.
 constexpr std::size_t kMostGroups = 300;
 constexpr double kSecondsOfDay = 86400.0;
@@ -125,7 +125,7 @@ double Quantile(std::vector<double>* values, double place) {
 
 // Unset: too few values, or all at one x.
 std::optional<Trend> TrendOf(const Series& all, int parameter) {
-  if (all.x.size() < kLeastUnits || all.x.front() == all.x.back()) return std::nullopt;
+  if (all.x.size() < kLeastTrendUnits || all.x.front() == all.x.back()) return std::nullopt;
   const Series series = Grouped(all);
   Pairs pairs = PairsOf(series);
   const double variance = VarianceOfS(series.y);
