@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "report/chart_frame.h"
 #include "report/svg.h"
 
 namespace truetriad {
@@ -88,6 +89,10 @@ std::string_view CssClass(Grade grade) {
 
 }  // namespace
 
+std::string ReportStyleSheet() {
+  return std::string(kStyle.substr(1)) + std::string(kFitStyle) + '\n';
+}
+
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {
   std::string text = Underlined(title);
   for (const Block& block : blocks) text += TextOfBlock(block);
@@ -160,14 +165,21 @@ std::string Details(std::string_view summary, const std::string& html) {
 std::string HtmlPage(std::string_view title,
                      const Verdict& verdict,
                      const std::string& body,
-                     std::string_view style) {
+                     std::string_view style,
+                     std::string_view style_sheet) {
+  // Drawings say how wide they are in an attribute.
+  const std::string looks =
+      style_sheet.empty()
+          ? "<style>" + std::string(kStyle) + std::string(style) + "</style>\n"
+          : "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+            "'self' 'unsafe-inline'\">\n<link rel=\"stylesheet\" href=\"" +
+                EscapeMarkup(style_sheet) + "\">\n";
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
-         Element("title", std::string(title) + ": " + verdict.headline) + "<style>" +
-         std::string(kStyle) + std::string(style) + "</style>\n</head>\n<body>\n<main>\n" +
-         Element("h1", title) + "<div class=\"verdict " + std::string(CssClass(verdict.grade)) +
-         "\">" + Element("b", verdict.headline) + Element("span", verdict.explanation) +
-         "</div>\n" + body + "</main>\n</body>\n</html>\n";
+         Element("title", std::string(title) + ": " + verdict.headline) + looks +
+         "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
+         std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
+         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace truetriad

@@ -102,6 +102,7 @@ Command ImportCommand();
 Command ReportCommand();
 Command FleetRunCommand();
 Command FleetQueryCommand();
+Command FleetReportCommand();
 Command HelpCommand();
 Command VersionCommand();
 
