@@ -6,6 +6,8 @@
 #include <system_error>
 #include <vector>
 
+#include <dlfcn.h>
+
 namespace truetriad {
 namespace {
 
@@ -32,6 +34,18 @@ std::optional<std::string> FindCompanion(std::string_view file_name) {
     if (fs::is_regular_file(candidate, error)) return candidate.string();
   }
   return std::nullopt;
+}
+
+Result<void*> CompanionFunction(const char* file_name, const char* function) {
+  const auto missing = [&](const std::string& why) {
+    return Error(ErrorCode::kMissingProgram, std::string(file_name) + why);
+  };
+  const std::optional<std::string> file = FindCompanion(file_name);
+  if (!file) return missing(" is not there");
+  void* const module = ::dlopen(file->c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const address = module == nullptr ? nullptr : ::dlsym(module, function);
+  if (address == nullptr) return missing(" cannot be loaded: " + std::string(::dlerror()));
+  return address;
 }
 
 Result<std::string> FindSharedFile(std::string_view file_name) {

@@ -196,6 +196,10 @@ constexpr auto kErrors = std::to_array<ErrorInfo>({
               "not-enough-data",
               "The data do not determine what was asked for",
               "record more, as the message says"),
+    BadInput(kStoreFailure,
+             "store-failure",
+             "A fleet's store cannot be opened, read or written",
+             "check its name, its disk or its server; what was added before is there"),
 });
 
 FilePlace PlaceIn(const std::string& text) {

@@ -4,112 +4,180 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "fleet/schema.h"
+#include "json/verb_json.h"
 
 namespace truetriad::fleet {
 namespace {
-
-constexpr std::string_view kInsertUnit = "INSERT INTO unit VALUES ($1) ON CONFLICT DO NOTHING";
-constexpr std::string_view kInsertRun =
-    "INSERT INTO run VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, "
-    "$16, $17, $18) ON CONFLICT DO NOTHING";
-constexpr std::string_view kInsertTag = "INSERT INTO tag VALUES ($1, $2, $3)";
-constexpr std::string_view kInsertInput = "INSERT INTO input VALUES ($1, $2, $3, $4, $5)";
-constexpr std::string_view kInsertParameter = "INSERT INTO parameter VALUES ($1, $2, $3, $4, $5)";
-constexpr std::string_view kInsertFinding =
-    "INSERT INTO finding VALUES ($1, $2, $3, $4, $5, $6, $7, $8)";
-constexpr std::string_view kInsertJudgement =
-    "INSERT INTO judgement VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)";
 
 Value Text(std::string_view text) { return text; }
 Value Integer(std::int64_t number) { return number; }
 /// Open sides of limits, and numbers that are none, are NULL.
 Value Real(double number) { return std::isfinite(number) ? Value(number) : Value(); }
 
-Row RowOf(const Finding& finding, std::string_view run, Value place) {
+void Append(const Finding& finding,
+            std::string_view run,
+            std::int64_t place,
+            std::vector<Value>* values) {
   constexpr std::string_view kAxes = "xyz";
-  return {kInsertFinding,
-          {run,
-           place,
-           FindingCodeName(finding.code),
-           SeverityName(finding.severity),
-           finding.sensor ? Text(TriadName(*finding.sensor)) : Value(),
-           finding.axis ? Text(kAxes.substr(static_cast<std::size_t>(*finding.axis), 1)) : Value(),
-           finding.pose ? Integer(*finding.pose) : Value(),
-           Text(finding.text)}};
+  const Json json = ToJson(finding);
+  values->insert(
+      values->end(),
+      {run,
+       place,
+       FindingCodeName(finding.code),
+       SeverityName(finding.severity),
+       finding.sensor ? Text(TriadName(*finding.sensor)) : Value(),
+       finding.axis ? Text(kAxes.substr(static_cast<std::size_t>(*finding.axis), 1)) : Value(),
+       finding.pose ? Integer(*finding.pose) : Value(),
+       Text(finding.text),
+       finding.remedy.empty() ? Value() : Text(finding.remedy),
+       json.contains("values")
+           ? Value(json["values"].dump(-1, ' ', false, Json::error_handler_t::replace))
+           : Value()});
 }
 
-Row RowOf(const LimitCheck& check, std::string_view run, Value place) {
-  return {kInsertJudgement,
-          {run,
-           place,
-           Text(check.name),
-           Text(check.component),
-           Real(check.limit.lower),
-           check.limit.target ? Real(*check.limit.target) : Value(),
-           Real(check.limit.upper),
-           Real(check.worst),
-           Real(check.sigma),
-           Real(check.outside),
-           Integer(check.pass ? 1 : 0)}};
+void Append(const LimitCheck& check,
+            std::string_view run,
+            std::int64_t place,
+            std::vector<Value>* values) {
+  values->insert(values->end(),
+                 {run,
+                  place,
+                  Text(check.name),
+                  Text(check.component),
+                  Real(check.limit.lower),
+                  check.limit.target ? Real(*check.limit.target) : Value(),
+                  Real(check.limit.upper),
+                  Real(check.worst),
+                  Real(check.sigma),
+                  Real(check.outside),
+                  Integer(check.pass ? 1 : 0)});
+}
+
+void Append(const InputFile& input,
+            std::string_view run,
+            std::int64_t place,
+            std::vector<Value>* values) {
+  values->insert(values->end(),
+                 {run, place, Text(input.file), Text(input.sha256), Integer(input.samples)});
+}
+
+void Append(const Parameter& parameter,
+            std::string_view run,
+            std::int64_t place,
+            std::vector<Value>* values) {
+  values->insert(values->end(),
+                 {run, place, Text(parameter.name), parameter.value, parameter.sigma});
+}
+
+/// One row an item, numbered from 1 on.
+template <typename Items>
+TableRows RowsOfItems(std::string_view table,
+                      std::size_t columns,
+                      std::string_view run,
+                      const Items& items) {
+  TableRows rows{table, columns, {}};
+  rows.values.reserve(columns * items.size());
+  std::int64_t place = 0;
+  for (const auto& item : items) Append(item, run, ++place, &rows.values);
+  return rows;
+}
+
+TableRows RowsOfTags(const UnitRun& run) {
+  TableRows rows{"tag", 3, {}};
+  const auto add = [&](const TagKey& tag) {
+    if ((run.tags.*tag.value).empty()) return;
+    rows.values.insert(rows.values.end(), {Text(run.id), tag.key, Text(run.tags.*tag.value)});
+  };
+  for (const TagKey& tag : kDeviceTags) add(tag);
+  for (const TagKey& tag : kRunTags) add(tag);
+  return rows;
 }
 
 }  // namespace
 
-std::vector<Row> RowsOf(const UnitRun& run) {
-  const std::string_view id = run.id;
-  std::vector<Row> rows;
-  rows.push_back({kInsertUnit, {Text(run.serial)}});
-  rows.push_back({kInsertRun,
-                  {id,
-                   Text(run.serial),
-                   Text(run.log),
-                   Integer(run.log_bytes),
-                   Integer(run.log_modified_ns),
-                   Text(run.created),
-                   Text(run.software_version),
-                   Text(run.config_sha256),
-                   Text(run.shard),
-                   Text(run.folder),
-                   VerdictName(run.verdict),
-                   Text(run.code),
-                   Text(run.message),
-                   Text(run.mode),
-                   Real(run.wall_s),
-                   Real(run.cpu_s),
-                   Real(run.effective_dof),
-                   run.covariance.empty() ? Value() : Value(&run.covariance)},
-                  /*is_run=*/true});
-  const auto add_tag = [&](const TagKey& tag) {
-    if (!(run.tags.*tag.value).empty()) {
-      rows.push_back({kInsertTag, {id, tag.key, Text(run.tags.*tag.value)}});
-    }
-  };
-  for (const TagKey& tag : kDeviceTags) add_tag(tag);
-  for (const TagKey& tag : kRunTags) add_tag(tag);
-  // Numbered from 1 on.
-  std::int64_t place = 0;
-  for (const InputFile& input : run.inputs) {
-    rows.push_back({kInsertInput,
-                    {id, ++place, Text(input.file), Text(input.sha256), Integer(input.samples)}});
-  }
-  place = 0;
-  for (const Parameter& parameter : run.parameters) {
-    rows.push_back(
-        {kInsertParameter, {id, ++place, Text(parameter.name), parameter.value, parameter.sigma}});
-  }
-  place = 0;
-  for (const Finding& finding : run.findings) rows.push_back(RowOf(finding, id, ++place));
-  place = 0;
-  for (const LimitCheck& check : run.judgements) rows.push_back(RowOf(check, id, ++place));
-  return rows;
+std::vector<TableRows> RowsOf(const UnitRun& run) {
+  return {{"unit", 1, {Text(run.serial)}},
+          {kRunTable,
+           18,
+           {Text(run.id),
+            Text(run.serial),
+            Text(run.log),
+            Integer(run.log_bytes),
+            Integer(run.log_modified_ns),
+            Text(run.created),
+            Text(run.software_version),
+            Text(run.config_sha256),
+            Text(run.shard),
+            Text(run.folder),
+            VerdictName(run.verdict),
+            Text(run.code),
+            Text(run.message),
+            Text(run.mode),
+            Real(run.wall_s),
+            Real(run.cpu_s),
+            Real(run.effective_dof),
+            run.covariance.empty() ? Value() : Value(&run.covariance)}},
+          RowsOfTags(run),
+          RowsOfItems("input", 5, run.id, run.inputs),
+          RowsOfItems("parameter", 5, run.id, run.parameters),
+          RowsOfItems("finding", 10, run.id, run.findings),
+          RowsOfItems("judgement", 11, run.id, run.judgements)};
 }
 
-std::string MigrationFrom(int version, const TypeNames& types) {
-  std::string sql(kMigrations.at(static_cast<std::size_t>(version)));
+TableRows RowOf(const Disposition& disposition, std::string_view run) {
+  return {"disposition",
+          6,
+          {Text(disposition.id),
+           run,
+           Text(disposition.created),
+           Text(disposition.who),
+           VerdictName(disposition.verdict),
+           Text(disposition.why)}};
+}
+
+TableRows RowOf(const StationCheck& check) {
+  return {"station_check",
+          9,
+          {Text(check.id),
+           Text(check.station),
+           Text(check.serial),
+           Text(check.created),
+           Integer(check.agrees ? 1 : 0),
+           Real(check.p),
+           Real(check.largest),
+           Text(check.parameter),
+           Text(check.log)}};
+}
+
+TableRows FactRow(std::string_view name, std::string_view value) {
+  return {"fact", 2, {name, value}};
+}
+
+std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows) {
+  std::string sql = "INSERT INTO ";
+  sql.append(table).append(" VALUES ");
+  std::size_t number = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    for (std::size_t column = 0; column < columns; ++column) {
+      sql += column > 0 ? ", $" : row > 0 ? "), ($" : "($";
+      sql += std::to_string(++number);
+    }
+  }
+  return sql + ") ON CONFLICT DO NOTHING";
+}
+
+std::string MigrationsFrom(std::int64_t version, const TypeNames& types) {
+  std::string sql;
+  for (; version < kSchemaVersion; ++version) {
+    sql += kMigrations.at(static_cast<std::size_t>(version));
+  }
   for (const auto& [from, to] :
-       {std::pair<std::string_view, std::string_view>{"{real}", types.real},
+       {std::pair<std::string_view, std::string_view>{"{text}", types.text},
+        {"{real}", types.real},
         {"{bytes}", types.bytes}}) {
     for (std::size_t at = 0; (at = sql.find(from, at)) != std::string::npos; at += to.size()) {
       sql.replace(at, from.size(), to);
@@ -120,18 +188,11 @@ std::string MigrationFrom(int version, const TypeNames& types) {
 
 Status CheckSchemaVersion(const std::string& store, std::int64_t version) {
   if (version <= kSchemaVersion) return {};
-  return Error(ErrorCode::kCannotWrite,
+  return Error(ErrorCode::kStoreFailure,
                {store},
                "has version " + std::to_string(version) +
                    " of the tables, and this program knows " + std::to_string(kSchemaVersion) +
                    "; use the newer truetriad that wrote it");
-}
-
-Status CheckShards(const std::string& store, const std::string& there, const std::string& stated) {
-  if (there == stated) return {};
-  return Error(ErrorCode::kConflictingArguments,
-               store + ": its runs are shared among " + there + ", not " + stated +
-                   "; give --shard=I/" + there + ", or another store");
 }
 
 std::string ShortestText(double number) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -8,46 +9,59 @@
 #include <variant>
 #include <vector>
 
+#include "fleet/store.h"
 #include "fleet/unit_run.h"
-#include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 
 // What SQLite and PostgreSQL have in common: statements with $1, $2, … in their order.
 
-/// A value of a row: NULL, text, numbers, or bytes; it does not own what it points to.
-using Value = std::
-    variant<std::monostate, std::string_view, std::int64_t, double, const std::vector<double>*>;
+/// A value of a row: NULL, text, numbers, or bytes. Only std::string owns what it says.
+using Value = std::variant<std::monostate,
+                           std::string_view,
+                           std::string,
+                           std::int64_t,
+                           double,
+                           const std::vector<double>*>;
 
-/// One row to be inserted by a statement of this program, unless it is there.
-struct Row {
-  std::string_view sql;
-  std::vector<Value> values;
-  bool is_run = false;  ///< Where this is there already, all that follows is, too.
+/// Rows to be inserted into one table, unless they are there.
+struct TableRows {
+  std::string_view table;
+  std::size_t columns = 0;
+  std::vector<Value> values;  ///< Row by row.
 };
 
-/// All rows of a run, in an order that references allow. Valid as long as `run`.
-std::vector<Row> RowsOf(const UnitRun& run);
+/// Of all tables the rows of a run, in an order that references allow: the unit, the run, and what
+/// belongs to it, which is there where the run is. Valid as long as `run`.
+std::vector<TableRows> RowsOf(const UnitRun& run);
+/// `run`: that the disposition is of.
+TableRows RowOf(const Disposition& disposition, std::string_view run);
+TableRows RowOf(const StationCheck& check);
+TableRows FactRow(std::string_view name, std::string_view value);
 
+/// INSERT INTO table VALUES ($1, $2), ($3, $4) ON CONFLICT DO NOTHING.
+std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
+
+inline constexpr std::string_view kRunTable = "run";
 inline constexpr std::string_view kLastRuns =
     "SELECT log, log_bytes, log_modified_ns, config_sha256, software, verdict FROM run AS one "
     "WHERE NOT EXISTS (SELECT 1 FROM run AS later WHERE later.log = one.log AND "
     "later.run > one.run)";
-inline constexpr std::string_view kInsertFact =
-    "INSERT INTO fact VALUES ($1, $2) ON CONFLICT DO NOTHING";
-inline constexpr std::string_view kShards = "SELECT value FROM fact WHERE name = 'shards'";
+inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
+inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
+inline constexpr std::string_view kLastStationCheck =
+    "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log FROM "
+    "station_check WHERE station = $1 ORDER BY station_check DESC LIMIT 1";
 
 /// Names of types where the two differ.
 struct TypeNames {
-  std::string_view real, bytes;
+  std::string_view text, real, bytes;
 };
-/// What takes a store of `version` to the next.
-std::string MigrationFrom(int version, const TypeNames& types);
+/// What takes a store of `version` to that of this program.
+std::string MigrationsFrom(std::int64_t version, const TypeNames& types);
 
 /// Error (bad input): `version` is later than this program's.
 Status CheckSchemaVersion(const std::string& store, std::int64_t version);
-/// Error (usage): the store is of `there` shards, and not of `stated`.
-Status CheckShards(const std::string& store, const std::string& there, const std::string& stated);
 
 /// The shortest text that reads back to the same number.
 std::string ShortestText(double number);

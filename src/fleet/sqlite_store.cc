@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <type_traits>
@@ -14,6 +15,7 @@
 
 #include "fleet/rows.h"
 #include "fleet/schema.h"
+#include "fleet/sql_store.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -49,7 +51,8 @@ class Statement {
     std::visit(
         [&](const auto& stated) {
           using Stated = std::decay_t<decltype(stated)>;
-          if constexpr (std::is_same_v<Stated, std::string_view>) {
+          if constexpr (std::is_same_v<Stated, std::string_view> ||
+                        std::is_same_v<Stated, std::string>) {
             sqlite3_bind_text(statement_,
                               place,
                               stated.data(),
@@ -70,30 +73,25 @@ class Statement {
         value);
   }
 
-  std::string Text(int column) const {
-    const auto* const text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-    return text == nullptr
-               ? ""
-               : std::string(text,
-                             static_cast<std::size_t>(sqlite3_column_bytes(statement_, column)));
-  }
   std::int64_t Integer(int column) const { return sqlite3_column_int64(statement_, column); }
 
  private:
   sqlite3_stmt* statement_ = nullptr;
 };
 
-class SqliteStore : public Store {
+class SqliteDatabase : public Database {
  public:
-  explicit SqliteStore(std::string path) : path_(std::move(path)) {}
-  ~SqliteStore() override {
-    inserts_.clear();
+  explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
+  ~SqliteDatabase() override {
+    statements_.clear();
     sqlite3_close(database_);
   }
-  SqliteStore(const SqliteStore&) = delete;
-  SqliteStore& operator=(const SqliteStore&) = delete;
+  SqliteDatabase(const SqliteDatabase&) = delete;
+  SqliteDatabase& operator=(const SqliteDatabase&) = delete;
 
-  Status Open(bool to_read) {
+  /// Whether the tables are those of this program's version; to write: they are, then.
+  Result<bool> Open(Access access) {
+    const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
     if (sqlite3_open_v2(path_.c_str(), &database_, flags, nullptr) != SQLITE_OK) return Failure();
     sqlite3_busy_timeout(database_, kPatienceMs);
@@ -102,52 +100,50 @@ class SqliteStore : public Store {
                                Number("SELECT count(*) FROM sqlite_master"));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t application, Number("PRAGMA application_id"));
     if (application != kApplicationId && (tables > 0 || to_read)) {
-      return Error(ErrorCode::kWrongFormat,
+      return Error(ErrorCode::kStoreFailure,
                    {path_},
                    "is a database, but none that `fleet run` has written; name another file");
     }
-    if (to_read) return CheckVersion();
-    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA journal_mode = WAL"));
-    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA synchronous = FULL"));
-    TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA foreign_keys = ON"));
-    return Migrate();
+    if (!to_read) {
+      TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA journal_mode = WAL"));
+      TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA synchronous = FULL"));
+      TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA foreign_keys = ON"));
+      // Whoever comes first does it; the others wait, and see what is done.
+      TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return Migrate(); }));
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
+    TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(path_, version));
+    return version == kSchemaVersion;
   }
 
-  Status Add(const UnitRun& run) override {
-    TRUETRIAD_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
-    const Status status = Insert(run);
-    if (!status) {
-      sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
-      return status;
-    }
-    return Run("COMMIT");
+  const std::string& name() const override { return path_; }
+  std::size_t rows_at_once() const override { return 1; }
+
+  Status Transact(Access access, const std::function<Status()>& work) override {
+    TRUETRIAD_RETURN_IF_ERROR(Execute(access == Access::kRead ? "BEGIN" : "BEGIN IMMEDIATE"));
+    Status status = work();
+    if (status) status = Execute("COMMIT");
+    // After some failures SQLite has done so itself.
+    if (!status) sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+    return status;
   }
 
-  Result<std::vector<KnownRun>> LastRuns() override {
-    Statement statement(database_, kLastRuns);
-    std::vector<KnownRun> runs;
-    int code = SQLITE_ROW;
-    while ((code = statement.Step()) == SQLITE_ROW) {
-      runs.push_back({statement.Text(0),
-                      statement.Integer(1),
-                      statement.Integer(2),
-                      statement.Text(3),
-                      statement.Text(4),
-                      VerdictFromName(statement.Text(5)).value_or(Verdict::kBadInput)});
-    }
+  Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) override {
+    TRUETRIAD_ASSIGN_OR_RETURN(Statement* const statement, Prepared(sql, values));
+    const int code = statement->Step();
+    statement->Reset();
     if (code != SQLITE_DONE) return Failure();
-    return runs;
+    return std::int64_t{sqlite3_changes(database_)};
   }
 
-  Status StateShards(int count) override {
-    const std::string stated = std::to_string(count);
-    TRUETRIAD_RETURN_IF_ERROR(Insert(kInsertFact, {"shards", std::string_view(stated)}));
-    Statement statement(database_, kShards);
-    if (statement.Step() != SQLITE_ROW) return Failure();
-    return CheckShards(path_, statement.Text(0), stated);
+  Result<Table> Ask(std::string_view sql, std::span<const Value> values) override {
+    TRUETRIAD_ASSIGN_OR_RETURN(Statement* const statement, Prepared(sql, values));
+    Result<Table> table = TableOf(statement->get());
+    statement->Reset();
+    return table;
   }
 
-  Result<Table> Query(const std::string& sql) override {
+  Result<Table> AskAsGiven(const std::string& sql) override {
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
     if (sqlite3_prepare_v2(database_, sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
@@ -161,25 +157,31 @@ class SqliteStore : public Store {
       return Error(ErrorCode::kInvalidArgument,
                    "only one statement that reads can be asked: SELECT …");
     }
-    Table table;
-    const int columns = sqlite3_column_count(prepared);
-    for (int i = 0; i < columns; ++i) table.columns.emplace_back(sqlite3_column_name(prepared, i));
-    table.are_numbers.assign(table.columns.size(), true);
-    int code = SQLITE_ROW;
-    while ((code = sqlite3_step(prepared)) == SQLITE_ROW) {
-      std::vector<std::optional<std::string>> row;
-      for (int i = 0; i < columns; ++i) row.push_back(TextOf(prepared, i, &table));
-      table.rows.push_back(std::move(row));
-    }
-    if (code != SQLITE_DONE) return Failure();
-    return table;
+    return TableOf(prepared);
   }
 
  private:
   Error Failure() const {
-    return Error(ErrorCode::kCannotWrite,
+    const int code = database_ == nullptr ? SQLITE_NOMEM : sqlite3_errcode(database_);
+    return Error(ErrorCode::kStoreFailure,
                  {path_},
-                 database_ == nullptr ? "out of memory" : sqlite3_errmsg(database_));
+                 std::string(database_ == nullptr ? "out of memory" : sqlite3_errmsg(database_)) +
+                     (code == SQLITE_FULL ? "; make room, what was done before is there" : ""));
+  }
+
+  Result<Table> TableOf(sqlite3_stmt* statement) const {
+    Table table;
+    const int columns = sqlite3_column_count(statement);
+    for (int i = 0; i < columns; ++i) table.columns.emplace_back(sqlite3_column_name(statement, i));
+    table.are_numbers.assign(table.columns.size(), true);
+    int code = SQLITE_ROW;
+    while ((code = sqlite3_step(statement)) == SQLITE_ROW) {
+      std::vector<std::optional<std::string>> row;
+      for (int i = 0; i < columns; ++i) row.push_back(TextOf(statement, i, &table));
+      table.rows.push_back(std::move(row));
+    }
+    if (code != SQLITE_DONE) return Failure();
+    return table;
   }
 
   static std::optional<std::string> TextOf(sqlite3_stmt* row, int column, Table* table) {
@@ -194,7 +196,7 @@ class SqliteStore : public Store {
     return std::string(reinterpret_cast<const char*>(sqlite3_column_text(row, column)), size);
   }
 
-  Status Run(const std::string& sql) {
+  Status Execute(const std::string& sql) {
     if (sqlite3_exec(database_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};
     return Failure();
   }
@@ -205,56 +207,36 @@ class SqliteStore : public Store {
     return statement.Integer(0);
   }
 
-  Status CheckVersion() {
-    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
-    return CheckSchemaVersion(path_, version);
-  }
-
   Status Migrate() {
-    // Whoever comes first does it; the others wait, and see what is done.
-    TRUETRIAD_RETURN_IF_ERROR(Run("BEGIN IMMEDIATE"));
-    const Status status = [&]() -> Status {
-      TRUETRIAD_RETURN_IF_ERROR(CheckVersion());
-      TRUETRIAD_ASSIGN_OR_RETURN(std::int64_t version, Number("PRAGMA user_version"));
-      if (version == kSchemaVersion) return {};
-      for (; version < kSchemaVersion; ++version) {
-        TRUETRIAD_RETURN_IF_ERROR(
-            Run(MigrationFrom(static_cast<int>(version), {.real = "REAL", .bytes = "BLOB"})));
-      }
-      TRUETRIAD_RETURN_IF_ERROR(Run("PRAGMA application_id = " + std::to_string(kApplicationId)));
-      return Run("PRAGMA user_version = " + std::to_string(kSchemaVersion));
-    }();
-    if (!status) {
-      sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
-      return status;
-    }
-    return Run("COMMIT");
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t version, Number("PRAGMA user_version"));
+    if (version >= kSchemaVersion) return {};
+    TRUETRIAD_RETURN_IF_ERROR(
+        Execute(MigrationsFrom(version, {.text = "TEXT", .real = "REAL", .bytes = "BLOB"})));
+    TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA application_id = " + std::to_string(kApplicationId)));
+    return Execute("PRAGMA user_version = " + std::to_string(kSchemaVersion));
   }
 
-  Status Insert(const UnitRun& run) {
-    for (const Row& row : RowsOf(run)) {
-      TRUETRIAD_RETURN_IF_ERROR(Insert(row.sql, row.values));
-      // It is there already, with all that belongs to it.
-      if (row.is_run && sqlite3_changes(database_) == 0) return {};
+  /// With its values.
+  Result<Statement*> Prepared(std::string_view sql, std::span<const Value> values) {
+    auto found = statements_.find(sql);
+    if (found == statements_.end()) {
+      found = statements_.emplace(sql, std::make_unique<Statement>(database_, sql)).first;
     }
-    return {};
-  }
-
-  Status Insert(std::string_view sql, const std::vector<Value>& values) {
-    std::unique_ptr<Statement>& statement = inserts_[sql];
-    if (!statement) statement = std::make_unique<Statement>(database_, sql);
-    if (statement->get() == nullptr) return Failure();
+    Statement* const statement = found->second.get();
+    if (statement->get() == nullptr) {
+      const Error failure = Failure();
+      statements_.erase(found);
+      return failure;
+    }
     for (std::size_t i = 0; i < values.size(); ++i) {
       statement->Bind(static_cast<int>(i) + 1, values[i]);
     }
-    const int code = statement->Step();
-    statement->Reset();
-    return code == SQLITE_DONE ? Status() : Failure();
+    return statement;
   }
 
   std::string path_;
   sqlite3* database_ = nullptr;
-  std::map<std::string_view, std::unique_ptr<Statement>> inserts_;  ///< By their (constant) text.
+  std::map<std::string, std::unique_ptr<Statement>, std::less<>> statements_;  ///< By their text.
 };
 
 }  // namespace
@@ -284,18 +266,19 @@ std::string_view NetworkFileSystemName(long magic) {
   }
 }
 
-Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, bool to_read) {
+Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access) {
   namespace fs = std::filesystem;
   std::error_code failure;
+  const bool to_read = access == Access::kRead;
   if (to_read && !fs::exists(path, failure)) {
-    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
+    return Error(ErrorCode::kStoreFailure, {path}, "there is no such store");
   }
-  fs::path folder = fs::absolute(path, failure).parent_path();
+  const fs::path folder = fs::absolute(path, failure).parent_path();
   if (!to_read) {
     fs::create_directories(folder, failure);
     if (failure) {
       return Error(
-          ErrorCode::kCannotWrite,
+          ErrorCode::kStoreFailure,
           {path},
           "cannot be written: there is no folder " + folder.string() + ": " + failure.message());
     }
@@ -304,16 +287,20 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, bool to_read)
   if (statfs(folder.c_str(), &about) == 0) {
     const std::string_view network = NetworkFileSystemName(about.f_type);
     if (!network.empty() && !to_read) {
-      return Error(ErrorCode::kCannotWrite,
+      return Error(ErrorCode::kStoreFailure,
                    {path},
                    "is on a network folder (" + std::string(network) +
                        "), where SQLite cannot keep two writers apart; use a local folder, or "
                        "PostgreSQL (--store=postgresql://…)");
     }
   }
-  auto store = std::make_unique<SqliteStore>(path);
-  TRUETRIAD_RETURN_IF_ERROR(store->Open(to_read));
-  return std::unique_ptr<Store>(std::move(store));
+  auto database = std::make_unique<SqliteDatabase>(path);
+  TRUETRIAD_ASSIGN_OR_RETURN(const bool is_current, database->Open(access));
+  if (!is_current) {
+    // Of before: its tables become those of today.
+    TRUETRIAD_RETURN_IF_ERROR(SqliteDatabase(path).Open(Access::kWrite));
+  }
+  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
 }
 
 }  // namespace truetriad::fleet

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fleet/unit_run.h"
@@ -27,6 +30,51 @@ struct Table {
   std::vector<std::vector<std::optional<std::string>>> rows;
 };
 
+/// What somebody decided about a unit, whatever the verdict of its run.
+struct Disposition {
+  std::string id;       ///< NewRunId; of several of one run the greatest applies.
+  std::string serial;   ///< Of the unit.
+  std::string created;  ///< ISO 8601, UTC.
+  std::string who, why;
+  Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
+};
+/// What somebody can decide; the others are of a machine.
+inline constexpr std::array kVerdictsOfPeople = {
+    Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
+
+/// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line, or
+/// the verdict is none of people.
+Status CheckDisposition(const Disposition& disposition);
+
+/// A station's golden unit, measured again.
+struct StationCheck {
+  std::string id;  ///< NewRunId.
+  std::string station;
+  std::string serial;   ///< Of the golden unit.
+  std::string created;  ///< ISO 8601, UTC.
+  bool agrees = false;
+  /// Of all differences together, and the largest of them in sigma; NaN: not known.
+  double p = std::numeric_limits<double>::quiet_NaN();
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  std::string parameter;  ///< That with the largest difference.
+  std::string log;
+};
+
+/// Which of a unit's runs counts.
+enum class RetestCounts { kLast, kFirst, kBest };
+std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "best".
+std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
+
+struct RetestPolicy {
+  /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
+  /// outside-limits, any other.
+  RetestCounts counts = RetestCounts::kLast;
+  /// How many runs after the first may count; unset: all. 0 or more.
+  std::optional<std::int64_t> most;
+
+  bool operator==(const RetestPolicy&) const = default;
+};
+
 /// Where runs are kept. A run is added once and never changed. All functions: an error (bad input)
 /// where the store cannot be reached or written.
 class Store {
@@ -40,13 +88,27 @@ class Store {
   /// Of how many shards the runs are part; the first who says it, states it. Error (usage): another
   /// number was stated.
   virtual Status StateShards(int count) = 0;
+  /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
+  /// was stated.
+  virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
+  /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage): there
+  /// is no such unit.
+  virtual Result<std::string> Dispose(const Disposition& disposition) = 0;
+  virtual Status AddStationCheck(const StationCheck& check) = 0;
+  /// The last by name; unset: there is none of this station.
+  virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
   /// Answers a statement that only reads. Error (usage): it is none.
   virtual Result<Table> Query(const std::string& sql) = 0;
 };
 
-/// Opens a store, or makes it: PATH, sqlite:PATH. Error (bad input): it is none of this program's,
-/// of a newer version of it, or on a file system that SQLite cannot lock. Error (usage): another
-/// kind of URL.
+/// `url` for people and files: without password.
+std::string ShownStore(const std::string& url);
+
+/// Opens a store, or makes it: PATH, sqlite:PATH, postgresql://…, postgres://…, and name=value of
+/// libpq as postgresql:name=value …. Error (bad input): it cannot be reached, is none of this
+/// program's, of a newer version of it, or on a file system that SQLite cannot lock. Error (usage):
+/// another kind of URL, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
 /// The same of one that is there; nothing can be written to it.

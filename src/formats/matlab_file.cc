@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <optional>
-
-#include <dlfcn.h>
-
 #include "base/companion.h"
 #include "formats/matlab_module.h"
 #include "formats/matlab_values.h"
@@ -13,13 +9,8 @@ namespace {
 // Loaded once, kept until the program ends. Nullptr: it is not there, or does not load.
 const MatlabModule* Module() {
   static const MatlabModule* const module = []() -> const MatlabModule* {
-    const std::optional<std::string> file = FindCompanion(kMatlabModuleFile);
-    if (!file) return nullptr;
-    void* const library = ::dlopen(file->c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) return nullptr;
-    const auto function =
-        reinterpret_cast<const MatlabModule* (*)()>(::dlsym(library, kMatlabModuleFunction));
-    return function == nullptr ? nullptr : function();
+    const Result<void*> function = CompanionFunction(kMatlabModuleFile, kMatlabModuleFunction);
+    return function ? reinterpret_cast<const MatlabModule* (*)()>(*function)() : nullptr;
   }();
   return module;
 }

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/store.h"
 
+#include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include "fleet/schema.h"
 #include "fleet/sqlite_store.h"
 #include "io/temporary_folder.h"
 #include "report/sample_calibration.h"
@@ -28,6 +32,13 @@ class SqliteStoreTest : public ::testing::Test {
     run.log = serial + ".csv";
     run.config_sha256 = "abc";
     run.tags.lot = "L17";
+    return run;
+  }
+  /// A run of A1 and its verdict.
+  static UnitRun RunOf(const std::string& id, Verdict verdict) {
+    UnitRun run = RunOf("A1");
+    run.id = id;
+    run.verdict = verdict;
     return run;
   }
   std::vector<std::vector<std::optional<std::string>>> Ask(Store& store, const std::string& sql) {
@@ -108,6 +119,174 @@ TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
   EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
 }
 
+TEST_F(SqliteStoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
+  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  UnitRun run = RunOf("A1");
+  run.findings = {Finding(FindingCode::kClockOffset, "late", "state it")
+                      .About(Triad::kMagnetometer, 1)
+                      .AtPose(3)
+                      .With("offset", 1.0 / 7.0, 0.01, "s"),
+                  Finding(FindingCode::kMessage, "plain")};
+  ASSERT_TRUE((*store)->Add(run));
+  EXPECT_THAT(
+      Ask(**store,
+          "SELECT place, sensor, axis, pose, remedy, \"values\" FROM finding ORDER BY place"),
+      ElementsAre(
+          ElementsAre("1",
+                      "magnetometer",
+                      "y",
+                      "3",
+                      "state it",
+                      R"({"offset":{"sigma":0.01,"unit":"s","value":0.14285714285714285}})"),
+          ElementsAre("2", std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt)));
+}
+
+TEST_F(SqliteStoreTest, SaysWhichRunOfAUnitCounts) {
+  struct Case {
+    RetestPolicy policy;
+    std::string run;
+  };
+  const std::vector<Case> cases = {{{RetestCounts::kLast, std::nullopt}, "5"},
+                                   {{RetestCounts::kLast, 2}, "3"},
+                                   {{RetestCounts::kLast, 0}, "1"},
+                                   {{RetestCounts::kFirst, std::nullopt}, "1"},
+                                   {{RetestCounts::kBest, std::nullopt}, "5"},
+                                   {{RetestCounts::kBest, 3}, "4"},
+                                   {{RetestCounts::kBest, 2}, "3"},
+                                   {{RetestCounts::kBest, 1}, "2"}};
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Result<std::unique_ptr<Store>> store = OpenStore(path_ + std::to_string(i));
+    ASSERT_TRUE(store);
+    ASSERT_TRUE((*store)->StateRetestPolicy(cases[i].policy));
+    // Not in their order.
+    ASSERT_TRUE((*store)->Add(RunOf("5", Verdict::kPass)));
+    ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kCrashed)));
+    ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kRefused)));
+    ASSERT_TRUE((*store)->Add(RunOf("3", Verdict::kOutside)));
+    ASSERT_TRUE((*store)->Add(RunOf("4", Verdict::kPass)));
+    EXPECT_THAT(Ask(**store, "SELECT run, first_verdict, attempts, disposed_by FROM standing"),
+                ElementsAre(ElementsAre(cases[i].run, "crashed", "5", std::nullopt)))
+        << i;
+  }
+}
+
+TEST_F(SqliteStoreTest, HasTheSameRetestPolicyEveryTime) {
+  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
+  EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
+  EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, 3}));
+  const Status other = (*store)->StateRetestPolicy({});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::kConflictingArguments);
+  EXPECT_THAT(other.error().message, HasSubstr("`best, 2 more`, not by `last`"));
+}
+
+TEST_F(SqliteStoreTest, KeepsWhatPeopleDecide) {
+  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  Disposition first{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe'; --", "seen", Verdict::kPass};
+  const Result<std::string> run = (*store)->Dispose(first);
+  ASSERT_TRUE(run) << run.error().message;
+  EXPECT_EQ(*run, "1");
+  const std::string standing =
+      "SELECT verdict, first_verdict, final_verdict, disposed_by FROM standing";
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("outside-limits", "outside-limits", "pass", "R. Roe'; --")));
+  Disposition second{"b", "A1", "2026-11-26T00:00:00Z", "M. Moe", "bent", Verdict::kRefused};
+  ASSERT_TRUE((*store)->Dispose(second));
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("outside-limits", "outside-limits", "refused", "M. Moe")));
+  EXPECT_THAT(Ask(**store, "SELECT disposition, run, why FROM disposition ORDER BY disposition"),
+              ElementsAre(ElementsAre("a", "1", "seen"), ElementsAre("b", "1", "bent")));
+  // Of that run, and not of a later one.
+  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
+  EXPECT_THAT(Ask(**store, standing),
+              ElementsAre(ElementsAre("pass", "outside-limits", "pass", std::nullopt)));
+}
+
+TEST_F(SqliteStoreTest, TakesNoDecisionThatIsNone) {
+  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
+  const Disposition good{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe", "seen", Verdict::kPass};
+  const auto refused = [&](const auto& spoil, ErrorCode code) {
+    Disposition bad = good;
+    spoil(&bad);
+    const Result<std::string> run = (*store)->Dispose(bad);
+    EXPECT_FALSE(run);
+    EXPECT_TRUE(run || run.error().code == code) << run.error().message;
+  };
+  refused([](Disposition* bad) { bad->serial = "A1' OR '1'='1"; }, ErrorCode::kUnknownName);
+  refused([](Disposition* bad) { bad->who = " "; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->why = ""; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->why = "a\nb"; }, ErrorCode::kInvalidArgument);
+  refused([](Disposition* bad) { bad->verdict = Verdict::kCrashed; }, ErrorCode::kInvalidArgument);
+  EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));
+}
+
+TEST_F(SqliteStoreTest, KeepsTheChecksOfStations) {
+  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  const auto none = (*store)->LastStationCheck("S3");
+  ASSERT_TRUE(none);
+  EXPECT_FALSE(*none);
+  StationCheck check{"2", "S3", "G1", "2026-11-25T06:00:00Z", true, 0.1 + 0.2, 1.0 / 3.0, "a", "l"};
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  check.id = "1";
+  check.agrees = false;
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  check.id = "3";
+  check.station = "S4";
+  check.p = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_TRUE((*store)->AddStationCheck(check));
+  const auto last = (*store)->LastStationCheck("S3");
+  ASSERT_TRUE(last && *last);
+  EXPECT_EQ((*last)->id, "2");
+  EXPECT_TRUE((*last)->agrees);
+  EXPECT_EQ((*last)->p, 0.1 + 0.2);
+  EXPECT_EQ((*last)->largest, 1.0 / 3.0);
+  const auto other = (*store)->LastStationCheck("S4");
+  ASSERT_TRUE(other && *other);
+  EXPECT_FALSE((*other)->agrees);
+  EXPECT_TRUE(std::isnan((*other)->p));
+}
+
+// A store of the first version, with rows in it.
+TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
+  std::string tables(kMigrations[0]);
+  for (const auto& [from, to] :
+       {std::pair{"{text}", "TEXT"}, {"{real}", "REAL"}, {"{bytes}", "BLOB"}}) {
+    for (std::size_t at = 0; (at = tables.find(from)) != std::string::npos;) {
+      tables.replace(at, std::string_view(from).size(), to);
+    }
+  }
+  Execute(path_,
+          tables +
+              "INSERT INTO unit VALUES ('A1');"
+              "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'pass', "
+              "'', '', 'poses', 0.5, 0.5, 10, x'0102');"
+              "INSERT INTO finding VALUES ('1', 1, 'message', 'note', NULL, NULL, NULL, 'told');"
+              "INSERT INTO fact VALUES ('shards', '4');"
+              "PRAGMA application_id = 1953654388; PRAGMA user_version = 1; "
+              "PRAGMA journal_mode = WAL");
+  {
+    const Result<std::unique_ptr<Store>> to_read = OpenStoreToRead(path_);
+    ASSERT_TRUE(to_read) << to_read.error().message;
+    EXPECT_THAT(Ask(**to_read, "SELECT serial, final_verdict, attempts, covariance FROM standing"),
+                ElementsAre(ElementsAre("A1", "pass", "1", "0102")));
+    EXPECT_THAT(Ask(**to_read, "SELECT text, remedy, \"values\" FROM finding"),
+                ElementsAre(ElementsAre("told", std::nullopt, std::nullopt)));
+  }
+  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  EXPECT_FALSE((*store)->StateShards(5));
+  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
+  EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
+}
+
 TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
   EXPECT_FALSE(OpenStoreToRead(path_));
   Execute(folder_.Path("other.db"), "CREATE TABLE x (y)");
@@ -121,6 +300,7 @@ TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
   const auto newer = OpenStore(path_);
   ASSERT_FALSE(newer);
   EXPECT_THAT(newer.error().message, HasSubstr("version 99 of the tables"));
+  EXPECT_EQ(newer.error().code, ErrorCode::kStoreFailure);
   EXPECT_FALSE(OpenStoreToRead(path_));
 }
 

@@ -86,6 +86,7 @@ const std::vector<Command>& Commands() {
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
                                                           FleetReportCommand(),
+                                                          FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;

@@ -101,6 +101,7 @@ Command ExportCommand();
 Command ImportCommand();
 Command ReportCommand();
 Command FleetRunCommand();
+Command FleetDisposeCommand();
 Command FleetQueryCommand();
 Command FleetReportCommand();
 Command HelpCommand();

@@ -79,6 +79,8 @@ enum class ErrorCode {
   kBrokenInstallation,
   // Of the data.
   kNotEnoughData,
+  // Of the fleet.
+  kStoreFailure,
 };
 
 struct ErrorInfo {

@@ -17,11 +17,11 @@ DEFINE_bool(csv, false, "print CSV");
 namespace truetriad {
 namespace {
 
-/// What is asked where only `--where` is given: the last run of each unit.
+/// What is asked where only `--where` is given: of each unit the run that counts.
 std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
   const std::string where = FLAGS_where.empty() ? "" : " WHERE " + FLAGS_where;
-  return "SELECT serial, verdict, code, created, log, folder FROM latest" + where +
+  return "SELECT serial, verdict, code, created, log, folder FROM standing" + where +
          " ORDER BY serial";
 }
 
@@ -113,8 +113,8 @@ Command FleetQueryCommand() {
               "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
               "build/truetriad fleet run out/line -o out/day --report=false\n"
               "build/truetriad fleet query --store=out/day/fleet.db --where=\"verdict = 'usable'\"",
-          .details = "Nothing can be changed. Without a question: the last run of every unit.\n",
-          .flags = {{"store", "FILE", true},
+          .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
+          .flags = {{"store", "FILE|URL", true},
                     {"sql", "SELECT"},
                     {"where", "CONDITION"},
                     {"csv", "true|false"}},

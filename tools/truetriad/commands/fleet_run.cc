@@ -29,7 +29,8 @@ DEFINE_string(units_of, "", "logs, folders with logs, patterns as 'line-3/*.csv'
 DEFINE_string(
     store,
     "",
-    "where the runs are kept: a file for SQLite (default: fleet.db in the output folder)");
+    "where the runs are kept: a file for SQLite (default: fleet.db in the output folder), or "
+    "postgresql://HOST/DATABASE");
 DEFINE_bool(resume,
             false,
             "leave out logs whose run with this experiment and this program is in the store, as "
@@ -228,8 +229,8 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   }
   const bool has_failed = FLAGS_fail_on == kUnit && progress->red > 0;
   return VerbResult{.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
-                    .text = SummaryText(*progress, url),
-                    .result = SummaryJson(*progress, url),
+                    .text = SummaryText(*progress, fleet::ShownStore(url)),
+                    .result = SummaryJson(*progress, fleet::ShownStore(url)),
                     .grade = progress->red == 0 ? Grade::kGood : Grade::kCaution};
 }
 
@@ -254,7 +255,7 @@ Command FleetRunCommand() {
       .flags = {{"units-of", "LIST|FOLDER|GLOB"},
                 {"config", "EXPERIMENT.yaml"},
                 {"output", "DIR"},
-                {"store", "FILE"},
+                {"store", "FILE|URL"},
                 {"jobs", "N"},
                 {"resume", "true|false"},
                 {"serial", "PATTERN"},

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/postgres_store.h"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+#include <span>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/companion.h"
+#include "fleet/postgres_module.h"
+#include "fleet/rows.h"
+#include "fleet/schema.h"
+#include "fleet/sql_store.h"
+#include "fleet/store_url.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+
+/// Of the one lock under which tables are made: no other program's, hopefully.
+constexpr std::int64_t kMigrationLock = 0x7472'7566'7465'6574;
+constexpr std::string_view kSchemaVersionFact = "schema_version";
+
+/// What PostgreSQL takes as text: UTF-8 without NUL; whatever else is in it becomes U+FFFD.
+std::string StorableText(std::string_view text) {
+  constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+  std::string storable;
+  storable.reserve(text.size());
+  while (!text.empty()) {
+    const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    const unsigned char first = byte(0);
+    const std::size_t size = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+    bool is_good =
+        first != 0 && (first < 0x80 || (first >= 0xC2 && first <= 0xF4)) && size <= text.size();
+    for (std::size_t i = 1; is_good && i < size; ++i) is_good = (byte(i) & 0xC0U) == 0x80;
+    if (is_good && size > 2) {
+      // Longer than it need be, half of a UTF-16 pair, or beyond the last.
+      is_good = !(first == 0xE0 && byte(1) < 0xA0) && !(first == 0xED && byte(1) >= 0xA0) &&
+                !(first == 0xF0 && byte(1) < 0x90) && !(first == 0xF4 && byte(1) >= 0x90);
+    }
+    storable += is_good ? text.substr(0, size) : kReplacement;
+    text.remove_prefix(is_good ? size : 1);
+  }
+  return storable;
+}
+
+std::optional<std::string> ParameterText(const Value& value) {
+  return std::visit(
+      [](const auto& stated) -> std::optional<std::string> {
+        using Stated = std::decay_t<decltype(stated)>;
+        if constexpr (std::is_same_v<Stated, std::monostate>) {
+          return std::nullopt;
+        } else if constexpr (std::is_same_v<Stated, std::int64_t>) {
+          return std::to_string(stated);
+        } else if constexpr (std::is_same_v<Stated, double>) {
+          return ShortestText(stated);
+        } else if constexpr (std::is_same_v<Stated, const std::vector<double>*>) {
+          return "\\x" + HexOf({reinterpret_cast<const unsigned char*>(stated->data()),
+                                stated->size() * sizeof(double)});
+        } else {
+          return StorableText(stated);
+        }
+      },
+      value);
+}
+
+class PostgresDatabase : public Database {
+ public:
+  PostgresDatabase(const PostgresModule& module, std::string options, std::string name)
+      : module_(module), options_(std::move(options)), name_(std::move(name)) {}
+
+  /// Afterwards a lost connection is opened anew for that long.
+  Status Open(Access access, Seconds patience) {
+    std::optional<std::int64_t> version;
+    const auto look = [&]() -> Status {
+      TRUETRIAD_ASSIGN_OR_RETURN(version, SchemaVersion());
+      return {};
+    };
+    TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, look));
+    if (!version && access == Access::kRead) {
+      return Error(ErrorCode::kStoreFailure, {name_}, "has no tables that `fleet run` has made");
+    }
+    TRUETRIAD_RETURN_IF_ERROR(CheckSchemaVersion(name_, version.value_or(0)));
+    if (version != kSchemaVersion) {
+      // Whoever comes first does it; the others wait, and see what is done.
+      TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kWrite, [&] { return Migrate(); }));
+    }
+    patience_ = patience;
+    return {};
+  }
+
+  const std::string& name() const override { return name_; }
+  // Each statement is a journey to the server and back. Of the largest rows 16 values: PostgreSQL
+  // takes 65535 a statement.
+  std::size_t rows_at_once() const override { return 1000; }
+
+  Status Transact(Access access, const std::function<Status()>& work) override {
+    constexpr Seconds kFirstPause(0.1), kLongestPause(5.0);
+    const Clock::time_point begin = Clock::now();
+    for (Seconds pause = kFirstPause;; pause = std::min(2.0 * pause, kLongestPause)) {
+      lost_.reset();
+      const Status status = TransactOnce(access, work);
+      if (status || !lost_) return status;
+      connection_.reset();
+      if (Clock::now() - begin + pause > patience_) return GivenUp(status.error());
+      std::this_thread::sleep_for(pause);
+    }
+  }
+
+  Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) override {
+    TRUETRIAD_ASSIGN_OR_RETURN(const PostgresAnswer answer, Answer(sql, values));
+    return answer.changed;
+  }
+
+  Result<Table> Ask(std::string_view sql, std::span<const Value> values) override {
+    TRUETRIAD_ASSIGN_OR_RETURN(PostgresAnswer answer, Answer(sql, values));
+    return std::move(answer.table);
+  }
+
+  // As a cursor, which PostgreSQL makes only of what reads.
+  Result<Table> AskAsGiven(const std::string& sql) override {
+    Table table;
+    const Status status = Transact(Access::kRead, [&]() -> Status {
+      // Planned for all rows, not for the first.
+      TRUETRIAD_RETURN_IF_ERROR(Ask("SELECT set_config('cursor_tuple_fraction', '1', true)", {}));
+      TRUETRIAD_RETURN_IF_ERROR(
+          Ask("DECLARE question NO SCROLL CURSOR FOR " + StorableText(sql), {}));
+      TRUETRIAD_ASSIGN_OR_RETURN(table, Ask("FETCH ALL FROM question", {}));
+      return {};
+    });
+    if (!status && IsOfTheQuestion(state_)) {
+      return Error(
+          ErrorCode::kInvalidArgument,
+          "the question is not understood as one that reads (SELECT …): " + status.error().What());
+    }
+    TRUETRIAD_RETURN_IF_ERROR(status);
+    return table;
+  }
+
+ private:
+  /// Syntax and names, features, values, what a read-only transaction does not do.
+  static bool IsOfTheQuestion(std::string_view state) {
+    return state.starts_with("42") || state.starts_with("0A") || state.starts_with("22") ||
+           state.starts_with("25");
+  }
+
+  Status TransactOnce(Access access, const std::function<Status()>& work) {
+    state_.clear();
+    if (!connection_) {
+      PostgresFailure failure;
+      connection_ = module_.connect(options_, &failure);
+      if (!connection_) return Failed(failure);
+    }
+    if (const auto failure = connection_->Begin(access == Access::kRead)) return Failed(*failure);
+    const Status status = work();
+    if (!status) {
+      connection_->Abort();
+      return status;
+    }
+    if (const auto failure = connection_->Commit()) return Failed(*failure);
+    return {};
+  }
+
+  Error Failed(const PostgresFailure& failure) {
+    state_ = failure.state;
+    if (failure.is_lost) lost_ = failure.message;
+    return Error(ErrorCode::kStoreFailure, {name_}, failure.message);
+  }
+
+  Error GivenUp(const Error& last) const {
+    if (patience_ == Seconds(0.0)) return last;
+    return Error(ErrorCode::kStoreFailure,
+                 {name_},
+                 "the connection was lost, and in " + ShortestText(patience_.count()) +
+                     " s there was no other: " + last.What() +
+                     "; what was added before is there, and --resume goes on");
+  }
+
+  Result<PostgresAnswer> Answer(std::string_view sql, std::span<const Value> values) {
+    std::vector<std::optional<std::string>> texts;
+    texts.reserve(values.size());
+    std::vector<const char*> parameters;
+    parameters.reserve(values.size());
+    for (const Value& value : values) {
+      const std::optional<std::string>& text = texts.emplace_back(ParameterText(value));
+      parameters.push_back(text ? text->c_str() : nullptr);
+    }
+    PostgresAnswer answer;
+    if (const auto failure = connection_->Run(std::string(sql), parameters, &answer)) {
+      return Failed(*failure);
+    }
+    return answer;
+  }
+
+  /// Unset: there are no such tables.
+  Result<std::optional<std::int64_t>> SchemaVersion() {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table fact, Ask("SELECT to_regclass('fact')", {}));
+    if (!fact.rows.at(0).at(0)) return std::optional<std::int64_t>();
+    const Value name[] = {kSchemaVersionFact};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, Ask(kFactsOf, name));
+    std::int64_t version = 0;
+    if (!facts.rows.empty()) {
+      const std::string text = facts.rows[0][0].value_or("");
+      std::from_chars(text.data(), text.data() + text.size(), version);
+    }
+    if (version > 0) return std::optional(version);
+    return Error(ErrorCode::kStoreFailure,
+                 {name_},
+                 "has a table `fact`, but none that `fleet run` has made; name another database");
+  }
+
+  Status Migrate() {
+    const Value lock[] = {kMigrationLock};
+    TRUETRIAD_RETURN_IF_ERROR(Ask("SELECT pg_advisory_xact_lock($1)", lock));
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::int64_t> version, SchemaVersion());
+    if (version == kSchemaVersion) return {};
+    const std::string tables = MigrationsFrom(
+        version.value_or(0),
+        {.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
+    if (const auto failure = connection_->RunAll(tables)) return Failed(*failure);
+    const std::string now = std::to_string(kSchemaVersion);
+    const Value fact[] = {kSchemaVersionFact, std::string_view(now)};
+    TRUETRIAD_RETURN_IF_ERROR(Run(
+        "INSERT INTO fact VALUES ($1, $2) ON CONFLICT (name) DO UPDATE SET value = EXCLUDED.value",
+        fact));
+    return {};
+  }
+
+  const PostgresModule& module_;
+  std::string options_, name_;
+  Seconds patience_{0.0};
+  std::unique_ptr<PostgresConnection> connection_;
+  std::string state_;                ///< SQLSTATE of the last failure of a transaction.
+  std::optional<std::string> lost_;  ///< Why its connection was lost, if it was.
+};
+
+Result<const PostgresModule*> LoadedModule() {
+  const Result<void*> function = CompanionFunction(kPostgresModuleFile, kPostgresModuleFunction);
+  if (!function) {
+    return Error(
+        ErrorCode::kMissingProgram,
+        "a store on PostgreSQL needs a part that was not built: " + function.error().message +
+            "; install libpqxx-dev and build truetriad again, or name a file");
+  }
+  return reinterpret_cast<const PostgresModule* (*)()>(*function)();
+}
+
+Seconds StatedPatience() {
+  constexpr Seconds kPatience(60.0);
+  const char* const stated = std::getenv("TRUETRIAD_STORE_PATIENCE");
+  if (stated == nullptr) return kPatience;
+  char* end = nullptr;
+  const double seconds = std::strtod(stated, &end);
+  return end != stated && *end == '\0' && seconds >= 0.0 ? Seconds(seconds) : kPatience;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> OpenPostgres(const std::string& url, Access access) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const PostgresModule* const module, LoadedModule());
+  auto database = std::make_unique<PostgresDatabase>(
+      *module, PostgresOptions(url).value_or(""), ShownPostgres(url));
+  TRUETRIAD_RETURN_IF_ERROR(database->Open(access, StatedPatience()));
+  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+}
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/sql_store.h"
+
+#include <algorithm>
+#include <charconv>
+#include <limits>
+#include <span>
+
+#include "fleet/rows.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using Cell = std::optional<std::string>;
+
+template <typename Number>
+Number NumberOf(const Cell& cell, Number otherwise) {
+  Number number = otherwise;
+  if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), number);
+  return number;
+}
+
+KnownRun KnownRunOf(const std::vector<Cell>& row) {
+  return {row[0].value_or(""),
+          NumberOf<std::int64_t>(row[1], 0),
+          NumberOf<std::int64_t>(row[2], 0),
+          row[3].value_or(""),
+          row[4].value_or(""),
+          VerdictFromName(row[5].value_or("")).value_or(Verdict::kBadInput)};
+}
+
+StationCheck StationCheckOf(const std::vector<Cell>& row) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  return {.id = row[0].value_or(""),
+          .station = row[1].value_or(""),
+          .serial = row[2].value_or(""),
+          .created = row[3].value_or(""),
+          .agrees = row[4] == "1",
+          .p = NumberOf(row[5], kUnknown),
+          .largest = NumberOf(row[6], kUnknown),
+          .parameter = row[7].value_or(""),
+          .log = row[8].value_or("")};
+}
+
+/// "best, 2 more".
+std::string TextOf(std::string_view counts, const Cell& most) {
+  return std::string(counts) + (most ? ", " + *most + " more" : "");
+}
+
+}  // namespace
+
+Result<std::int64_t> SqlStore::Insert(const TableRows& rows) {
+  const std::size_t count = rows.values.size() / rows.columns;
+  const std::span<const Value> values(rows.values);
+  std::int64_t inserted = 0;
+  std::string sql;
+  std::size_t rows_of_sql = 0;
+  for (std::size_t row = 0; row < count;) {
+    const std::size_t part = std::min(database_->rows_at_once(), count - row);
+    if (part != rows_of_sql) sql = InsertStatement(rows.table, rows.columns, part);
+    rows_of_sql = part;
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const std::int64_t more,
+        database_->Run(sql, values.subspan(row * rows.columns, part * rows.columns)));
+    inserted += more;
+    row += part;
+  }
+  return inserted;
+}
+
+Result<Cell> SqlStore::Fact(std::string_view name) {
+  const Value values[] = {name};
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kFactsOf, values));
+  return table.rows.empty() ? Cell() : table.rows[0][0];
+}
+
+Status SqlStore::Add(const UnitRun& run) {
+  const std::vector<TableRows> tables = RowsOf(run);
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const TableRows& rows : tables) {
+      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
+      // It is there already, with all that belongs to it.
+      if (rows.table == kRunTable && inserted == 0) return {};
+    }
+    return {};
+  });
+}
+
+Result<std::vector<KnownRun>> SqlStore::LastRuns() {
+  std::vector<KnownRun> runs;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, {}));
+    runs.clear();
+    for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
+    return {};
+  }));
+  return runs;
+}
+
+Status SqlStore::StateShards(int count) {
+  const std::string stated = std::to_string(count);
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("shards", stated)));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Cell there, Fact("shards"));
+    if (there == stated) return {};
+    return Error(ErrorCode::kConflictingArguments,
+                 database_->name() + ": its runs are shared among " + there.value_or("none") +
+                     ", not " + stated + "; give --shard=I/" + there.value_or("N") +
+                     ", or another store");
+  });
+}
+
+Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
+  const std::string_view counts = RetestCountsName(policy.counts);
+  const Cell most = policy.most ? Cell(std::to_string(*policy.most)) : Cell();
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted,
+                               Insert(FactRow("retest_counts", counts)));
+    if (inserted > 0 && most) TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("retest_most", *most)));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Cell counts_there, Fact("retest_counts"));
+    TRUETRIAD_ASSIGN_OR_RETURN(const Cell most_there, Fact("retest_most"));
+    if (counts_there == counts && most_there == most) return {};
+    return Error(ErrorCode::kConflictingArguments,
+                 database_->name() + ": of a unit's runs counts the one by `" +
+                     TextOf(counts_there.value_or(""), most_there) + "`, not by `" +
+                     TextOf(counts, most) + "`; state the same, or take another store");
+  });
+}
+
+Result<std::string> SqlStore::Dispose(const Disposition& disposition) {
+  TRUETRIAD_RETURN_IF_ERROR(CheckDisposition(disposition));
+  std::string run;
+  const Status status = database_->Transact(Access::kWrite, [&]() -> Status {
+    const Value serial[] = {std::string_view(disposition.serial)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table standing, database_->Ask(kStandingRun, serial));
+    if (standing.rows.empty()) {
+      return Error(ErrorCode::kUnknownName,
+                   database_->name() + ": has no unit `" + disposition.serial +
+                       "`; `truetriad fleet query` lists those that it has");
+    }
+    run = standing.rows[0][0].value_or("");
+    TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(disposition, run)));
+    return {};
+  });
+  TRUETRIAD_RETURN_IF_ERROR(status);
+  return run;
+}
+
+Status SqlStore::AddStationCheck(const StationCheck& check) {
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    return {};
+  });
+}
+
+Result<std::optional<StationCheck>> SqlStore::LastStationCheck(const std::string& station) {
+  std::optional<StationCheck> check;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(station)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastStationCheck, values));
+    check.reset();
+    if (!table.rows.empty()) check = StationCheckOf(table.rows[0]);
+    return {};
+  }));
+  return check;
+}
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fleet/database.h"
+#include "fleet/store.h"
+
+namespace truetriad::fleet {
+
+/// A store in a database.
+class SqlStore : public Store {
+ public:
+  explicit SqlStore(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+
+  Status Add(const UnitRun& run) override;
+  Result<std::vector<KnownRun>> LastRuns() override;
+  Status StateShards(int count) override;
+  Status StateRetestPolicy(const RetestPolicy& policy) override;
+  Result<std::string> Dispose(const Disposition& disposition) override;
+  Status AddStationCheck(const StationCheck& check) override;
+  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override;
+  Result<Table> Query(const std::string& sql) override { return database_->AskAsGiven(sql); }
+
+ private:
+  /// How many of them were not there. In a transaction.
+  Result<std::int64_t> Insert(const TableRows& rows);
+  /// What a fact is; unset: it was not stated. In a transaction.
+  Result<std::optional<std::string>> Fact(std::string_view name);
+
+  std::unique_ptr<Database> database_;
+};
+
+}  // namespace truetriad::fleet

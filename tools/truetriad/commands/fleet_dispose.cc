@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "fleet/store.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
+#include "truetriad/io/calibration_file.h"
+
+DEFINE_string(unit, "", "the serial number of a unit in the store");
+DEFINE_string(who, "", "who decides");
+DEFINE_string(verdict, "", "what the unit is from now on");
+DEFINE_string(why, "", "why, in one line");
+
+namespace truetriad {
+namespace {
+
+std::vector<std::string> VerdictsOfPeople() {
+  std::vector<std::string> names;
+  for (const fleet::Verdict verdict : fleet::kVerdictsOfPeople) {
+    names.emplace_back(fleet::VerdictName(verdict));
+  }
+  return names;
+}
+
+Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
+  const std::optional<fleet::Verdict> verdict = fleet::VerdictFromName(FLAGS_verdict);
+  if (!verdict) {
+    std::string names;
+    for (const std::string& name : VerdictsOfPeople()) names += (names.empty() ? "" : ", ") + name;
+    return Error(ErrorCode::kInvalidArgument,
+                 "--verdict=" + FLAGS_verdict + " is not known; expected one of " + names);
+  }
+  // No store is made of a misspelt name.
+  TRUETRIAD_RETURN_IF_ERROR(fleet::OpenStoreToRead(FLAGS_store));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStore(FLAGS_store));
+  const fleet::Disposition disposition = {.id = fleet::NewRunId(),
+                                          .serial = FLAGS_unit,
+                                          .created = TimestampUtc(),
+                                          .who = FLAGS_who,
+                                          .why = FLAGS_why,
+                                          .verdict = *verdict};
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string run, store->Dispose(disposition));
+  return VerbResult{.text = FLAGS_unit + " is " + FLAGS_verdict + " (run " + run + ")\n",
+                    .result = {{"disposition", disposition.id},
+                               {"serial", disposition.serial},
+                               {"run", run},
+                               {"verdict", FLAGS_verdict}}};
+}
+
+}  // namespace
+
+Command FleetDisposeCommand() {
+  return {.name = "fleet dispose",
+          .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
+          .examples =
+              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+              "build/truetriad fleet run out/line -o out/day --report=false\n"
+              "build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who=\"R. Roe\" "
+              "--verdict=refused --why=\"connector bent\"",
+          .details =
+              "It is of the run that counts: a later one that counts supersedes it, as does "
+              "a later decision.\nNothing is changed or removed.\n",
+          .flags = {{"unit", "SERIAL", true},
+                    {"store", "FILE|URL", true},
+                    {"verdict", "VERDICT", true, VerdictsOfPeople()},
+                    {"who", "NAME", true},
+                    {"why", "TEXT", true}},
+          .words = {"unit"},
+          .run = RunFleetDispose};
+}
+
+}  // namespace truetriad
