@@ -38,6 +38,23 @@ const LimitCheck& WorstOf(const std::vector<LimitCheck>& limits) {
       });
 }
 
+/// Each number that a limit is for by itself, so that a line can look at every axis of its units.
+std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
+  std::vector<LimitCheck> list;
+  for (const LimitCheck& check : limits) {
+    LimitCheck one = check;
+    one.components.clear();
+    if (check.components.empty()) list.push_back(one);
+    for (const LimitComponent& own : check.components) {
+      // As in the check: a name that has its component does not say it again.
+      one.component = check.component.empty() ? "" : own.component;
+      one.worst = own.value, one.sigma = own.sigma, one.outside = own.outside, one.pass = own.pass;
+      list.push_back(one);
+    }
+  }
+  return list;
+}
+
 void TakeParameters(const Calibration& calibration, UnitRun* run) {
   if (calibration.covariance.parameters.empty()) return;
   const ComparedValues values = ValuesInFrame(SolutionOf(calibration));
@@ -204,7 +221,7 @@ void Fill(const Calibration& calibration, UnitRun* run) {
   run->effective_dof = calibration.quality.effective_dof;
   run->inputs = calibration.inputs;
   run->findings = calibration.findings;
-  run->judgements = calibration.quality.limits;
+  run->judgements = ByComponent(calibration.quality.limits);
   if (!calibration.IsUsable()) {
     run->verdict = Verdict::kRefused;
     run->code = calibration.ReasonNotUsable();

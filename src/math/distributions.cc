@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <glog/logging.h>
@@ -18,6 +20,7 @@ namespace {
 using Plain = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 using Normal = boost::math::normal_distribution<double, Plain>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Plain>;
+using NoncentralChiSquared = boost::math::non_central_chi_squared_distribution<double, Plain>;
 using FisherF = boost::math::fisher_f_distribution<double, Plain>;
 using StudentsT = boost::math::students_t_distribution<double, Plain>;
 
@@ -34,6 +37,8 @@ void CheckFiniteDof(double dof) {
 void CheckDof(double dof) { CHECK(dof > 0.0) << "degrees of freedom " << dof; }
 
 }  // namespace
+
+double NormalCdf(double value) { return 0.5 * std::erfc(-value * std::numbers::sqrt2 / 2.0); }
 
 double NormalQuantile(double probability) {
   CheckProbability(probability);
@@ -53,6 +58,14 @@ double ChiSquareQuantile(double probability, double dof) {
   return boost::math::quantile(ChiSquared(dof), probability);
 }
 
+double NoncentralChiSquareDensity(double value, double dof, double noncentrality) {
+  CheckValue(value);
+  CheckValue(noncentrality);
+  CheckFiniteDof(dof);
+  if (noncentrality == 0.0) return boost::math::pdf(ChiSquared(dof), value);
+  return boost::math::pdf(NoncentralChiSquared(dof, noncentrality), value);
+}
+
 double FisherCdf(double value, double dof1, double dof2) {
   CheckValue(value);
   CheckFiniteDof(dof1);
@@ -60,6 +73,29 @@ double FisherCdf(double value, double dof1, double dof2) {
   if (std::isinf(dof2)) return ChiSquareCdf(value * dof1, dof1);
   if (std::isinf(value)) return 1.0;
   return boost::math::cdf(FisherF(dof1, dof2), value);
+}
+
+double FisherUpper(double value, double dof1, double dof2) {
+  CheckValue(value);
+  CheckFiniteDof(dof1);
+  CheckFiniteDof(dof2);
+  if (std::isinf(value)) return 0.0;
+  return boost::math::cdf(boost::math::complement(FisherF(dof1, dof2), value));
+}
+
+double FisherUpperQuantile(double probability, double dof1, double dof2) {
+  CheckProbability(probability);
+  CheckFiniteDof(dof1);
+  CheckFiniteDof(dof2);
+  return boost::math::quantile(boost::math::complement(FisherF(dof1, dof2), probability));
+}
+
+double FisherQuantile(double probability, double dof1, double dof2) {
+  CheckProbability(probability);
+  CheckFiniteDof(dof1);
+  CheckDof(dof2);
+  if (std::isinf(dof2)) return ChiSquareQuantile(probability, dof1) / dof1;
+  return boost::math::quantile(FisherF(dof1, dof2), probability);
 }
 
 double StudentQuantile(double probability, double dof) {

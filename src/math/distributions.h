@@ -7,12 +7,21 @@ namespace truetriad {
 
 // Thin, header-light doors to Boost.Math. All arguments in their mathematical range, else CHECK:
 // probabilities strictly between 0 and 1, values >= 0 for chi-square and F, degrees of freedom > 0.
-// dof2 of F and dof of Student may be infinite: the noise is known, not estimated.
+// dof2 of F and dof of Student may be infinite: the noise is known, not estimated. NormalCdf takes
+// any value, and keeps its digits in the lower tail.
 
+double NormalCdf(double value);
 double NormalQuantile(double probability);
 double ChiSquareCdf(double value, double dof);
 double ChiSquareQuantile(double probability, double dof);
+/// Of the sum of dof squared normals whose means have squares that sum to `noncentrality` (>= 0).
+double NoncentralChiSquareDensity(double value, double dof, double noncentrality);
 double FisherCdf(double value, double dof1, double dof2);
+double FisherQuantile(double probability, double dof1, double dof2);
+/// 1 - FisherCdf, with all its digits where that is small.
+double FisherUpper(double value, double dof1, double dof2);
+/// The value that is exceeded with `probability`.
+double FisherUpperQuantile(double probability, double dof1, double dof2);
 double StudentQuantile(double probability, double dof);
 
 /// The median of |e| times this is the σ of normal e.

@@ -323,14 +323,22 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     if (!values && limit.if_present) continue;
     TRUETRIAD_RETURN_IF_ERROR(values);
     const JudgedValue* worst = nullptr;
-    std::map<std::string, double> outside;  // by component, at its worst temperature
+    struct Component {
+      const JudgedValue* worst = nullptr;
+      double outside = 0.0;
+    };
+    std::map<std::string, Component> components;  // each at its worst temperature
+    const auto is_worse = [&](const JudgedValue& judged, const JudgedValue* than) {
+      return than == nullptr || Room(judged, limit, k) < Room(*than, limit, k);
+    };
     for (const JudgedValue& judged : *values) {
       if (!parsed.component.empty() && judged.component != parsed.component) continue;
-      double& chance = outside[judged.component];
-      chance = std::max(chance,
-                        ChanceBeyond(limit.upper - judged.value, judged.sigma, dof) +
-                            ChanceBeyond(judged.value - limit.lower, judged.sigma, dof));
-      if (worst == nullptr || Room(judged, limit, k) < Room(*worst, limit, k)) worst = &judged;
+      Component& own = components[judged.component];
+      own.outside = std::max(own.outside,
+                             ChanceBeyond(limit.upper - judged.value, judged.sigma, dof) +
+                                 ChanceBeyond(judged.value - limit.lower, judged.sigma, dof));
+      if (is_worse(judged, own.worst)) own.worst = &judged;
+      if (is_worse(judged, worst)) worst = &judged;
     }
     LimitCheck check;
     check.name = name;
@@ -338,11 +346,15 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     check.limit = limit;
     check.worst = worst->value;
     check.sigma = worst->sigma;
-    double inside = 1.0;
-    for (const auto& [component, chance] : outside) inside *= 1.0 - std::min(chance, 1.0);
     // The small ones would be lost in 1 - (1 - p).
-    double sum = 0.0;
-    for (const auto& [component, chance] : outside) sum += std::min(chance, 1.0);
+    double inside = 1.0, sum = 0.0;
+    for (const auto& [name_of, own] : components) {
+      const double chance = std::min(own.outside, 1.0);
+      inside *= 1.0 - chance;
+      sum += chance;
+      check.components.push_back(
+          {name_of, own.worst->value, own.worst->sigma, chance, Room(*own.worst, limit, k) >= 0.0});
+    }
     check.outside = sum < 1e-6 ? sum : 1.0 - inside;
     check.pass = Room(*worst, limit, k) >= 0.0;
     checks.push_back(std::move(check));

@@ -86,6 +86,7 @@ const std::vector<Command>& Commands() {
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
                                                           FleetReportCommand(),
+                                                          FleetSummaryCommand(),
                                                           FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

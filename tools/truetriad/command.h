@@ -104,6 +104,7 @@ Command FleetRunCommand();
 Command FleetDisposeCommand();
 Command FleetQueryCommand();
 Command FleetReportCommand();
+Command FleetSummaryCommand();
 Command HelpCommand();
 Command VersionCommand();
 

@@ -5,8 +5,10 @@
 
 #include <gflags/gflags.h>
 
-// A flag that the verbs of `fleet` share.
+// Flags that the verbs of `fleet` share.
 DECLARE_string(store);
+DECLARE_string(where);
+DECLARE_bool(csv);
 
 namespace truetriad {
 

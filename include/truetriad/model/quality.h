@@ -101,6 +101,14 @@ struct HeldOut {
   std::optional<HeldOutTurns> turns;
 };
 
+/// One of the numbers that a limit is for, where it is worst.
+struct LimitComponent {
+  std::string component;  ///< "x", "xy"; empty of a scalar.
+  double value = 0.0, sigma = 0.0;
+  double outside = 0.0;  ///< Probability that its true value is outside.
+  bool pass = false;
+};
+
 /// A limit and the worst of the numbers that it is for, in the unit of its quantity.
 struct LimitCheck {
   std::string name;  ///< "accelerometer.bias", "accelerometer.bias.x".
@@ -113,6 +121,7 @@ struct LimitCheck {
   /// were independent), each at its worst temperature.
   double outside = 0.0;
   bool pass = false;
+  std::vector<LimitComponent> components;  ///< All of them; not in files.
 
   std::string FullName() const { return component.empty() ? name : name + "." + component; }
 };

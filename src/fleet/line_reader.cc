@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/line_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <string_view>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "truetriad/model/limits.h"
+
+namespace truetriad::fleet {
+namespace {
+
+/// Runs that are asked for at once: their rows are some megabytes.
+constexpr std::size_t kRunsAtOnce = 500;
+
+constexpr std::string_view kReference = "reference.";
+
+using Field = std::optional<std::string>;
+
+/// A text of SQL.
+std::string SqlText(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+double NumberOf(const Field& field, double otherwise) {
+  double number = otherwise;
+  if (field) std::from_chars(field->data(), field->data() + field->size(), number);
+  return number;
+}
+
+/// What is selected, of the table or view `source`, with a column for each tag.
+std::string FromWhere(std::string_view source, const LineSelection& selection) {
+  std::string from = " FROM (SELECT source.*";
+  const auto add_tag = [&from](const TagKey& tag) {
+    const std::string key(tag.key);
+    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + key +
+            "') AS \"" + key + '"';
+  };
+  for (const TagKey& tag : kDeviceTags) add_tag(tag);
+  for (const TagKey& tag : kRunTags) add_tag(tag);
+  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
+  if (!selection.since.empty()) from += " AND created >= " + SqlText(selection.since);
+  if (!selection.until.empty()) from += " AND created < " + SqlText(selection.until);
+  if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
+  if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
+  // On a line of its own, so that a comment ends with it.
+  if (!selection.where.empty()) from += " AND (" + selection.where + "\n)";
+  return from;
+}
+
+/// Puts together what the tables say of the selected runs.
+class LineReader {
+ public:
+  explicit LineReader(Store& store) : store_(store) {}
+
+  Result<LineReading> Read(const std::string& select) {
+    TRUETRIAD_RETURN_IF_ERROR(ReadRuns(select));
+    for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAtOnce) {
+      const std::size_t end = std::min(begin + kRunsAtOnce, records_.size());
+      TRUETRIAD_RETURN_IF_ERROR(ReadPiece(begin, end));
+    }
+    return Finish();
+  }
+
+ private:
+  struct Record {
+    line::UnitRecord unit;
+    UnitCourse course;
+    std::vector<double> values, sigma;  // by parameter, as far as it has them
+  };
+  struct Judged {
+    int record;
+    double lower, upper, target, value, sigma;
+    bool pass;
+  };
+
+  Status ReadRuns(const std::string& select) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store_.Query(select));
+    records_.reserve(table.rows.size());
+    for (const std::vector<Field>& row : table.rows) {
+      const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
+      Record record;
+      record.unit.run = text(0), record.unit.serial = text(1), record.unit.created = text(2);
+      record.unit.verdict = text(3), record.unit.code = text(4);
+      record.course = {text(5),
+                       text(6),
+                       static_cast<int>(NumberOf(row[7], 1.0)),
+                       NumberOf(row[8], 0.0),
+                       NumberOf(row[9], 0.0)};
+      records_.push_back(std::move(record));
+    }
+    std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
+      return std::tie(one.unit.created, one.unit.run) <
+             std::tie(other.unit.created, other.unit.run);
+    });
+    return {};
+  }
+
+  Status ReadPiece(std::size_t begin, std::size_t end) {
+    places_.clear();
+    std::string of_these = " WHERE run IN (";
+    for (std::size_t i = begin; i < end; ++i) {
+      places_[records_[i].unit.run] = i;
+      of_these += (i > begin ? "," : "") + SqlText(records_[i].unit.run);
+    }
+    of_these += ")";
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table tags,
+                               store_.Query("SELECT run, name, value FROM tag" + of_these));
+    for (const std::vector<Field>& row : tags.rows) {
+      records_[places_[*row[0]]].unit.tags[*row[1]] = row[2].value_or("");
+    }
+    TRUETRIAD_RETURN_IF_ERROR(ReadParameters(of_these));
+    return ReadJudgements(of_these);
+  }
+
+  Status ReadParameters(const std::string& of_these) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               store_.Query("SELECT run, name, value, sigma FROM parameter" +
+                                            of_these + " ORDER BY run, place"));
+    // By run, as the covariance has them; -1: left out.
+    std::unordered_map<std::string_view, std::vector<int>> orders;
+    for (const std::vector<Field>& row : table.rows) {
+      std::vector<int>& order = orders[*row[0]];
+      if (row[1]->starts_with(kReference)) {
+        order.push_back(-1);
+        continue;
+      }
+      const int parameter = PlaceOfParameter(*row[1]);
+      order.push_back(parameter);
+      Record& record = records_[places_[*row[0]]];
+      Put(parameter, NumberOf(row[2], kNone), &record.values);
+      Put(parameter, NumberOf(row[3], kNone), &record.sigma);
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table covariances,
+                               store_.Query("SELECT run, covariance FROM run" + of_these));
+    for (const std::vector<Field>& row : covariances.rows) {
+      if (row[1]) AddCovariance(*row[1], orders[*row[0]]);
+    }
+    return {};
+  }
+
+  Status ReadJudgements(const std::string& of_these) {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table table,
+        store_.Query("SELECT run, name, component, lower, upper, target, value, sigma, pass "
+                     "FROM judgement" +
+                     of_these));
+    for (const std::vector<Field>& row : table.rows) {
+      const std::string name = *row[1] + (row[2]->empty() ? "" : "." + *row[2]);
+      judged_[name].push_back({static_cast<int>(places_[*row[0]]),
+                               NumberOf(row[3], -kInfinity),
+                               NumberOf(row[4], kInfinity),
+                               NumberOf(row[5], kNone),
+                               NumberOf(row[6], kNone),
+                               NumberOf(row[7], kNone),
+                               row[8] == "1"});
+    }
+    return {};
+  }
+
+  int PlaceOfParameter(const std::string& name) {
+    const auto [at, is_new] = parameters_.try_emplace(name, static_cast<int>(names_.size()));
+    if (is_new) names_.push_back(name);
+    return at->second;
+  }
+
+  static void Put(int place, double value, std::vector<double>* values) {
+    const auto at = static_cast<std::size_t>(place);
+    if (at >= values->size()) values->resize(at + 1, kNone);
+    (*values)[at] = value;
+  }
+
+  /// Hexadecimal digits of doubles, least significant byte first: lower triangle by rows.
+  void AddCovariance(std::string_view digits, const std::vector<int>& order) {
+    constexpr std::size_t kDigits = 2 * sizeof(double);
+    if (digits.size() != kDigits * (order.size() * (order.size() + 1) / 2)) return;
+    const auto size = static_cast<Eigen::Index>(names_.size());
+    if (sum_.rows() < size) {
+      sum_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
+      counts_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
+    }
+    for (std::size_t row = 0; row < order.size(); ++row) {
+      for (std::size_t column = 0; column <= row; ++column) {
+        const double value = DoubleOf(digits);
+        digits.remove_prefix(kDigits);
+        if (order[row] < 0 || order[column] < 0) continue;
+        const auto [low, high] = std::minmax(order[row], order[column]);
+        sum_(high, low) += value;
+        counts_(high, low) += 1.0;
+      }
+    }
+  }
+
+  static double DoubleOf(std::string_view digits) {
+    static const std::array<std::uint8_t, 256> kValues = [] {
+      std::array<std::uint8_t, 256> values{};
+      for (std::uint8_t i = 0; i < 16; ++i) {
+        values[static_cast<std::uint8_t>("0123456789abcdef"[i])] = i;
+        values[static_cast<std::uint8_t>("0123456789ABCDEF"[i])] = i;
+      }
+      return values;
+    }();
+    std::uint64_t bits = 0;
+    for (std::size_t byte = sizeof bits; byte-- > 0;) {
+      for (const std::size_t digit : {2 * byte, 2 * byte + 1}) {
+        bits = (bits << 4U) | kValues[static_cast<std::uint8_t>(digits[digit])];
+      }
+    }
+    return std::bit_cast<double>(bits);
+  }
+
+  LineReading Finish() {
+    LineReading reading;
+    const auto size = static_cast<Eigen::Index>(names_.size());
+    for (Record& record : records_) {
+      for (const auto& [from, to] :
+           {std::pair(&record.values, &record.unit.values), {&record.sigma, &record.unit.sigma}}) {
+        from->resize(names_.size(), kNone);
+        *to = Eigen::Map<Eigen::VectorXd>(from->data(), size);
+        from->clear(), from->shrink_to_fit();
+      }
+      reading.data.units.push_back(std::move(record.unit));
+      reading.courses.push_back(std::move(record.course));
+    }
+    reading.data.parameters = names_;
+    reading.data.calibration_covariance =
+        (sum_.array() / counts_.array()).matrix().selfadjointView<Eigen::Lower>();
+    for (auto& [name, rows] : judged_) reading.judged.push_back(QuantityOf(name, &rows));
+    return reading;
+  }
+
+  static JudgedQuantity QuantityOf(const std::string& name, std::vector<Judged>* rows) {
+    std::sort(rows->begin(), rows->end(), [](const Judged& one, const Judged& other) {
+      return one.record < other.record;
+    });
+    JudgedQuantity quantity;
+    quantity.name = name;
+    const Judged& last = rows->back();
+    quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
+    if (const Result<LimitName> parsed = ParseLimitName(name)) {
+      quantity.unit = parsed->Unit();
+      // "within ± 0.5" is "at most 0.5" of what is never negative.
+      if (parsed->IsNeverNegative() && quantity.lower <= 0.0) quantity.lower = -kInfinity;
+    }
+    quantity.values.resize(std::ssize(*rows));
+    quantity.sigma.resize(std::ssize(*rows));
+    for (const Judged& row : *rows) {
+      const auto at = std::ssize(quantity.units);
+      quantity.units.push_back(row.record);
+      quantity.values[at] = row.value;
+      quantity.sigma[at] = row.sigma;
+      if (!row.pass) ++quantity.missed;
+      if (row.lower != last.lower || row.upper != last.upper) ++quantity.other_limits;
+    }
+    return quantity;
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+  Store& store_;
+  std::vector<Record> records_;                          // by time
+  std::unordered_map<std::string, std::size_t> places_;  // of the piece's runs, in records_
+  std::vector<std::string> names_;
+  std::unordered_map<std::string, int> parameters_;
+  Eigen::MatrixXd sum_, counts_;  // of covariances: lower triangle
+  std::map<std::string, std::vector<Judged>> judged_;
+};
+
+constexpr std::string_view kColumns = "SELECT run, serial, created, verdict, code, ";
+
+bool IsGoodVerdict(const std::string& name) {
+  const std::optional<Verdict> verdict = VerdictFromName(name);
+  return verdict && !IsRed(*verdict);
+}
+
+}  // namespace
+
+bool UnitCourse::IsGoodAtFirst() const { return IsGoodVerdict(first_verdict); }
+bool UnitCourse::IsGood() const { return IsGoodVerdict(final_verdict); }
+
+Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
+  return LineReader(store).Read(
+      std::string(kColumns) +
+      "first_verdict, COALESCE(final_verdict, verdict), attempts, wall_s, cpu_s" +
+      FromWhere("standing", selection));
+}
+
+Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {
+  return LineReader(store).Read(std::string(kColumns) + "verdict, verdict, 1, wall_s, cpu_s" +
+                                FromWhere("run", selection));
+}
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "fleet/store.h"
+#include "line/line_data.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// Which units (or runs) are looked at; what is empty does not matter.
+struct LineSelection {
+  std::string since, until;  ///< Moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
+  std::string lot, station;
+  std::string where;  ///< SQL over the columns of `run` and the tags, each by its name.
+};
+
+/// What became of a unit, beside the run that counts.
+struct UnitCourse {
+  std::string first_verdict, final_verdict;
+  int attempts = 1;
+  double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
+
+  bool IsGoodAtFirst() const;
+  bool IsGood() const;
+};
+
+/// What limits were set on: of all units that were judged by it.
+struct JudgedQuantity {
+  std::string name;  ///< "accelerometer.bias.x".
+  std::string unit;  ///< "m/s^2"; empty: none.
+  /// Those of the last unit; infinite: open. target: NaN where there is none.
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  double target = std::numeric_limits<double>::quiet_NaN();
+  int missed = 0;                 ///< Units that were outside.
+  int other_limits = 0;           ///< Units that were judged by other limits than the last.
+  std::vector<int> units;         ///< Places in LineData::units.
+  Eigen::VectorXd values, sigma;  ///< Of these.
+};
+
+/// Units in the order of time.
+struct LineReading {
+  line::LineData data;
+  std::vector<UnitCourse> courses;     ///< Of data.units.
+  std::vector<JudgedQuantity> judged;  ///< By name.
+};
+
+/// The units of the store, each by the run that counts. Read piece by piece: needs the memory of
+/// the numbers, not that of the store. Error: as Store::Query; usage: `where` is no condition.
+Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
+
+/// All runs, whether they count or not, each as if it were a unit.
+Result<LineReading> ReadRuns(Store& store, const LineSelection& selection);
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/line_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
+
+namespace truetriad::fleet {
+namespace {
+
+/// The runs of a study, and what one quantity of them says.
+class StudyOfRuns {
+ public:
+  StudyOfRuns(const LineReading& runs, const SummaryOptions& options)
+      : runs_(runs), options_(options) {
+    std::set<std::string> parts;
+    for (const line::UnitRecord& run : runs.data.units) parts.insert(run.serial);
+    is_of_one_part_ = parts.size() == 1;
+  }
+
+  /// `places`: of the runs that have the values.
+  QuantityStudy Of(QuantityStudy study,
+                   const std::vector<int>& places,
+                   const Eigen::VectorXd& values) const {
+    if (is_of_one_part_) {
+      const auto reference = options_.references.find(study.name);
+      study.type1 = line::FindType1Study(
+          values,
+          reference == options_.references.end() ? line::kNotKnown : reference->second,
+          study.tolerance,
+          options_.confidence);
+      return study;
+    }
+    std::vector<line::GaugeReading> readings;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const line::UnitRecord& run = runs_.data.units[static_cast<std::size_t>(places[i])];
+      readings.push_back(
+          {run.serial, line::TagOf(run, options_.study_by), values[static_cast<Eigen::Index>(i)]});
+    }
+    Result<line::GaugeStudy> found = line::FindGaugeStudy(
+        readings, {.tolerance = study.tolerance, .confidence = options_.confidence});
+    if (found) {
+      study.gauge = *std::move(found);
+    } else {
+      study.refused = found.error().message;
+    }
+    return study;
+  }
+
+  std::vector<QuantityStudy> All() const {
+    std::vector<QuantityStudy> studies;
+    for (const JudgedQuantity& judged : runs_.judged) {
+      const double width = judged.upper - judged.lower;
+      studies.push_back(Of({.name = judged.name,
+                            .unit = judged.unit,
+                            .has_limits = true,
+                            .tolerance = std::isfinite(width) ? width : line::kNotKnown},
+                           judged.units,
+                           judged.values));
+    }
+    for (std::size_t j = 0; j < runs_.data.parameters.size(); ++j) {
+      std::vector<int> places;
+      std::vector<double> values;
+      for (std::size_t i = 0; i < runs_.data.units.size(); ++i) {
+        const double value = runs_.data.units[i].values[static_cast<Eigen::Index>(j)];
+        if (std::isnan(value)) continue;
+        places.push_back(static_cast<int>(i));
+        values.push_back(value);
+      }
+      const auto [least, most] = std::minmax_element(values.begin(), values.end());
+      if (values.empty() || *least == *most) continue;  // Held fixed.
+      studies.push_back(Of({.name = runs_.data.parameters[j]},
+                           places,
+                           Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values))));
+    }
+    return studies;
+  }
+
+ private:
+  const LineReading& runs_;
+  const SummaryOptions& options_;
+  bool is_of_one_part_ = false;
+};
+
+Status CheckReferences(const std::vector<QuantityStudy>& studies,
+                       const std::map<std::string, double>& references) {
+  for (const auto& [name, value] : references) {
+    if (std::none_of(studies.begin(), studies.end(), [&name = name](const QuantityStudy& study) {
+          return study.name == name;
+        })) {
+      return Error(ErrorCode::kUnknownName,
+                   "the study's runs have no quantity `" + name + "` for a reference");
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options) {
+  LineSelection selection = options.selection;
+  selection.where = options.study;
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, selection));
+  if (runs.data.units.empty()) {
+    return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
+  }
+  StudySummary summary{.where = options.study,
+                       .by = options.study_by,
+                       .runs = static_cast<int>(runs.data.units.size()),
+                       .quantities = StudyOfRuns(runs, options).All()};
+  TRUETRIAD_RETURN_IF_ERROR(CheckReferences(summary.quantities, options.references));
+  const bool is_any = std::any_of(summary.quantities.begin(),
+                                  summary.quantities.end(),
+                                  [](const QuantityStudy& study) { return study.refused.empty(); });
+  if (is_any) return summary;
+  return Error(ErrorCode::kNotEnoughData,
+               summary.quantities.empty() ? "the runs of the study have no calibration"
+                                          : summary.quantities.front().refused);
+}
+
+}  // namespace truetriad::fleet

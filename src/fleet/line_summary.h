@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fleet/line_reader.h"
+#include "fleet/store.h"
+#include "json/json.h"
+#include "line/capability.h"
+#include "line/control_chart.h"
+#include "line/effects.h"
+#include "line/gauge_study.h"
+#include "line/golden_history.h"
+#include "line/outliers.h"
+#include "line/trend.h"
+#include "line/type1_study.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+struct SummaryOptions {
+  LineSelection selection;
+  /// Tag of units that make a subgroup, for Cp and Cpk; empty: successive units.
+  std::string subgroup;
+  /// Which runs are a gauge study, as LineSelection::where; empty: none is asked for.
+  std::string study;
+  std::string study_by = "operator";         ///< Tag: the appraisers of the study.
+  std::map<std::string, double> references;  ///< By quantity: what a study's one part is known as.
+  double golden_due_h = 24.0;                ///< Age at which a station's golden check is overdue.
+  std::string now;                           ///< ISO 8601, UTC.
+  double confidence = 0.95;
+  int chart_points = 0;  ///< The last points of each control chart that are kept.
+};
+
+struct YieldCount {
+  std::string value = {};  ///< Of the tag; empty: all units, or those without it.
+  int units = 0, good_at_first = 0, good = 0, runs = 0;
+};
+
+struct LineYield {
+  YieldCount all;
+  line::Estimate good_share, good_at_first_share;
+  /// "station", "lot": where units have it.
+  std::map<std::string, std::vector<YieldCount>> by_tag;
+  int retested = 0;                         ///< Units with more than one run.
+  std::string first, last;                  ///< Moments of the first unit and the last.
+  double units_per_hour = line::kNotKnown;  ///< Between those.
+  double wall_s = line::kNotKnown, cpu_s = line::kNotKnown;  ///< Of a unit, in the mean.
+};
+
+/// Why units are not good, most frequent first.
+struct Reason {
+  std::string code;
+  int units = 0;
+  double share = 0.0, cumulative = 0.0;  ///< Of the units that are not good.
+};
+
+/// A quantity with limits (those of the last unit), or a parameter, which has none.
+struct QuantitySummary {
+  std::string name;
+  std::string unit = {};  ///< Empty: none, or that of the log.
+  bool has_limits = false;
+  double lower = line::kNotKnown, target = line::kNotKnown, upper = line::kNotKnown;
+  int missed = 0, other_limits = 0;  ///< As JudgedQuantity.
+  line::Capability capability = {};
+};
+
+/// A gauge study of one quantity; type1 where the runs are of one part.
+struct QuantityStudy {
+  std::string name, unit = {};
+  bool has_limits = false;
+  double tolerance = line::kNotKnown;  ///< Between two limits.
+  std::optional<line::GaugeStudy> gauge = {};
+  std::optional<line::Type1Study> type1 = {};
+  std::string refused = {};  ///< Why there is neither.
+};
+
+struct StudySummary {
+  std::string where, by;
+  int runs = 0;
+  std::vector<QuantityStudy> quantities;  ///< Those with limits, then the parameters that vary.
+};
+
+/// What a line's engineer asks of a store, in the order of asking.
+struct LineSummary {
+  LineYield yield;
+  std::vector<Reason> reasons;
+  std::vector<QuantitySummary> limits;      ///< By name.
+  std::vector<QuantitySummary> parameters;  ///< In the order of the data.
+  line::ChartReport charts;
+  line::EffectReport effects;
+  line::TrendReport trends;
+  line::OutlierReport outliers;
+  std::vector<line::GoldenHistory> golden;
+  std::optional<StudySummary> study;
+  line::LineData data;  ///< What the indices of charts, effects, trends and outliers are of.
+};
+
+/// Error: as ReadUnits; not enough: the runs of `study` make none.
+Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
+
+/// As in output.json, "fleet-summary"; without `data`.
+Json ToJson(const LineSummary& summary);
+/// For people, in a terminal.
+std::string SummaryText(const LineSummary& summary);
+/// A line a quantity and parameter.
+std::string SummaryCsv(const LineSummary& summary);
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "fleet/line_summary.h"
+
+namespace truetriad::fleet {
+namespace {
+
+Json ToJson(const line::Estimate& estimate) {
+  return {{"value", estimate.value},
+          {"lower", estimate.interval.lower},
+          {"upper", estimate.interval.upper}};
+}
+
+Json ToJson(const YieldCount& count) {
+  return {{"units", count.units},
+          {"good_at_first", count.good_at_first},
+          {"good", count.good},
+          {"runs", count.runs}};
+}
+
+Json ToJson(const LineYield& yield) {
+  Json json = ToJson(yield.all);
+  json["retested"] = yield.retested;
+  json["good_share"] = ToJson(yield.good_share);
+  json["good_at_first_share"] = ToJson(yield.good_at_first_share);
+  json["by_tag"] = Json::object();
+  for (const auto& [tag, counts] : yield.by_tag) {
+    for (const YieldCount& count : counts) {
+      Json item = {{"value", count.value}};
+      item.update(ToJson(count));
+      json["by_tag"][tag].push_back(item);
+    }
+  }
+  json["first"] = yield.first;
+  json["last"] = yield.last;
+  json["units_per_hour"] = yield.units_per_hour;
+  json["wall_s"] = yield.wall_s;
+  json["cpu_s"] = yield.cpu_s;
+  return json;
+}
+
+Json ToJson(const Reason& reason) {
+  return {{"code", reason.code},
+          {"units", reason.units},
+          {"share", reason.share},
+          {"cumulative", reason.cumulative}};
+}
+
+Json ToJson(const line::CapabilityIndices& indices, bool is_overall, bool has_limits) {
+  Json json = {{"sigma", ToJson(indices.sigma)}, {"dof", indices.dof}};
+  if (!has_limits) return json;
+  json[is_overall ? "pp" : "cp"] = ToJson(indices.cp);
+  json[is_overall ? "ppk" : "cpk"] = ToJson(indices.cpk);
+  json["expected_outside"] = indices.expected_outside;
+  return json;
+}
+
+Json ToJson(const line::Capability::Pair& pair, bool has_limits) {
+  return {{"within", ToJson(pair.within, false, has_limits)},
+          {"overall", ToJson(pair.overall, true, has_limits)}};
+}
+
+Json ToJson(const QuantitySummary& quantity) {
+  const line::Capability& capability = quantity.capability;
+  Json json = {{"name", quantity.name}};
+  if (quantity.has_limits) {
+    json["unit"] = quantity.unit;
+    json["lower"] = quantity.lower;
+    json["target"] = quantity.target;
+    json["upper"] = quantity.upper;
+    json["missed"] = quantity.missed;
+    json["other_limits"] = quantity.other_limits;
+    json["outside"] = capability.observed_outside;
+  }
+  json["units"] = capability.units;
+  json["mean"] = capability.mean;
+  json["lowest"] = capability.lowest;
+  json["highest"] = capability.highest;
+  json["normality_p"] = capability.normality_p;
+  json["calibration_sigma"] = capability.calibration_sigma;
+  json["observed"] = ToJson(capability.observed, quantity.has_limits);
+  json["process"] = ToJson(capability.process, quantity.has_limits);
+  return json;
+}
+
+Json ToJson(const line::GoldenHistory& history) {
+  Json checks = Json::array();
+  for (const line::StationCheck& check : history.checks) {
+    checks.push_back({{"serial", check.serial},
+                      {"created", check.created},
+                      {"agrees", check.agrees},
+                      {"p", check.p},
+                      {"largest", check.largest},
+                      {"parameter", check.parameter}});
+  }
+  return {{"station", history.station},
+          {"state", GoldenStateName(history.state)},
+          {"age_h", history.age_h},
+          {"disagreed", history.disagreed},
+          {"drift_per_day", ToJson(history.drift_per_day)},
+          {"drift_p", history.drift_p},
+          {"checks", checks}};
+}
+
+Json ToJson(const line::AnovaLine& line) {
+  return {{"sum_of_squares", line.sum_of_squares},
+          {"dof", line.dof},
+          {"mean_square", line.mean_square},
+          {"f", line.f},
+          {"p", line.p}};
+}
+
+Json ToJson(const line::VarianceComponent& component) {
+  return {{"variance", component.variance},
+          {"lower", component.interval.lower},
+          {"upper", component.interval.upper},
+          {"study_share", component.study_share},
+          {"tolerance_share", component.tolerance_share}};
+}
+
+Json ToJson(const line::GaugeStudy& study) {
+  return {{"design", StudyDesignName(study.design)},
+          {"parts", study.parts},
+          {"appraisers", study.appraisers},
+          {"repeats", study.repeats},
+          {"anova",
+           {{"part", ToJson(study.part)},
+            {"appraiser", ToJson(study.appraiser)},
+            {"interaction", ToJson(study.interaction)},
+            {"error", ToJson(study.error)}}},
+          {"interaction_pooled", study.is_pooled},
+          {"components",
+           {{"repeatability", ToJson(study.repeatability)},
+            {"appraiser", ToJson(study.appraiser_alone)},
+            {"interaction", ToJson(study.interaction_alone)},
+            {"reproducibility", ToJson(study.reproducibility)},
+            {"gauge", ToJson(study.gauge)},
+            {"part", ToJson(study.part_to_part)},
+            {"total", ToJson(study.total)}}},
+          {"distinct_categories", study.distinct_categories}};
+}
+
+Json ToJson(const line::Type1Study& study) {
+  return {{"runs", study.runs},
+          {"mean", study.mean},
+          {"sigma", ToJson(study.sigma)},
+          {"reference", study.reference},
+          {"bias", ToJson(study.bias)},
+          {"bias_t", study.bias_t},
+          {"bias_p", study.bias_p},
+          {"cg", study.cg},
+          {"cgk", study.cgk},
+          {"repeatability_share", study.repeatability_share}};
+}
+
+Json ToJson(const QuantityStudy& study) {
+  Json json = {{"name", study.name}, {"unit", study.unit}, {"tolerance", study.tolerance}};
+  if (study.gauge) json["gauge"] = ToJson(*study.gauge);
+  if (study.type1) json["type1"] = ToJson(*study.type1);
+  if (!study.refused.empty()) json["refused"] = study.refused;
+  return json;
+}
+
+/// A list of what ToJson makes of each.
+template <typename T>
+Json JsonListOf(const std::vector<T>& items) {
+  Json list = Json::array();
+  for (const T& item : items) list.push_back(ToJson(item));
+  return list;
+}
+
+Json ToJson(const StudySummary& study) {
+  return {{"where", study.where},
+          {"by", study.by},
+          {"runs", study.runs},
+          {"quantities", JsonListOf(study.quantities)}};
+}
+
+}  // namespace
+
+Json ToJson(const LineSummary& summary) {
+  Json json = {{"yield", ToJson(summary.yield)},
+               {"reasons", JsonListOf(summary.reasons)},
+               {"limits", JsonListOf(summary.limits)},
+               {"parameters", JsonListOf(summary.parameters)},
+               {"golden", JsonListOf(summary.golden)}};
+  if (summary.study) json["study"] = ToJson(*summary.study);
+  return json;
+}
+
+}  // namespace truetriad::fleet

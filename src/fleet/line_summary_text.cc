@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "fleet/line_summary.h"
+#include "report/format.h"
+#include "report/table.h"
+
+namespace truetriad::fleet {
+namespace {
+
+/// Rows of a table that a terminal shows; the rest is in JSON and CSV.
+constexpr std::size_t kMostRows = 12;
+/// Below this p, what was assumed is doubted.
+constexpr double kDoubt = 0.01;
+
+using Cells = std::vector<std::vector<std::string>>;
+
+std::string Counted(int count, const std::string& thing) {
+  return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
+}
+
+/// "97.3 % (96.5 to 97.9 %)".
+std::string ShareText(const line::Estimate& share) {
+  if (std::isnan(share.value)) return "n/a";
+  return Percent(share.value) + " (" + Significant(100.0 * share.interval.lower, 3) + " to " +
+         Percent(share.interval.upper) + ")";
+}
+
+std::string IndexText(double index) {
+  return std::isnan(index) ? "" : index > 99.0 ? "> 99" : Fixed(index, 2);
+}
+
+/// "1.21…1.45".
+std::string RangeText(const line::Interval& interval) {
+  return std::isnan(interval.lower) ? ""
+                                    : IndexText(interval.lower) + "…" + IndexText(interval.upper);
+}
+
+std::string PartsPerMillion(double share) {
+  if (std::isnan(share)) return "";
+  return share < 1e-6 ? "< 1" : Significant(std::round(1e6 * share), 4);
+}
+
+/// A number of a limit: nothing where that side is open.
+std::string SideText(double side) { return std::isfinite(side) ? Significant(side, 4) : ""; }
+
+/// A heading, and the first rows.
+std::string Section(const std::string& heading, truetriad::Table table) {
+  if (table.rows.empty()) return "";
+  const std::size_t count = table.rows.size();
+  table.rows.resize(std::min(count, kMostRows));
+  std::string text = '\n' + heading + '\n' + TextOf(table);
+  if (count > kMostRows) {
+    text += "  and " + std::to_string(count - kMostRows) + " more (--csv, --json)\n";
+  }
+  return text;
+}
+
+std::string YieldText(const LineYield& yield) {
+  if (yield.all.units == 0) return "NO UNITS\n";
+  std::string text = std::to_string(yield.all.good) + " OF " + std::to_string(yield.all.units) +
+                     " GOOD: " + ShareText(yield.good_share) + "\n";
+  text += Wrapped("at first: " + ShareText(yield.good_at_first_share) + "; " +
+                  Counted(yield.retested, "unit") + " measured again, " +
+                  Counted(yield.all.runs, "run") + " in all");
+  std::string when = yield.first + " to " + yield.last;
+  if (!std::isnan(yield.units_per_hour)) {
+    when += ", " + Significant(yield.units_per_hour, 3) + " units an hour";
+  }
+  text += Wrapped(when + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
+                  Significant(yield.cpu_s, 3) + " s of a processor");
+  for (const auto& [tag, counts] : yield.by_tag) {
+    truetriad::Table table{{tag, "units", "at first", "good", "runs"}, "lrrrr", {}};
+    for (const YieldCount& count : counts) {
+      table.rows.push_back({count.value.empty() ? "(none)" : count.value,
+                            std::to_string(count.units),
+                            Percent(count.good_at_first / static_cast<double>(count.units)),
+                            Percent(count.good / static_cast<double>(count.units)),
+                            std::to_string(count.runs)});
+    }
+    text += Section("Yield by " + tag, std::move(table));
+  }
+  return text;
+}
+
+std::string ReasonsText(const std::vector<Reason>& reasons) {
+  truetriad::Table table{{"units", "share", "so far", "reason"}, "rrrl", {}};
+  for (const Reason& reason : reasons) {
+    table.rows.push_back({std::to_string(reason.units),
+                          Percent(reason.share),
+                          Percent(reason.cumulative),
+                          reason.code});
+  }
+  return Section("Why units are not good", std::move(table));
+}
+
+/// Those with limits, that with the least Ppk first.
+std::vector<const QuantitySummary*> WorstFirst(const std::vector<QuantitySummary>& limits) {
+  std::vector<const QuantitySummary*> list;
+  for (const QuantitySummary& quantity : limits) list.push_back(&quantity);
+  const auto rank = [](const QuantitySummary* quantity) {
+    const double ppk = quantity->capability.observed.overall.cpk.value;
+    return std::isnan(ppk) ? std::numeric_limits<double>::infinity() : ppk;
+  };
+  std::stable_sort(
+      list.begin(), list.end(), [&rank](const QuantitySummary* one, const QuantitySummary* other) {
+        return rank(one) < rank(other);
+      });
+  return list;
+}
+
+std::string LimitsText(const std::vector<QuantitySummary>& limits) {
+  truetriad::Table spread{
+      {"quantity", "lower", "mean", "σ", "of calibration", "upper", "unit"}, "lrrrrrl", {}};
+  truetriad::Table capability{
+      {"quantity", "missed", "Cpk", "Ppk", "95 %", "process", "95 %", "ppm"}, "lrrrrrrr", {}};
+  std::string doubted, changed;
+  for (const QuantitySummary* quantity : WorstFirst(limits)) {
+    const line::Capability& found = quantity->capability;
+    spread.rows.push_back({quantity->name,
+                           SideText(quantity->lower),
+                           Significant(found.mean, 4),
+                           Significant(found.observed.overall.sigma.value, 3),
+                           Significant(found.calibration_sigma, 2),
+                           SideText(quantity->upper),
+                           DisplayUnit(quantity->unit)});
+    capability.rows.push_back({quantity->name,
+                               std::to_string(quantity->missed),
+                               IndexText(found.observed.within.cpk.value),
+                               IndexText(found.observed.overall.cpk.value),
+                               RangeText(found.observed.overall.cpk.interval),
+                               IndexText(found.process.overall.cpk.value),
+                               RangeText(found.process.overall.cpk.interval),
+                               PartsPerMillion(found.observed.overall.expected_outside)});
+    if (found.normality_p < kDoubt) doubted += (doubted.empty() ? "" : ", ") + quantity->name;
+    if (quantity->other_limits > 0) changed += (changed.empty() ? "" : ", ") + quantity->name;
+  }
+  std::string text = Section("Distributions against limits", std::move(spread));
+  text +=
+      Section("Capability (process: without the variance of calibration)", std::move(capability));
+  if (!doubted.empty()) {
+    text += Wrapped("Not normal (p < 0.01), which ppm and intervals assume: " + doubted);
+  }
+  if (!changed.empty()) {
+    text += Wrapped("Limits have changed; judged here by those of the last unit: " + changed);
+  }
+  return text;
+}
+
+std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
+  truetriad::Table table{
+      {"station", "golden unit", "state", "last check", "age", "p", "largest", "drift"},
+      "lllrrrrl",
+      {}};
+  for (const line::GoldenHistory& history : histories) {
+    const line::StationCheck& last = history.checks.back();
+    const bool is_drifting = history.drift_p < kDoubt;
+    table.rows.push_back(
+        {history.station,
+         last.serial,
+         std::string(GoldenStateName(history.state)),
+         last.created,
+         Significant(history.age_h, 3) + " h",
+         Probability(last.p),
+         Significant(last.largest, 3) + " σ",
+         is_drifting ? Significant(history.drift_per_day.value, 2) + " σ a day" : "none seen"});
+  }
+  return Section("Golden units", std::move(table));
+}
+
+std::string GaugeText(const StudySummary& study) {
+  truetriad::Table table{
+      {"quantity", "study", "tolerance", "repeat", "reproduce", "categories", "parts p"},
+      "lrrrrrr",
+      {}};
+  const QuantityStudy* first = nullptr;
+  for (const QuantityStudy& quantity : study.quantities) {
+    if (!quantity.gauge) continue;
+    if (first == nullptr) first = &quantity;
+    const line::GaugeStudy& gauge = *quantity.gauge;
+    const auto share = [](double value) { return std::isnan(value) ? "" : Percent(value); };
+    table.rows.push_back({quantity.name,
+                          share(gauge.gauge.study_share),
+                          share(gauge.gauge.tolerance_share),
+                          share(gauge.repeatability.study_share),
+                          share(gauge.reproducibility.study_share),
+                          std::to_string(gauge.distinct_categories),
+                          Probability(gauge.part.p)});
+  }
+  if (first == nullptr) return "";
+  const line::GaugeStudy& gauge = *first->gauge;
+  std::string heading = "Gauge study, " + std::string(StudyDesignName(gauge.design)) + ": " +
+                        std::to_string(gauge.parts) + " parts, ";
+  if (gauge.appraisers > 1) {
+    heading += std::to_string(gauge.appraisers) + " of " + study.by + ", ";
+  }
+  return Section(heading + std::to_string(gauge.repeats) +
+                     " runs each (gauge as share of 6 σ of the study, of the tolerance)",
+                 std::move(table));
+}
+
+std::string Type1Text(const StudySummary& study) {
+  truetriad::Table table{{"quantity", "mean", "σ", "bias", "p", "Cg", "Cgk"}, "lrrrrrr", {}};
+  for (const QuantityStudy& quantity : study.quantities) {
+    if (!quantity.type1) continue;
+    const line::Type1Study& type1 = *quantity.type1;
+    table.rows.push_back({quantity.name,
+                          Significant(type1.mean, 5),
+                          Significant(type1.sigma.value, 3),
+                          std::isnan(type1.bias.value) ? "" : Significant(type1.bias.value, 3),
+                          std::isnan(type1.bias_p) ? "" : Probability(type1.bias_p),
+                          IndexText(type1.cg),
+                          IndexText(type1.cgk)});
+  }
+  return Section("Type-1 study: " + Counted(study.runs, "run") + " of one unit", std::move(table));
+}
+
+std::string StudyText(const StudySummary& study) {
+  std::string text = GaugeText(study) + Type1Text(study);
+  for (const QuantityStudy& quantity : study.quantities) {
+    if (!quantity.refused.empty()) text += Wrapped(quantity.name + ": " + quantity.refused);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string SummaryText(const LineSummary& summary) {
+  std::string text = YieldText(summary.yield) + ReasonsText(summary.reasons) +
+                     LimitsText(summary.limits) + GoldenText(summary.golden);
+  if (summary.study) text += StudyText(*summary.study);
+  return text;
+}
+
+}  // namespace truetriad::fleet

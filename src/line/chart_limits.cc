@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line/chart_limits.h"
+
+#include <cmath>
+
+#include "math/distributions.h"
+
+namespace truetriad::line {
+
+double C4(double n) {
+  return std::sqrt(2.0 / (n - 1.0)) * std::exp(std::lgamma(0.5 * n) - std::lgamma(0.5 * (n - 1.0)));
+}
+
+double PredictiveLimit(double width, double variance, double weight, const Known& known) {
+  const double t = -StudentQuantile(NormalCdf(-width), known.dof);
+  const double centre = weight * weight / known.count;
+  return t * std::sqrt(known.own ? variance - centre : variance + centre);
+}
+
+SpreadLimits LimitsOfSpread(int size, double probability, const Known& known) {
+  const double dof = size - 1.0;
+  // The quantile from below is one over that from above with the degrees of freedom exchanged.
+  return {std::sqrt(1.0 / FisherUpperQuantile(0.5 * probability, known.dof, dof)),
+          std::sqrt(FisherUpperQuantile(0.5 * probability, dof, known.dof))};
+}
+
+double HotellingLimit(int dimension, double probability, double count, bool own) {
+  const double p = dimension;
+  if (!own) {
+    return p * (count - 1.0) / (count - p) * FisherUpperQuantile(probability, p, count - p);
+  }
+  // (n - 1) times a beta(p / 2, (n - p - 1) / 2), which is a function of Fisher's F.
+  const double rest = count - p - 1.0;
+  const double f = p / rest * FisherUpperQuantile(probability, p, rest);
+  return (count - 1.0) * f / (1.0 + f);
+}
+
+}  // namespace truetriad::line

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace truetriad::line {
+
+/// Mean of the standard deviation of n normal values of σ 1: c4(n); n >= 2, may be a fraction.
+double C4(double n);
+
+/// What a process' mean and σ are known from.
+struct Known {
+  double count = 0.0;  // units in the mean
+  double dof = 0.0;    // of σ
+  bool own = false;    // the values judged are among them (phase I)
+};
+
+/// Limit on both sides, in estimated σ, of a mean of later values whose own variance is `variance`
+/// (in σ^2) and whose weights sum to `weight`, minus `weight` times the estimated centre. It is
+/// exceeded as often as `width` times its σ were if mean and σ were known:
+///
+///   t_dof(1 - Φ(-width)) sqrt(variance + weight^2 / count)      (-, where the values are own)
+double PredictiveLimit(double width, double variance, double weight, const Known& known);
+
+/// Limits of the standard deviation of `size` values, in estimated σ: each is exceeded with half of
+/// `probability`. Fisher's quantiles.
+struct SpreadLimits {
+  double lower = 0.0, upper = 0.0;
+};
+SpreadLimits LimitsOfSpread(int size, double probability, const Known& known);
+
+/// Limit of T^2 = d' S^-1 d / (variance of d, in that of single units) over `dimension` parameters
+/// that is exceeded with `probability`, S from `count` units: Fisher's quantile of later units (d's
+/// variance with what the centre adds, 1 + 1 / count), a beta's of own.
+double HotellingLimit(int dimension, double probability, double count, bool own);
+
+}  // namespace truetriad::line

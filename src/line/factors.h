@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "line/effects.h"
+
+namespace truetriad::line {
+
+/// Factors of the units: who belongs to which level.
+struct Factors {
+  std::vector<FactorLevels> factors;
+  std::vector<std::vector<int>> level_of;  // by factor, by unit
+  /// related[a][b]: each level of one of them goes with one level of the other, so that both in one
+  /// model would say nothing of that other. Also of a factor with itself.
+  std::vector<std::vector<bool>> related;
+  std::vector<std::string> notes;  // what cannot be told apart or was left out
+
+  std::size_t count() const { return factors.size(); }
+};
+
+/// Those of the wanted tags that distinguish units: at least two levels, and at least three times
+/// as many units as levels.
+Factors FactorsOf(const LineData& data, const std::vector<std::string>& wanted);
+
+/// The factors of the model in which `factor` is estimated: itself and all that are not related to
+/// it, without those that others of the model determine.
+std::vector<std::size_t> ModelFor(const Factors& factors, std::size_t factor);
+
+/// The factors of the model of everything: those that no other determines.
+std::vector<std::size_t> FullModel(const Factors& factors);
+
+}  // namespace truetriad::line

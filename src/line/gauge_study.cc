@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line/gauge_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "line/variance_bounds.h"
+#include "math/distributions.h"
+
+namespace truetriad::line {
+namespace {
+
+/// Readings by appraiser and part; kOneAppraiser, and kNested by appraiser only.
+using Cells = std::map<std::string, std::map<std::string, std::vector<double>>>;
+
+double MeanOf(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Sum of the squared distances of `values` from `center`, each `weight` times.
+double SquaresAbout(const std::vector<double>& values, double center, double weight) {
+  double sum = 0.0;
+  for (const double value : values) sum += (value - center) * (value - center);
+  return weight * sum;
+}
+
+Error Incomplete(const std::string& what) {
+  return Error(ErrorCode::kNotEnoughData, "the study is not balanced: " + what);
+}
+
+std::string Runs(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " run" : " runs");
+}
+
+/// Whether each part has but one appraiser.
+bool IsNested(const std::vector<GaugeReading>& readings) {
+  std::map<std::string, std::string> appraisers;
+  return std::all_of(readings.begin(), readings.end(), [&](const GaugeReading& reading) {
+    return appraisers.try_emplace(reading.part, reading.appraiser).first->second ==
+           reading.appraiser;
+  });
+}
+
+/// Every cell filled alike.
+Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool is_nested) {
+  std::size_t most = 0, most_parts = 0;
+  for (const auto& [appraiser, by_part] : cells) {
+    most_parts = std::max(most_parts, by_part.size());
+    for (const auto& [part, values] : by_part) most = std::max(most, values.size());
+  }
+  for (const auto& [appraiser, by_part] : cells) {
+    const std::string by = appraiser.empty() ? "" : " by " + appraiser;
+    if (is_nested && by_part.size() < most_parts) {
+      return Incomplete(std::to_string(by_part.size()) + " of " + std::to_string(most_parts) +
+                        " parts" + by);
+    }
+    if (is_nested) continue;
+    for (const std::string& part : parts) {
+      if (by_part.count(part) == 0) return Incomplete("no run of part " + part + by);
+    }
+  }
+  for (const auto& [appraiser, by_part] : cells) {
+    for (const auto& [part, values] : by_part) {
+      if (values.size() == most) continue;
+      return Incomplete(Runs(values.size()) + " of part " + part +
+                        (appraiser.empty() ? "" : " by " + appraiser) + ", elsewhere " +
+                        std::to_string(most));
+    }
+  }
+  if (most < 2) {
+    return Error(ErrorCode::kNotEnoughData,
+                 "the study has one run of each part and appraiser; repeat them");
+  }
+  if (most_parts < 2) {
+    return Error(ErrorCode::kNotEnoughData, "the study has one part only");
+  }
+  return {};
+}
+
+AnovaLine LineOf(double sum_of_squares, double dof) {
+  return {sum_of_squares, dof, sum_of_squares / dof};
+}
+
+void Test(AnovaLine* line, const AnovaLine& against) {
+  line->f = line->mean_square / against.mean_square;
+  // 0 / 0: nothing varies.
+  if (!std::isnan(line->f)) line->p = 1.0 - FisherCdf(line->f, line->dof, against.dof);
+}
+
+void FillAnova(const Cells& cells, GaugeStudy* study) {
+  const double p = study->parts, o = study->appraisers, r = study->repeats;
+  std::vector<double> all, of_appraisers, of_cells;
+  std::map<std::string, std::vector<double>> by_part;
+  double error = 0.0, parts_in_appraisers = 0.0;
+  for (const auto& [appraiser, of_appraiser] : cells) {
+    std::vector<double> means;
+    for (const auto& [part, values] : of_appraiser) {
+      means.push_back(MeanOf(values));
+      by_part[part].push_back(means.back());
+      error += SquaresAbout(values, means.back(), 1.0);
+    }
+    of_appraisers.push_back(MeanOf(means));
+    parts_in_appraisers += SquaresAbout(means, of_appraisers.back(), r);
+    of_cells.insert(of_cells.end(), means.begin(), means.end());
+  }
+  const double center = MeanOf(of_cells);
+  study->error = LineOf(error, o * p * (r - 1.0));
+  if (o > 1.0) study->appraiser = LineOf(SquaresAbout(of_appraisers, center, p * r), o - 1.0);
+  if (study->design == StudyDesign::kNested) {
+    study->part = LineOf(parts_in_appraisers, o * (p - 1.0));
+    Test(&study->part, study->error);
+    Test(&study->appraiser, study->part);
+    return;
+  }
+  std::vector<double> of_parts;
+  for (const auto& [part, means] : by_part) of_parts.push_back(MeanOf(means));
+  study->part = LineOf(SquaresAbout(of_parts, center, o * r), p - 1.0);
+  if (study->design == StudyDesign::kOneAppraiser) return Test(&study->part, study->error);
+  const double interaction = SquaresAbout(of_cells, center, r) - study->part.sum_of_squares -
+                             study->appraiser.sum_of_squares;
+  study->interaction = LineOf(std::max(0.0, interaction), (p - 1.0) * (o - 1.0));
+  Test(&study->interaction, study->error);
+}
+
+/// Counts the interaction as error where it is no more, and tests the others against what is left.
+void Pool(double above_p, GaugeStudy* study) {
+  if (study->design != StudyDesign::kCrossed) return;
+  study->is_pooled = !(study->interaction.p <= above_p);
+  if (study->is_pooled) {
+    study->error = LineOf(study->error.sum_of_squares + study->interaction.sum_of_squares,
+                          study->error.dof + study->interaction.dof);
+  }
+  const AnovaLine& against = study->is_pooled ? study->error : study->interaction;
+  Test(&study->part, against);
+  Test(&study->appraiser, against);
+}
+
+MeanSquareTerm Term(double factor, const AnovaLine& line) {
+  return {factor, line.mean_square, line.dof};
+}
+
+VarianceComponent ComponentOf(const std::vector<MeanSquareTerm>& terms, double confidence) {
+  VarianceComponent component;
+  double variance = 0.0;
+  for (const MeanSquareTerm& term : terms) variance += term.factor * term.mean_square;
+  component.variance = std::max(0.0, variance);
+  component.interval = VarianceInterval(terms, confidence);
+  return component;
+}
+
+void FillComponents(double confidence, GaugeStudy* study) {
+  const double p = study->parts, o = study->appraisers, r = study->repeats;
+  const auto component = [confidence](const std::vector<MeanSquareTerm>& terms) {
+    return ComponentOf(terms, confidence);
+  };
+  const AnovaLine& error = study->error;
+  study->repeatability = component({Term(1.0, error)});
+  double reproducibility = 0.0;
+  switch (study->design) {
+    case StudyDesign::kOneAppraiser:
+      study->part_to_part = component({Term(1.0 / r, study->part), Term(-1.0 / r, error)});
+      study->gauge = study->repeatability;
+      break;
+    case StudyDesign::kNested:
+      study->part_to_part = component({Term(1.0 / r, study->part), Term(-1.0 / r, error)});
+      study->appraiser_alone =
+          component({Term(1.0 / (p * r), study->appraiser), Term(-1.0 / (p * r), study->part)});
+      study->gauge = component({Term(1.0 / (p * r), study->appraiser),
+                                Term(1.0, error),
+                                Term(-1.0 / (p * r), study->part)});
+      reproducibility = study->appraiser_alone.variance;
+      break;
+    case StudyDesign::kCrossed: {
+      const AnovaLine& against = study->is_pooled ? error : study->interaction;
+      study->part_to_part =
+          component({Term(1.0 / (o * r), study->part), Term(-1.0 / (o * r), against)});
+      study->appraiser_alone =
+          component({Term(1.0 / (p * r), study->appraiser), Term(-1.0 / (p * r), against)});
+      if (study->is_pooled) {
+        study->gauge =
+            component({Term(1.0 / (p * r), study->appraiser), Term(1.0 - 1.0 / (p * r), error)});
+      } else {
+        study->interaction_alone =
+            component({Term(1.0 / r, study->interaction), Term(-1.0 / r, error)});
+        study->gauge = component({Term(1.0 / (p * r), study->appraiser),
+                                  Term((1.0 - 1.0 / p) / r, study->interaction),
+                                  Term(1.0 - 1.0 / r, error)});
+      }
+      reproducibility = study->appraiser_alone.variance +
+                        (study->is_pooled ? 0.0 : study->interaction_alone.variance);
+      break;
+    }
+  }
+  if (o > 1.0) study->reproducibility.variance = reproducibility;
+  // Of components none of which is below zero, so the sum may be above that of the mean squares.
+  study->gauge.variance = study->repeatability.variance + reproducibility;
+  study->total.variance = study->gauge.variance + study->part_to_part.variance;
+}
+
+void FillShares(double tolerance, GaugeStudy* study) {
+  const double total = std::sqrt(study->total.variance);
+  for (VarianceComponent* component : {&study->repeatability,
+                                       &study->appraiser_alone,
+                                       &study->interaction_alone,
+                                       &study->reproducibility,
+                                       &study->gauge,
+                                       &study->part_to_part,
+                                       &study->total}) {
+    const double sigma = std::sqrt(component->variance);
+    component->study_share = sigma / total;
+    component->tolerance_share = 6.0 * sigma / tolerance;
+  }
+  constexpr double kMany = 1e6;  // Where the gauge does not scatter at all.
+  study->distinct_categories = static_cast<int>(std::min(
+      kMany, std::floor(1.41 * std::sqrt(study->part_to_part.variance / study->gauge.variance))));
+}
+
+}  // namespace
+
+std::string_view StudyDesignName(StudyDesign design) {
+  switch (design) {
+    case StudyDesign::kCrossed:
+      return "crossed";
+    case StudyDesign::kNested:
+      return "nested";
+    case StudyDesign::kOneAppraiser:
+      return "one appraiser";
+  }
+  return "";
+}
+
+Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
+                                  const GaugeStudyOptions& options) {
+  Cells cells;
+  std::set<std::string> parts;
+  for (const GaugeReading& reading : readings) {
+    cells[reading.appraiser][reading.part].push_back(reading.value);
+    parts.insert(reading.part);
+  }
+  if (cells.empty()) return Error(ErrorCode::kNotEnoughData, "the study has no runs");
+  GaugeStudy study;
+  if (cells.size() == 1) {
+    study.design = StudyDesign::kOneAppraiser;
+  } else if (parts.size() > 1 && IsNested(readings)) {
+    study.design = StudyDesign::kNested;
+  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckBalance(cells, parts, study.design == StudyDesign::kNested));
+  study.parts = static_cast<int>(cells.begin()->second.size());
+  study.appraisers = static_cast<int>(cells.size());
+  study.repeats = static_cast<int>(cells.begin()->second.begin()->second.size());
+  FillAnova(cells, &study);
+  Pool(options.pool_above_p, &study);
+  FillComponents(options.confidence, &study);
+  FillShares(options.tolerance, &study);
+  return study;
+}
+
+}  // namespace truetriad::line

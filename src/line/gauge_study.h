@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "line/interval.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::line {
+
+/// One run of a study: which part (unit), by whom or on what, and what came out.
+struct GaugeReading {
+  std::string part, appraiser;
+  double value = 0.0;
+};
+
+enum class StudyDesign {
+  kCrossed,       ///< Every appraiser measures every part.
+  kNested,        ///< Each appraiser has parts of its own.
+  kOneAppraiser,  ///< Nothing is to be told of appraisers.
+};
+std::string_view StudyDesignName(StudyDesign design);  ///< "crossed", "nested", "one appraiser".
+
+/// A line of the analysis of variance; NaN where the design has none.
+struct AnovaLine {
+  double sum_of_squares = kNotKnown, dof = kNotKnown, mean_square = kNotKnown;
+  double f = kNotKnown, p = kNotKnown;
+};
+
+struct VarianceComponent {
+  double variance = kNotKnown;         ///< Never below zero.
+  Interval interval;                   ///< Of the variance; NaN: of a sum for which there is none.
+  double study_share = kNotKnown;      ///< Of the total sigma.
+  double tolerance_share = kNotKnown;  ///< 6 sigma by the width of the limits.
+};
+
+/// A gauge study by analysis of variance: value = part + appraiser + both together + error.
+struct GaugeStudy {
+  StudyDesign design = StudyDesign::kCrossed;
+  int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: parts of one appraiser.
+  AnovaLine part, appraiser, interaction, error;
+  bool is_pooled = false;  ///< The interaction is no more than error, and was counted as that.
+  VarianceComponent repeatability;  ///< The error.
+  VarianceComponent appraiser_alone, interaction_alone;
+  VarianceComponent reproducibility;  ///< Of the appraisers, with the interaction.
+  VarianceComponent gauge;            ///< Repeatability and reproducibility.
+  VarianceComponent part_to_part, total;
+  int distinct_categories = 0;  ///< 1.41 sigma of the parts / sigma of the gauge, rounded down.
+};
+
+struct GaugeStudyOptions {
+  double tolerance = kNotKnown;  ///< Upper less lower limit; NaN: none.
+  double confidence = 0.95;
+  double pool_above_p = 0.25;  ///< Of the interaction (AIAG 2010).
+};
+
+/// Error (not enough): fewer than two parts or repeats; a part, an appraiser or a repeat is missing
+/// somewhere; the message says which.
+Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
+                                  const GaugeStudyOptions& options = {});
+
+}  // namespace truetriad::line

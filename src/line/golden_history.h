@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "line/interval.h"
+
+namespace truetriad::line {
+
+/// A station measured its golden unit (`check-station`).
+struct StationCheck {
+  std::string station, serial;  ///< serial: of the golden unit.
+  std::string created;          ///< ISO 8601, UTC.
+  bool agrees = false;
+  double p = kNotKnown;        ///< Of all differences together.
+  double largest = kNotKnown;  ///< Difference, in sigma.
+  std::string parameter;       ///< Which that is.
+};
+
+enum class GoldenState { kGood, kOverdue, kDisagrees };
+std::string_view GoldenStateName(GoldenState state);  ///< "good", "overdue", "disagrees".
+
+/// A station by its checks.
+struct GoldenHistory {
+  std::string station;
+  std::vector<StationCheck> checks;  ///< By time; at least one.
+  GoldenState state = GoldenState::kGood;
+  double age_h = kNotKnown;  ///< Since the last.
+  int disagreed = 0;         ///< Checks that did not agree.
+  Estimate drift_per_day;  ///< Of the size of `largest`, by a straight line; NaN: fewer than four.
+  double drift_p = kNotKnown;  ///< That there is none (Student).
+};
+
+/// Each station's history at the time `now` (ISO 8601, UTC), by name. A station whose last check
+/// did not agree disagrees; one that is older than `due_h` hours is overdue.
+std::vector<GoldenHistory> FindGoldenHistories(const std::vector<StationCheck>& checks,
+                                               const std::string& now,
+                                               double due_h,
+                                               double confidence = 0.95);
+
+}  // namespace truetriad::line

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Charts of all parameters together: T^2 of single units and the multivariate EWMA.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "line/baseline.h"
+#include "line/chart_limits.h"
+#include "line/chart_plan.h"
+#include "line/run_length.h"
+#include "math/dense/cholesky.h"
+#include "math/distributions.h"
+
+namespace truetriad::line {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
+// Baseline units for each parameter, at least: with n = 2 p limits are twice those of a known
+// covariance already.
+constexpr int kLeastUnitsOfParameter = 2;
+// One of so many normal units is left out of the baseline though it belongs there.
+constexpr double kFarAwayProbability = 1e-4;
+constexpr int kMostScreens = 5;
+// Of the units, that have a value of a parameter; of fewer the others would be lost with them.
+constexpr double kLeastShare = 0.9;
+
+// Units with values of all parameters, as columns scaled by their spread in the baseline.
+struct TogetherUnits {
+  std::vector<int> parameters;
+  std::vector<int> units;
+  std::vector<VectorXd> values;
+  std::size_t baseline = 0;
+  std::vector<bool> good;  // of the baseline
+};
+
+class Together {
+ public:
+  Together(TogetherUnits units, bool own, const ChartPlan& plan)
+      : units_(std::move(units)),
+        own_(own),
+        plan_(plan),
+        dimension_(static_cast<Index>(units_.parameters.size())),
+        scatter_(dimension_),
+        usable_(units_.values.size(), true),
+        average_(VectorXd::Zero(dimension_)) {
+    Screen();
+    if (plan.Has(ChartKind::kMewma)) {
+      mewma_limit_ = MewmaLimit(static_cast<int>(dimension_),
+                                plan.options.mewma_lambda,
+                                1.0 / plan.RateOf(ChartKind::kMewma));
+    }
+    SetLimits();
+  }
+
+  void DrawTo(StationCharts* station) {
+    const std::size_t first = own_ ? 0 : units_.baseline;
+    const std::size_t count = units_.values.size() - first;
+    std::optional<ChartWriter> single, mewma;
+    const int most = plan_.options.most_points;
+    if (plan_.Has(ChartKind::kHotelling)) single.emplace(ChartKind::kHotelling, -1, count, most);
+    if (plan_.Has(ChartKind::kMewma)) mewma.emplace(ChartKind::kMewma, -1, count, most);
+    for (std::size_t k = first; k < units_.values.size(); ++k) {
+      if (!own_) Follow(k);
+      const VectorXd deviation = units_.values[k] - scatter_centre_;
+      const bool far = AddSingle(k, deviation, single ? &*single : nullptr);
+      const bool shifted = mewma && AddAverage(k, deviation, &*mewma);
+      usable_[k] = !far && !shifted;
+    }
+    for (std::optional<ChartWriter>* writer : {&single, &mewma}) {
+      if (!*writer) continue;
+      Chart& chart = (*writer)->chart;
+      chart.line = static_cast<double>(dimension_);
+      chart.run_length = 1.0 / plan_.RateOf(chart.kind);
+      (*writer)->MoveTo(station);
+    }
+  }
+
+ private:
+  // The baseline without units that are far from the others in all parameters together.
+  void Screen() {
+    for (int round = 0; round < kMostScreens; ++round) {
+      scatter_ = RunningScatter(dimension_);
+      for (std::size_t k = 0; k < units_.baseline; ++k) {
+        if (units_.good[k]) scatter_.Add(units_.values[k]);
+      }
+      SetCentre();
+      const double limit =
+          (1.0 - 1.0 / scatter_.count) *
+          HotellingLimit(static_cast<int>(dimension_), kFarAwayProbability, scatter_.count, true);
+      bool same = true;
+      for (std::size_t k = 0; k < units_.baseline; ++k) {
+        if (!units_.good[k]) continue;
+        units_.good[k] =
+            root_.SolveLowerVector(units_.values[k] - scatter_centre_).squaredNorm() <= limit;
+        same = same && units_.good[k];
+      }
+      if (same) break;
+    }
+  }
+
+  void SetCentre() {
+    scatter_centre_ = scatter_.mean;
+    root_ = Cholesky(scatter_.Covariance());
+    count_ = scatter_.count;
+  }
+
+  void SetLimits() {
+    SetCentre();
+    const int p = static_cast<int>(dimension_);
+    const double rate = plan_.RateOf(ChartKind::kHotelling);
+    far_limit_ = HotellingLimit(p, kFarAwayProbability, count_, own_);
+    if (rate > 0.0) single_limit_ = HotellingLimit(p, rate, count_, own_);
+    if (mewma_limit_ > 0.0) {
+      const double exceeded = 1.0 - ChiSquareCdf(mewma_limit_, p);
+      average_limit_ = HotellingLimit(p, exceeded, count_, own_);
+    }
+  }
+
+  void Follow(std::size_t k) {
+    if (k < units_.baseline + kBaselineLag) return;
+    const std::size_t joining = k - kBaselineLag;
+    if (!usable_[joining]) return;
+    scatter_.Add(units_.values[joining]);
+    if (scatter_.count >= kBaselineGrowth * count_) SetLimits();
+  }
+
+  double SignedCount() const { return own_ ? -count_ : count_; }
+
+  // Of units of a station, that parameter that the others let expect least.
+  int MostOf(const VectorXd& deviation) const {
+    const MatrixXd inverse = root_.Inverse();
+    const VectorXd pull = inverse * deviation;
+    Index most = 0;
+    (pull.cwiseAbs2().cwiseQuotient(inverse.diagonal())).maxCoeff(&most);
+    return units_.parameters[static_cast<std::size_t>(most)];
+  }
+
+  void Add(std::size_t k,
+           double value,
+           double limit,
+           bool alarm,
+           const VectorXd& deviation,
+           ChartWriter* writer) const {
+    const bool before = writer->in_alarm();
+    writer->Add({units_.units[k], value, kNoLowerLimit, limit}, alarm);
+    if (alarm && !before) writer->SetMost(MostOf(deviation));
+  }
+
+  bool AddSingle(std::size_t k, const VectorXd& deviation, ChartWriter* writer) const {
+    const double value =
+        root_.SolveLowerVector(deviation).squaredNorm() / (1.0 + 1.0 / SignedCount());
+    if (writer != nullptr) {
+      Add(k, value, single_limit_, value > single_limit_, deviation, writer);
+    }
+    return value > far_limit_;
+  }
+
+  bool AddAverage(std::size_t k, const VectorXd& deviation, ChartWriter* writer) {
+    const double lambda = plan_.options.mewma_lambda;
+    average_ += lambda * (deviation - average_);
+    // Of the EWMA in its final state, and what the centre adds.
+    const double variance = lambda / (2.0 - lambda) + 1.0 / SignedCount();
+    const double value = root_.SolveLowerVector(average_).squaredNorm() / variance;
+    const bool before = writer->in_alarm();
+    // An alarm ends where the chart is back at its average in control.
+    const bool alarm = value > (before ? static_cast<double>(dimension_) : average_limit_);
+    Add(k, value, average_limit_, alarm, average_, writer);
+    if (alarm && !before) {
+      for (std::size_t at = k - std::min(k, kBaselineLag); at < k; ++at) usable_[at] = false;
+    }
+    if (before && !alarm) average_.setZero();
+    return alarm;
+  }
+
+  TogetherUnits units_;
+  bool own_;
+  const ChartPlan& plan_;
+  Index dimension_;
+  RunningScatter scatter_;
+  std::vector<bool> usable_;  // for the baseline
+  // As of the last SetLimits:
+  VectorXd scatter_centre_;
+  Cholesky root_;
+  double count_ = 0.0;
+  double single_limit_ = 0.0, far_limit_ = 0.0, average_limit_ = 0.0;
+
+  double mewma_limit_ = 0.0;  // of a known covariance
+  VectorXd average_;
+};
+
+// Units of the station with a value of every parameter.
+TogetherUnits CompleteUnits(const LineData& data,
+                            const std::vector<const ParameterValues*>& parameters) {
+  TogetherUnits together;
+  std::set<int> baseline, bad;
+  std::vector<double> scale;
+  for (const ParameterValues* values : parameters) {
+    together.parameters.push_back(values->parameter);
+    RunningMoments moments;
+    for (std::size_t k = 0; k < values->baseline; ++k) {
+      baseline.insert(values->units[k]);
+      if (!values->good[k]) bad.insert(values->units[k]);
+      if (values->good[k]) moments.Add(values->values[k]);
+    }
+    scale.push_back(1.0 / std::sqrt(moments.Variance()));
+  }
+  const Index dimension = static_cast<Index>(parameters.size());
+  for (const int unit : parameters.front()->units) {
+    VectorXd row(dimension);
+    for (Index k = 0; k < dimension; ++k) {
+      const auto place = static_cast<std::size_t>(k);
+      row[k] = scale[place] *
+               data.units[static_cast<std::size_t>(unit)].values[together.parameters[place]];
+    }
+    if (!row.allFinite()) continue;
+    if (baseline.contains(unit)) {
+      ++together.baseline;
+      together.good.push_back(!bad.contains(unit));
+    }
+    together.units.push_back(unit);
+    together.values.push_back(std::move(row));
+  }
+  return together;
+}
+
+// Without what the others determine.
+std::vector<const ParameterValues*> IndependentOf(
+    const TogetherUnits& together,
+    const std::vector<const ParameterValues*>& parameters,
+    StationCharts* station) {
+  RunningScatter scatter(static_cast<Index>(parameters.size()));
+  for (std::size_t k = 0; k < together.baseline; ++k) {
+    if (together.good[k]) scatter.Add(together.values[k]);
+  }
+  std::vector<const ParameterValues*> kept;
+  if (scatter.count < 2.0) return kept;
+  const std::vector<Index> independent = IndependentColumns(scatter.Covariance());
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const bool is_kept =
+        std::binary_search(independent.begin(), independent.end(), static_cast<Index>(k));
+    if (is_kept) {
+      kept.push_back(parameters[k]);
+    } else {
+      station->dependent.push_back(parameters[k]->parameter);
+    }
+  }
+  return kept;
+}
+
+}  // namespace
+
+void DrawTogether(const LineData& data,
+                  const std::vector<ParameterValues>& watched,
+                  const ChartPlan& plan,
+                  StationCharts* station) {
+  std::vector<const ParameterValues*> parameters;
+  for (const ParameterValues& values : watched) {
+    const double count = static_cast<double>(values.values.size());
+    if (count >= kLeastShare * station->units) parameters.push_back(&values);
+  }
+  if (parameters.size() < 2) return;
+  TogetherUnits together = CompleteUnits(data, parameters);
+  const auto enough = [&](std::size_t count) {
+    return together.baseline >= kLeastUnitsOfParameter * count;
+  };
+  if (enough(parameters.size())) {
+    const std::vector<const ParameterValues*> kept = IndependentOf(together, parameters, station);
+    if (kept.size() < 2) return;
+    if (kept.size() < parameters.size()) together = CompleteUnits(data, kept);
+    Together(std::move(together), parameters.front()->own, plan).DrawTo(station);
+    return;
+  }
+  station->note = "no charts of all parameters together: " + std::to_string(together.baseline) +
+                  " baseline units have all " + std::to_string(parameters.size()) +
+                  " parameters, which takes " +
+                  std::to_string(kLeastUnitsOfParameter * parameters.size());
+}
+
+}  // namespace truetriad::line

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "line/line_data.h"
+
+namespace truetriad::line {
+
+struct TrendOptions {
+  /// A tag with a number, against which parameters are looked at besides time; degC.
+  std::string temperature_tag = "temperature";
+};
+
+/// How one parameter changes with time or temperature.
+struct Trend {
+  int parameter = 0;  // index in LineData::parameters
+  int units = 0;
+  double slope = 0.0;       // parameter's unit a day (a unit of the line, a degC: see TrendReport)
+  double sigma = 0.0;       // of the slope, widened for autocorrelation
+  double intercept = 0.0;   // at the first moment (the lowest temperature)
+  double change = 0.0;      // slope times the range that the units span
+  double p = 1.0;           // of no trend, Mann and Kendall's test
+  double p_adjusted = 1.0;  // Holm's, over the parameters
+  /// Variance of the test against that of independent values; 1: independent.
+  double inflation = 1.0;
+};
+
+struct TrendReport {
+  /// False: the moments of the units are unknown or all the same; slopes are per unit of the line.
+  bool by_time = true;
+  std::string first, last;  // moments of the units looked at
+  std::vector<Trend> time;
+  std::vector<Trend> temperature;  // empty: no unit's temperature is known
+};
+
+/// Trends of each parameter over the units: slope by Theil and Sen, test by Mann and Kendall with
+/// the variance of Hamed and Rao (1998) for autocorrelated values. Many units are taken together
+/// to medians of at most 300 consecutive groups.
+TrendReport Trends(const LineData& data, const TrendOptions& options = {});
+
+/// Seconds since 1970 of "2026-01-31T12:00:00Z" (fractions of a second allowed); NaN of another
+/// text.
+double SecondsOf(const std::string& created);
+
+}  // namespace truetriad::line

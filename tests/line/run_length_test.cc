@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line/run_length.h"
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include "math/fast_random.h"
+
+namespace truetriad::line {
+namespace {
+
+// Lucas and Saccucci 1990, Technometrics 32, table 3; to the digits printed there (half of the last
+// one, relative where the width is rounded to three decimals: the run length changes by 1.5 a
+// σ/10).
+TEST(EwmaRunLength, AgreesWithLucasAndSaccucci) {
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.1, 2.814), 500.0, 1.0);
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.1, 2.814, 1.0), 10.3, 0.05);
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.25, 2.998), 500.0, 1.0);
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.25, 2.998, 1.0), 11.1, 0.05);
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.4, 3.054), 500.0, 1.0);
+  // λ = 1 is Shewhart's chart: one over the probability to be outside of 3 σ.
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(1.0, 3.0), 1.0 / std::erfc(3.0 / std::sqrt(2.0)), 1e-6);
+  EXPECT_NEAR(EwmaRunLength(1.0, 3.0), 1.0 / std::erfc(3.0 / std::sqrt(2.0)), 1e-6);
+}
+
+// By another method: a Markov chain of 801 states (Brook and Evans 1972), whose error (3e-4) falls
+// with the square of their number. python3, numpy:
+//   h=L*(lam/(2-lam))**.5; m=801; w=2*h/m; x=-h+w*(np.arange(m)+.5)
+//   Q=norm.cdf((x[None]+w/2-(1-lam)*x[:,None])/lam)-norm.cdf((x[None]-w/2-(1-lam)*x[:,None])/lam)
+//   np.linalg.solve(np.eye(m)-Q,np.ones(m))[m//2]
+TEST(EwmaRunLength, AgreesWithAMarkovChain) {
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.08, 3.88), 18604.871, 1e-3 * 18604.871);
+  EXPECT_NEAR(EwmaRunLengthFixedLimits(0.1, 2.7), 368.977, 1e-3 * 368.977);
+}
+
+// 20,000 charts; the mean of run lengths, which are nearly exponential, is known to 0.7 %: 4 σ.
+TEST(EwmaRunLength, OfWideningLimitsAgreesWithSimulation) {
+  const double lambda = 0.1;
+  const double width = 2.5;
+  FastRandom random({3});
+  double sum = 0.0;
+  const int charts = 20000;
+  for (int chart = 0; chart < charts; ++chart) {
+    double z = 0.0;
+    double decay = 1.0;
+    for (int unit = 1;; ++unit) {
+      z += lambda * (random.Normal() - z);
+      decay *= (1.0 - lambda) * (1.0 - lambda);
+      if (std::abs(z) > width * std::sqrt(lambda / (2.0 - lambda) * (1.0 - decay))) {
+        sum += unit;
+        break;
+      }
+    }
+  }
+  const double expected = EwmaRunLength(lambda, width);
+  EXPECT_NEAR(sum / charts, expected, 4.0 * expected / std::sqrt(charts));
+  EXPECT_LT(expected, EwmaRunLengthFixedLimits(lambda, width));
+}
+
+TEST(EwmaRunLength, WidthUndoesIt) {
+  for (const double run_length : {50.0, 370.0, 20000.0, 1e6}) {
+    const double width = EwmaWidth(0.08, run_length);
+    EXPECT_NEAR(EwmaRunLength(0.08, width) / run_length, 1.0, 1e-5);
+  }
+}
+
+// Limits of Lowry, Woodall, Champ and Rigdon 1992 and Prabhu and Runger 1997 for a run length of
+// 200 with λ = 0.1; they are of simulations or 25 states, to within a percent of the run length.
+TEST(MewmaRunLength, AgreesWithPublishedLimits) {
+  EXPECT_NEAR(MewmaLimit(2, 0.1, 200.0), 8.64, 0.03);
+  EXPECT_NEAR(MewmaLimit(4, 0.1, 200.0), 12.73, 0.03);
+  EXPECT_NEAR(MewmaLimit(10, 0.1, 200.0), 22.67, 0.05);
+}
+
+TEST(MewmaRunLength, OfOneDimensionIsTheEwma) {
+  const double width = 2.814;
+  EXPECT_NEAR(MewmaRunLength(1, 0.1, width * width), EwmaRunLengthFixedLimits(0.1, width), 1e-3);
+}
+
+TEST(MewmaRunLength, AgreesWithSimulation) {
+  const double limit = MewmaLimit(33, 0.1, 100.0);
+  FastRandom random({4});
+  double sum = 0.0;
+  const int charts = 3000;
+  for (int chart = 0; chart < charts; ++chart) {
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(33);
+    for (int unit = 1;; ++unit) {
+      for (double& value : z) value += 0.1 * (random.Normal() - value);
+      if (z.squaredNorm() * 1.9 / 0.1 > limit) {
+        sum += unit;
+        break;
+      }
+    }
+  }
+  // 4 σ; run lengths have a σ below their mean.
+  EXPECT_NEAR(sum / charts, 100.0, 4.0 * 100.0 / std::sqrt(charts));
+}
+
+}  // namespace
+}  // namespace truetriad::line

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "fleet/line_summary.h"
+#include "fleet/store.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/fleet_flags.h"
+#include "truetriad/io/calibration_file.h"
+
+DEFINE_string(since,
+              "",
+              "units from this moment on (UTC), as in 2026-11-24 or 2026-11-24T06:00:00Z");
+DEFINE_string(until, "", "units before this moment");
+DEFINE_string(lot, "", "units of this lot");
+DEFINE_string(station, "", "units, and golden unit, of this station");
+DEFINE_string(
+    subgroup,
+    "",
+    "tag whose values make subgroups for Cp and Cpk, as in lot; default: successive units");
+DEFINE_string(study, "", "which runs are a gauge study, as in \"note = 'study'\"");
+DEFINE_string(by, "operator", "tag that says who or what measured, in a study");
+DEFINE_string(reference, "", "what the one unit of a type-1 study is known to be; a flag for each");
+DEFINE_double(golden_due,
+              24.0,
+              "age in hours at which a station's check of its golden unit is overdue");
+DEFINE_int32(points, 0, "last points of each control chart that --json holds");
+
+namespace truetriad {
+namespace {
+
+Result<std::map<std::string, double>> References() {
+  std::map<std::string, double> references;
+  std::istringstream lines(FLAGS_reference);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t equals = line.find('=');
+    const char* const end = line.data() + line.size();
+    double value = 0.0;
+    if (equals != std::string::npos) {
+      const auto [to, failure] = std::from_chars(line.data() + equals + 1, end, value);
+      if (failure == std::errc() && to == end && std::isfinite(value)) {
+        references[line.substr(0, equals)] = value;
+        continue;
+      }
+    }
+    return Error(ErrorCode::kInvalidArgument,
+                 "--reference=" + line +
+                     ": expected a quantity and a number, as in "
+                     "accelerometer.bias.x=0.012");
+  }
+  return references;
+}
+
+Result<fleet::SummaryOptions> Options() {
+  if (!(FLAGS_golden_due > 0.0)) {
+    return Error(ErrorCode::kInvalidArgument, "--golden-due: expected hours above 0");
+  }
+  if (FLAGS_points < 0) {
+    return Error(ErrorCode::kInvalidArgument, "--points: expected a number of 0 or more");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(std::map<std::string, double> references, References());
+  if (!references.empty() && FLAGS_study.empty()) {
+    return Error(ErrorCode::kConflictingArguments, "--reference is for a --study");
+  }
+  return fleet::SummaryOptions{.selection = {.since = FLAGS_since,
+                                             .until = FLAGS_until,
+                                             .lot = FLAGS_lot,
+                                             .station = FLAGS_station,
+                                             .where = FLAGS_where},
+                               .subgroup = FLAGS_subgroup,
+                               .study = FLAGS_study,
+                               .study_by = FLAGS_by,
+                               .references = std::move(references),
+                               .golden_due_h = FLAGS_golden_due,
+                               .now = TimestampUtc(),
+                               .chart_points = FLAGS_points};
+}
+
+Result<VerbResult> RunFleetSummary(const std::vector<std::string>&) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::SummaryOptions options, Options());
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStoreToRead(FLAGS_store));
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::LineSummary summary, fleet::Summarise(*store, options));
+  return VerbResult{.text = FLAGS_csv ? SummaryCsv(summary) : SummaryText(summary),
+                    .result = ToJson(summary)};
+}
+
+}  // namespace
+
+Command FleetSummaryCommand() {
+  return {
+      .name = "fleet summary",
+      .summary = "How does the line do? Yield, reasons, limits, charts, stations, gauge studies.",
+      .examples =
+          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+          "build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.5\n"
+          "build/truetriad fleet summary --store=out/day/fleet.db",
+      .details =
+          "What the numbers mean: docs/line.md. --where and --study are conditions in SQL over "
+          "the\n"
+          "columns of `run` and the tags by name. --csv prints a line a quantity.\n",
+      .flags = {{"store", "FILE", true},
+                {"since", "MOMENT"},
+                {"until", "MOMENT"},
+                {"lot", "LOT"},
+                {"station", "STATION"},
+                {"where", "CONDITION"},
+                {"subgroup", "TAG"},
+                {"study", "CONDITION"},
+                {"by", "TAG"},
+                {"reference", "QUANTITY=VALUE", false, {}, true},
+                {"golden-due", "HOURS"},
+                {"points", "COUNT"},
+                {"csv", "true|false"}},
+      .run = RunFleetSummary};
+}
+
+}  // namespace truetriad
