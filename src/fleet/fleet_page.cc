@@ -11,6 +11,7 @@
 #include "fleet/fleet_page_assets.h"
 #include "fleet/fleet_page_folder.h"
 #include "fleet/fleet_page_html.h"
+#include "fleet/fleet_page_line.h"
 #include "fleet/fleet_page_reader.h"
 #include "fleet/fleet_page_script.h"
 #include "truetriad/report/report.h"
@@ -19,7 +20,7 @@ namespace truetriad::fleet {
 namespace {
 
 /// Of numbers that are drawn: more than float has, none lost.
-constexpr int kDigits = 8;
+constexpr int kDrawnDigits = 8;
 
 template <typename Number>
 void AppendIntegers(const std::vector<Number>& numbers, std::string* script) {
@@ -79,7 +80,7 @@ std::string ColumnScript(std::size_t place, const PageColumn& column) {
   std::string script = "truetriadColumn(" + std::to_string(place) + ",";
   AppendList(
       column.values,
-      [](float value, std::string* text) { AppendNumber(value, kDigits, text); },
+      [](float value, std::string* text) { AppendNumber(value, kDrawnDigits, text); },
       &script);
   return script + ");\n";
 }
@@ -139,11 +140,14 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
     TRUETRIAD_RETURN_IF_ERROR(folder.Write("data/column-" + std::to_string(i) + ".js",
                                            ColumnScript(i, units.columns[i])));
   }
-  Json line;
-  if (options.line) {
-    TRUETRIAD_ASSIGN_OR_RETURN(line, options.line(store));
+  TRUETRIAD_ASSIGN_OR_RETURN(const PageLine line, LineOfPage(store, options.where));
+  for (std::size_t i = 0; i < line.charts.size(); ++i) {
+    std::string script = "truetriadStation(" + std::to_string(i) + ",";
+    AppendJson(line.charts[i], &script);
+    TRUETRIAD_RETURN_IF_ERROR(
+        folder.Write("data/station-" + std::to_string(i) + ".js", script + ");\n"));
   }
-  TRUETRIAD_RETURN_IF_ERROR(folder.Write("data.js", DataScript(units, line)));
+  TRUETRIAD_RETURN_IF_ERROR(folder.Write("data.js", DataScript(units, line.summary)));
   TRUETRIAD_RETURN_IF_ERROR(WriteAssets(folder));
   FleetPageSummary summary{
       .units = units.size(), .reports = units.reports, .draws_charts = !ChartAssets().empty()};

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <string>
 
 #include "fleet/store.h"
-#include "json/json.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
@@ -15,9 +13,7 @@ namespace truetriad::fleet {
 struct FleetPageOptions {
   std::string store;   ///< Its name as it was given: where runs' files are looked for, too.
   std::string folder;  ///< Of the page.
-  std::string where;   ///< Condition on the runs that count, in SQL; empty: all units.
-  /// The line's statistics for the section "The line"; unset: there is none.
-  std::function<Result<Json>(Store&)> line;
+  std::string where;   ///< As LineSelection::where; empty: all units.
 };
 
 /// What a page was made of.

@@ -15,7 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/text_file.h"
+#include "io/yaml_reader.h"
 #include "io/whole_file.h"
 #include "truetriad/io/calibration_file.h"
 

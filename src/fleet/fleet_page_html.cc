@@ -49,7 +49,7 @@ std::size_t GoodOf(const PageWords& verdict, const PageScope& scope) {
 }
 
 std::string VerdictsHtml(const PageUnits& units, const PageScope& scope) {
-  Table table{{"verdict", "units", "share"}, "lrr", {}};
+  truetriad::Table table{{"verdict", "units", "share"}, "lrr", {}};
   for (const auto& [verdict, count] :
        CountsOf(units.verdict, scope, [](std::size_t) { return true; })) {
     table.rows.push_back({verdict, std::to_string(count), Share(count, scope.units.size())});
@@ -63,7 +63,7 @@ std::string ReasonsHtml(const PageUnits& units, const PageScope& scope) {
   if (counts.empty()) return Element("p", "All of these units are good.");
   const std::size_t all = scope.units.size() - GoodOf(units.verdict, scope);
   std::size_t sum = 0;
-  Table table{{"reason", "units", "up to here"}, "lrr", {}};
+  truetriad::Table table{{"reason", "units", "up to here"}, "lrr", {}};
   for (const auto& [code, count] : counts) {
     sum += count;
     table.rows.push_back({code, std::to_string(count), Share(sum, all)});

@@ -11,10 +11,10 @@ namespace truetriad::fleet {
 
 /// What one page of the folder is about.
 struct PageScope {
-  std::string title;
-  std::string root;                ///< The folder as seen from the page: "", "../".
-  std::string lot;                 ///< Empty: all units.
-  std::vector<std::size_t> units;  ///< Places in PageUnits.
+  std::string title = {};
+  std::string root = {};                ///< The folder as seen from the page: "", "../".
+  std::string lot = {};                 ///< Empty: all units.
+  std::vector<std::size_t> units = {};  ///< Places in PageUnits.
   bool draws_charts = false;
 };
 

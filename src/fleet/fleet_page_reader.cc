@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -15,6 +14,8 @@
 #include <utility>
 
 #include "fleet/fleet_page_script.h"
+#include "fleet/line_reader.h"
+#include "line/trend.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {
@@ -22,42 +23,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 
 using TableRow = std::vector<std::optional<std::string>>;
 
-/// `text` as a value in SQL, whatever is in it.
-std::string SqlText(std::string_view text) {
-  std::string quoted = "'";
-  for (const char c : text) {
-    quoted += c;
-    if (c == '\'') quoted += c;
-  }
-  return quoted + '\'';
-}
-
-double NumberOf(const std::optional<std::string>& text) {
+double FieldNumber(const std::optional<std::string>& text) {
   double number = std::numeric_limits<double>::quiet_NaN();
   if (text) std::from_chars(text->data(), text->data() + text->size(), number);
   return number;
 }
 
-/// "2026-01-31T12:00:00Z" as seconds since 1970; 0 where it is none.
-std::int64_t SecondsOf(const std::string& iso) {
-  std::array<int, 6> parts{};
-  constexpr std::array<std::size_t, 6> kAt = {0, 5, 8, 11, 14, 17};
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::size_t length = i == 0 ? 4 : 2;
-    if (iso.size() < kAt[i] + length) return 0;
-    std::from_chars(iso.data() + kAt[i], iso.data() + kAt[i] + length, parts[i]);
-  }
-  const std::chrono::year_month_day day{std::chrono::year(parts[0]),
-                                        std::chrono::month(static_cast<unsigned>(parts[1])),
-                                        std::chrono::day(static_cast<unsigned>(parts[2]))};
-  if (!day.ok()) return 0;
-  const auto days = std::chrono::sys_days(day).time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::seconds>(days).count() + 3600 * parts[3] +
-         60 * parts[4] + parts[5];
+/// Seconds since 1970; 0 where it is no moment.
+std::int64_t WholeSecondsOf(const std::string& moment) {
+  const double seconds = line::SecondsOf(moment);
+  return std::isfinite(seconds) ? static_cast<std::int64_t>(seconds) : 0;
 }
 
 /// Where the report of a run is.
@@ -98,15 +77,15 @@ void AppendItem(const std::string& item, std::string* list) {
   *list += (list->empty() ? "" : ",") + item;
 }
 
-std::string Quoted(const std::optional<std::string>& text) {
+std::string ScriptText(const std::optional<std::string>& text) {
   std::string script;
   AppendText(text.value_or(""), &script);
   return script;
 }
 
 /// A number as the store says it, or null.
-std::string Plain(const std::optional<std::string>& text) {
-  return std::isfinite(NumberOf(text)) ? *text : "null";
+std::string ScriptNumber(const std::optional<std::string>& text) {
+  return std::isfinite(FieldNumber(text)) ? *text : "null";
 }
 
 class PageReader {
@@ -115,22 +94,21 @@ class PageReader {
 
   /// Their number.
   Result<std::size_t> ReadUnits(const std::string& where) {
-    const std::string condition = where.empty() ? "" : " WHERE (" + where + ")";
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
-        store_.Query("SELECT serial, run, created, verdict, code FROM latest" + condition +
-                     " ORDER BY serial"));
+        store_.Query("SELECT serial, run, created, final_verdict, code, first_verdict, attempts" +
+                     FromWhere("standing", {.where = where}) + " ORDER BY serial"));
     for (const TableRow& row : table.rows) {
       units_.serials.push_back(row[0].value_or(""));
       units_.runs.push_back(row[1].value_or(""));
-      units_.created_s.push_back(SecondsOf(row[2].value_or("")));
+      units_.created_s.push_back(WholeSecondsOf(row[2].value_or("")));
       units_.verdict.of.push_back(units_.verdict.NumberOf(row[3].value_or("")));
       units_.code.of.push_back(units_.code.NumberOf(row[4].value_or("")));
     }
     units_.run_count.assign(units_.size(), 0);
     units_.first_verdict.of.assign(units_.size(), 0);
     const auto add = [&](const TagKey& tag) {
-      if (tag.key != "note") units_.tags.push_back({std::string(tag.key)});
+      if (tag.key != "note") units_.tags.emplace_back(std::string(tag.key));
     };
     for (const TagKey& tag : kRunTags) add(tag);
     for (const TagKey& tag : kDeviceTags) add(tag);
@@ -223,19 +201,19 @@ class PageReader {
           (*runs_of)[at - begin].push_back(run);
           const std::string link = reports_.LinkTo(row[8].value_or(""));
           if (!link.empty()) ++units_.reports;
-          runs_[run].head = "\"run\":" + Quoted(run) +
-                            ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
-                            ",\"created\":" + Quoted(row[2]) + ",\"verdict\":" + Quoted(row[3]) +
-                            ",\"code\":" + Quoted(row[4]) + ",\"message\":" + Quoted(row[5]) +
-                            ",\"log\":" + Quoted(row[6]) + ",\"software\":" + Quoted(row[7]) +
-                            ",\"report\":" + Quoted(link);
+          runs_[run].head =
+              "\"run\":" + ScriptText(run) + ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
+              ",\"created\":" + ScriptText(row[2]) + ",\"verdict\":" + ScriptText(row[3]) +
+              ",\"code\":" + ScriptText(row[4]) + ",\"message\":" + ScriptText(row[5]) +
+              ",\"log\":" + ScriptText(row[6]) + ",\"software\":" + ScriptText(row[7]) +
+              ",\"report\":" + ScriptText(link);
         });
   }
 
   Status ReadTags() {
     return ForRows(
         "name, value", "tag", "run, name", [&](const std::string& run, const TableRow& row) {
-          AppendItem('[' + Quoted(row[1]) + ',' + Quoted(row[2]) + ']', &runs_[run].tags);
+          AppendItem('[' + ScriptText(row[1]) + ',' + ScriptText(row[2]) + ']', &runs_[run].tags);
           const auto unit = UnitCountingBy(run);
           if (!unit) return;
           for (PageWords& tag : units_.tags) {
@@ -248,7 +226,7 @@ class PageReader {
     const auto [found, is_new] = column_of_.try_emplace({is_judged, name}, units_.columns.size());
     if (is_new) {
       units_.columns.push_back({.name = name, .is_judged = is_judged});
-      units_.columns.back().values.assign(units_.size(), kNone);
+      units_.columns.back().values.assign(units_.size(), kNoValue);
     }
     return found->second;
   }
@@ -259,10 +237,12 @@ class PageReader {
                    "run, place",
                    [&](const std::string& run, const TableRow& row) {
                      const std::size_t column = ColumnOf(row[1].value_or(""), false);
-                     AppendItem(std::to_string(column) + ',' + Plain(row[2]) + ',' + Plain(row[3]),
+                     AppendItem(std::to_string(column) + ',' + ScriptNumber(row[2]) + ',' +
+                                    ScriptNumber(row[3]),
                                 &runs_[run].parameters);
                      if (const auto unit = UnitCountingBy(run)) {
-                       units_.columns[column].values[*unit] = static_cast<float>(NumberOf(row[2]));
+                       units_.columns[column].values[*unit] =
+                           static_cast<float>(FieldNumber(row[2]));
                      }
                    });
   }
@@ -273,14 +253,16 @@ class PageReader {
         "judgement",
         "run, place",
         [&](const std::string& run, const TableRow& row) {
-          const std::size_t at = ColumnOf(row[1].value_or(""), true);
-          std::string item = '[' + std::to_string(at) + ',' + Quoted(row[2]);
-          for (std::size_t i = 3; i < 9; ++i) item += ',' + Plain(row[i]);
+          const std::string component = row[2].value_or("");
+          const std::size_t at =
+              ColumnOf(row[1].value_or("") + (component.empty() ? "" : "." + component), true);
+          std::string item = '[' + std::to_string(at);
+          for (std::size_t i = 3; i < 9; ++i) item += ',' + ScriptNumber(row[i]);
           AppendItem(item + ']', &runs_[run].judgements);
           const auto unit = UnitCountingBy(run);
           if (!unit) return;
           PageColumn& column = units_.columns[at];
-          column.values[*unit] = static_cast<float>(NumberOf(row[6]));
+          column.values[*unit] = static_cast<float>(FieldNumber(row[6]));
           const std::array<std::string, 3> limits = {
               row[3].value_or(""), row[4].value_or(""), row[5].value_or("")};
           const std::array<std::string, 3> known = {column.lower, column.target, column.upper};
@@ -295,13 +277,13 @@ class PageReader {
   }
 
   Status ReadFindings() {
-    return ForRows("severity, code, text",
+    return ForRows("severity, finding.code, text, remedy",
                    "finding",
                    "run, place",
                    [&](const std::string& run, const TableRow& row) {
-                     AppendItem(
-                         '[' + Quoted(row[1]) + ',' + Quoted(row[2]) + ',' + Quoted(row[3]) + ']',
-                         &runs_[run].findings);
+                     AppendItem('[' + ScriptText(row[1]) + ',' + ScriptText(row[2]) + ',' +
+                                    ScriptText(row[3]) + ',' + ScriptText(row[4]) + ']',
+                                &runs_[run].findings);
                    });
   }
 
@@ -310,8 +292,8 @@ class PageReader {
                    "disposition",
                    "run, disposition",
                    [&](const std::string& run, const TableRow& row) {
-                     AppendItem('[' + Quoted(row[1]) + ',' + Quoted(row[2]) + ',' + Quoted(row[3]) +
-                                    ',' + Quoted(row[4]) + ']',
+                     AppendItem('[' + ScriptText(row[1]) + ',' + ScriptText(row[2]) + ',' +
+                                    ScriptText(row[3]) + ',' + ScriptText(row[4]) + ']',
                                 &runs_[run].dispositions);
                    });
   }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fleet/store.h"
@@ -15,6 +16,8 @@ namespace truetriad::fleet {
 
 /// Words of which units have one each, and which: 0 is the first.
 struct PageWords {
+  explicit PageWords(std::string what) : name(std::move(what)) {}
+
   std::string name;  ///< "verdict", "lot".
   std::vector<std::string> words;
   std::vector<std::uint32_t> of;  ///< By unit.
@@ -30,7 +33,7 @@ struct PageWords {
 
 /// What units were judged by, or a parameter: a number of each unit.
 struct PageColumn {
-  std::string name;
+  std::string name = {};
   bool is_judged = false;
   std::string lower = {}, target = {}, upper = {};  ///< Limits, as text; empty: open.
   bool limits_differ = false;                       ///< Among the units: none is shown.

@@ -23,15 +23,16 @@
 namespace truetriad::fleet {
 
 struct SummaryOptions {
-  LineSelection selection;
+  LineSelection selection = {};
   /// Tag of units that make a subgroup, for Cp and Cpk; empty: successive units.
-  std::string subgroup;
+  std::string subgroup = {};
   /// Which runs are a gauge study, as LineSelection::where; empty: none is asked for.
-  std::string study;
-  std::string study_by = "operator";         ///< Tag: the appraisers of the study.
-  std::map<std::string, double> references;  ///< By quantity: what a study's one part is known as.
-  double golden_due_h = 24.0;                ///< Age at which a station's golden check is overdue.
-  std::string now;                           ///< ISO 8601, UTC.
+  std::string study = {};
+  std::string study_by = "operator";  ///< Tag: the appraisers of the study.
+  std::map<std::string, double> references =
+      {};                      ///< By quantity: what a study's one part is known as.
+  double golden_due_h = 24.0;  ///< Age at which a station's golden check is overdue.
+  std::string now = {};        ///< ISO 8601, UTC.
   double confidence = 0.95;
   int chart_points = 0;  ///< The last points of each control chart that are kept.
 };
@@ -54,14 +55,14 @@ struct LineYield {
 
 /// Why units are not good, most frequent first.
 struct Reason {
-  std::string code;
+  std::string code = {};
   int units = 0;
   double share = 0.0, cumulative = 0.0;  ///< Of the units that are not good.
 };
 
 /// A quantity with limits (those of the last unit), or a parameter, which has none.
 struct QuantitySummary {
-  std::string name;
+  std::string name = {};
   std::string unit = {};  ///< Empty: none, or that of the log.
   bool has_limits = false;
   double lower = line::kNotKnown, target = line::kNotKnown, upper = line::kNotKnown;
@@ -71,7 +72,7 @@ struct QuantitySummary {
 
 /// A gauge study of one quantity; type1 where the runs are of one part.
 struct QuantityStudy {
-  std::string name, unit = {};
+  std::string name = {}, unit = {};
   bool has_limits = false;
   double tolerance = line::kNotKnown;  ///< Between two limits.
   std::optional<line::GaugeStudy> gauge = {};
@@ -80,9 +81,10 @@ struct QuantityStudy {
 };
 
 struct StudySummary {
-  std::string where, by;
+  std::string where = {}, by = {};
   int runs = 0;
-  std::vector<QuantityStudy> quantities;  ///< Those with limits, then the parameters that vary.
+  std::vector<QuantityStudy> quantities =
+      {};  ///< Those with limits, then the parameters that vary.
 };
 
 /// What a line's engineer asks of a store, in the order of asking.

@@ -14,9 +14,9 @@ namespace truetriad::line {
 /// One quantity of all units that have it, in the order of time, and what it may be; a side that is
 /// infinite is open.
 struct CapabilityInput {
-  Eigen::VectorXd values;
-  Eigen::VectorXd sigma;               ///< Of each unit's calibration; NaN: not known.
-  std::vector<std::string> subgroups;  ///< By unit; empty: successive units are one.
+  Eigen::VectorXd values = {};
+  Eigen::VectorXd sigma = {};               ///< Of each unit's calibration; NaN: not known.
+  std::vector<std::string> subgroups = {};  ///< By unit; empty: successive units are one.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
 };

@@ -87,7 +87,7 @@ AnovaLine LineOf(double sum_of_squares, double dof) {
 void Test(AnovaLine* line, const AnovaLine& against) {
   line->f = line->mean_square / against.mean_square;
   // 0 / 0: nothing varies.
-  if (!std::isnan(line->f)) line->p = 1.0 - FisherCdf(line->f, line->dof, against.dof);
+  if (!std::isnan(line->f)) line->p = FisherUpper(line->f, line->dof, against.dof);
 }
 
 void FillAnova(const Cells& cells, GaugeStudy* study) {

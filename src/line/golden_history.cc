@@ -42,7 +42,7 @@ void FillDrift(double confidence, GoldenHistory* history) {
   const double doubt = StudentQuantile(0.5 * (1.0 + confidence), dof) * sigma;
   history->drift_per_day = {slope, {slope - doubt, slope + doubt}};
   const double t = slope / sigma;
-  if (!std::isnan(t)) history->drift_p = 1.0 - FisherCdf(t * t, 1.0, dof);
+  if (!std::isnan(t)) history->drift_p = FisherUpper(t * t, 1.0, dof);
 }
 
 GoldenState StateOf(const GoldenHistory& history, double due_h) {

@@ -11,12 +11,12 @@ namespace truetriad::line {
 
 /// A station measured its golden unit (`check-station`).
 struct StationCheck {
-  std::string station, serial;  ///< serial: of the golden unit.
-  std::string created;          ///< ISO 8601, UTC.
+  std::string station = {}, serial = {};  ///< serial: of the golden unit.
+  std::string created = {};               ///< ISO 8601, UTC.
   bool agrees = false;
   double p = kNotKnown;        ///< Of all differences together.
   double largest = kNotKnown;  ///< Difference, in sigma.
-  std::string parameter;       ///< Which that is.
+  std::string parameter = {};  ///< Which that is.
 };
 
 enum class GoldenState { kGood, kOverdue, kDisagrees };

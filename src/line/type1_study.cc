@@ -30,7 +30,7 @@ Type1Study FindType1Study(const Eigen::VectorXd& values,
   study.bias = {bias, {bias - doubt, bias + doubt}};
   study.bias_t = bias / bias_sigma;
   if (!std::isnan(study.bias_t)) {
-    study.bias_p = 1.0 - FisherCdf(study.bias_t * study.bias_t, 1.0, spread.dof);
+    study.bias_p = FisherUpper(study.bias_t * study.bias_t, 1.0, spread.dof);
   }
   study.cgk = (0.1 * tolerance - std::abs(bias)) / (3.0 * sigma);
   return study;

@@ -148,27 +148,18 @@ Coverage CoverageOf(int count, double calibration, double offset) {
   return coverage;
 }
 
-// 3,000 lines: 3 sigma of a share of 95 % are 1.2 %; the rest is what the approximations may miss.
+// 3,000 lines: 3 sigma of a share of 95 % are 1.2 %. Seen: 94.5 to 95.4 %.
 TEST(Capability, IntervalsHoldTheTruthAsOftenAsTheySay) {
   for (const int count : {15, 60}) {
     for (const double calibration : {0.0, 0.7}) {
       SCOPED_TRACE(testing::Message() << count << " units, calibration " << calibration);
       const Coverage coverage = CoverageOf(count, calibration, 1.0);
-      std::printf("%d %.1f: cp %.3f cpk %.3f pp %.3f ppk %.3f process pp %.3f ppk %.3f\n",
-                  count,
-                  calibration,
-                  coverage.cp,
-                  coverage.cpk,
-                  coverage.pp,
-                  coverage.ppk,
-                  coverage.process_pp,
-                  coverage.process_ppk);
-      EXPECT_NEAR(coverage.cp, 0.95, 0.02);
-      EXPECT_NEAR(coverage.cpk, 0.95, 0.02);
+      EXPECT_NEAR(coverage.cp, 0.95, 0.015);
+      EXPECT_NEAR(coverage.cpk, 0.95, 0.015);
       EXPECT_NEAR(coverage.pp, 0.95, 0.015);
-      EXPECT_NEAR(coverage.ppk, 0.95, 0.02);
+      EXPECT_NEAR(coverage.ppk, 0.95, 0.015);
       EXPECT_NEAR(coverage.process_pp, 0.95, 0.015);
-      EXPECT_NEAR(coverage.process_ppk, 0.95, 0.02);
+      EXPECT_NEAR(coverage.process_ppk, 0.95, 0.015);
     }
   }
 }

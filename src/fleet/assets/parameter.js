@@ -18,7 +18,7 @@
       .map(([column, k]) => element('option', { value: k }, column.name));
     if (options.length > 0) select.append(element('optgroup', { label }, ...options));
   };
-  group('Judged by limits: the worst axis', (column) => column.judged);
+  group('Judged by limits', (column) => column.judged);
   group('Parameters, as calibrated', (column) => !column.judged);
   units.hasColumns = units.columns.length > 0;
 

@@ -39,16 +39,16 @@
 
   const judgedOf = (run) => {
     if (run.judged.length === 0) return [];
-    const rows = run.judged.map(([column, component, lower, , upper, value, sigma, pass]) =>
-      element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name + (component ? `.${component}` : '')),
+    const rows = run.judged.map(([column, lower, , upper, value, sigma, pass]) =>
+      element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
         cell(allowed(lower, upper)), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
         cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
-    return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('worst', 'r'), heading('σ', 'r'), heading('')], rows)))];
+    return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('value', 'r'), heading('σ', 'r'), heading('')], rows)))];
   };
 
   const findingsOf = (run) =>
-    run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words]) =>
-      element('li', {}, words, ' ', element('small', {}, `${severity}, ${code}`)))))];
+    run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words, remedy]) =>
+      element('li', {}, words, remedy ? ` ${remedy}` : '', ' ', element('small', {}, `${severity}, ${code}`)))))];
 
   // By column of the parameters of a run: [value, sigma].
   const numbersOf = (run) => {

@@ -4,15 +4,11 @@
 #include <string>
 #include <vector>
 
-#include <gflags/gflags.h>
-
 #include "fleet/fleet_page.h"
 #include "fleet/store.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/fleet_flags.h"
-
-DECLARE_string(where);
 
 namespace truetriad {
 namespace {
