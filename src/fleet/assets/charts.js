@@ -25,6 +25,15 @@
     return [low - air, high + air];
   };
 
+  // Days as in files; of shorter steps the time, and the day where it begins.
+  const times = (chart, ticks, axis, space, step) =>
+    ticks.map((tick, k) => {
+      if (step >= 86400) return text.day(tick).slice(k === 0 ? 0 : 5);
+      const [day, minute] = text.minute(tick).split(' ');
+      return k === 0 || minute === '00:00' ? `${minute}\n${day}` : minute;
+    });
+  const wholes = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 5e4, 1e5, 2e5, 5e5, 1e6];
+
   const drawMarks = (chart, marks) => {
     const { ctx, bbox } = chart;
     ctx.save();
@@ -130,12 +139,18 @@
       legend: { show: false },
       tzDate: utc,
       scales: {
-        x: { time: stated.isTime !== false },
+        x: {
+          time: stated.isTime !== false,
+          range: (chart, low, high) => {
+            const air = stated.air ?? (0.015 * (high - low) || (stated.isTime === false ? 0.5 : 1800));
+            return [low - air, high + air];
+          },
+        },
         y: { range: () => range },
         count: { range: (chart, low, high) => [0, 1.05 * (high || 1)] },
       },
       axes: [
-        axis({ space: 70, label: stated.xLabel, labelSize: 18, labelFont: '11px system-ui, sans-serif' }),
+        axis({ space: 80, ...(stated.isTime === false ? { incrs: wholes } : { values: times }), label: stated.xLabel, labelSize: 18, labelFont: '11px system-ui, sans-serif' }),
         axis({ scale: 'y', size: 64, values: (chart, ticks) => ticks.map((tick) => text.number(tick, 8)) }),
         ...(hasCount ? [axis({ scale: 'count', side: 1, size: 50, grid: { show: false } })] : []),
       ],

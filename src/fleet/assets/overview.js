@@ -88,6 +88,7 @@
         { values: first, kind: 'dashed', colour: 'cross' },
         { values: good, colour: 'dot' },
       ],
+      air: 0.6 * step,
       range: [Math.max(0, Math.floor(low / 10) * 10 - 5), 102],
       label: `Yield over time, ${name} a point; the table below has its numbers.`,
     });

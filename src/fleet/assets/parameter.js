@@ -44,7 +44,7 @@
     return { n, mean, deviation: n > 1 ? Math.sqrt(squares / (n - 1)) : NaN };
   };
 
-  const linkTo = (i) => element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}` }, units.serials[i]);
+  const linkTo = (i) => element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}` }, text.flat(units.serials[i]));
 
   const draw = async () => {
     const mine = ++asked;
@@ -75,7 +75,7 @@
       marks: limitsOf(column),
       label: `${column.name} over ${isTime ? 'time' : 'units'}. ${words}.`,
       onHover: (k) => {
-        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${units.serials[order[k]]}: ${text.number(values[k], 6)}`;
+        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(units.serials[order[k]])}: ${text.number(values[k], 6)}`;
       },
       onPick: (k) => {
         location.hash = `unit=${encodeURIComponent(units.serials[order[k]])}`;

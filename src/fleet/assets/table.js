@@ -63,7 +63,7 @@
     const i = state.shown[place];
     const cells = columns.map((each) => {
       if (each.name === 'serial') {
-        const link = element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}`, tabindex: place === state.active ? 0 : -1, 'data-place': place }, units.serials[i]);
+        const link = element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}`, tabindex: place === state.active ? 0 : -1, 'data-place': place }, text.flat(units.serials[i]));
         return element('th', { scope: 'row', class: each.className }, link);
       }
       const content = each.cell(i);

@@ -141,6 +141,8 @@ window.fleet = {};
     },
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
+    // On one line, whatever is in it.
+    flat: (words) => words.replace(/[\u0000-\u001f\u007f\u2028\u2029]/g, '⏎'),
     number: (value, digits = 5) =>
       value === null || !Number.isFinite(value)
         ? '–'

@@ -35,8 +35,11 @@ DEFINE_int32(points, 0, "last points of each control chart that --json holds");
 namespace truetriad {
 namespace {
 
-Result<std::map<std::string, double>> References() {
-  std::map<std::string, double> references;
+using NamedNumbers = std::map<std::string, double>;
+
+/// What --reference says of quantities. Error (usage): no name or no number.
+Result<NamedNumbers> References() {
+  NamedNumbers references;
   std::istringstream lines(FLAGS_reference);
   for (std::string line; std::getline(lines, line);) {
     const std::size_t equals = line.find('=');
@@ -64,7 +67,7 @@ Result<fleet::SummaryOptions> Options() {
   if (FLAGS_points < 0) {
     return Error(ErrorCode::kInvalidArgument, "--points: expected a number of 0 or more");
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(std::map<std::string, double> references, References());
+  TRUETRIAD_ASSIGN_OR_RETURN(NamedNumbers references, References());
   if (!references.empty() && FLAGS_study.empty()) {
     return Error(ErrorCode::kConflictingArguments, "--reference is for a --study");
   }

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/line_summary.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fleet/line_reader.h"
+#include "io/temporary_folder.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+constexpr double kCalibrationSigma = 0.03;
+
+/// A store of a simulated line.
+class LineOfUnits : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    Result<std::unique_ptr<Store>> opened = OpenStore(folder_.Path("fleet.db"));
+    ASSERT_TRUE(opened) << opened.error().message;
+    store_ = std::move(*opened);
+  }
+
+  /// A run, one a minute, whose accelerometer bias x is `bias`, judged by -+ 0.3.
+  UnitRun RunOf(const std::string& serial, double bias) {
+    const int minute = runs_++;
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "2026-11-24T%02d:%02d:00Z", minute / 60, minute % 60);
+    UnitRun run;
+    run.created = text.data();
+    std::snprintf(text.data(), text.size(), "20261124T%04d00.000000Z-00000000", minute);
+    run.id = text.data();
+    run.serial = serial;
+    run.log = serial + ".csv";
+    run.wall_s = 0.5, run.cpu_s = 0.25;
+    run.parameters = {{"accelerometer.bias.x", bias, kCalibrationSigma},
+                      {"reference.dip_rad", 1.1, 0.001},
+                      {"gyroscope.bias.z", 2.0 * bias, 0.5}};
+    // Of the three: lower triangle.
+    run.covariance = {kCalibrationSigma * kCalibrationSigma, 0.0, 1e-6, 0.002, 0.0, 0.25};
+    LimitCheck check;
+    check.name = "accelerometer.bias", check.component = "x";
+    check.limit = Limit::Within(0.3);
+    check.worst = bias, check.sigma = kCalibrationSigma;
+    check.pass = std::abs(bias) <= 0.3;
+    run.judgements = {check};
+    run.verdict = check.pass ? Verdict::kPass : Verdict::kOutside;
+    if (!check.pass) run.code = "limit:accelerometer.bias.x";
+    return run;
+  }
+  void Add(const UnitRun& run) { ASSERT_TRUE(store_->Add(run)); }
+  void Refuse(const std::string& serial) {
+    UnitRun run = RunOf(serial, 0.0);
+    run.parameters.clear(), run.covariance.clear(), run.judgements.clear();
+    run.verdict = Verdict::kRefused, run.code = "too-few-poses";
+    Add(run);
+  }
+  LineSummary Summary(const SummaryOptions& options = {.now = "2026-11-24T12:00:00Z"}) {
+    Result<LineSummary> summary = Summarise(*store_, options);
+    EXPECT_TRUE(summary) << summary.error().message;
+    return summary ? *std::move(summary) : LineSummary();
+  }
+
+  const TemporaryFolder folder_;
+  std::unique_ptr<Store> store_;
+  int runs_ = 0;
+};
+
+TEST_F(LineOfUnits, CountsWhatWasGoodAtFirstAndInTheEnd) {
+  Add(RunOf("a", 0.1));
+  Add(RunOf("b", 0.5));
+  Add(RunOf("b", 0.2));  // Good at last.
+  Add(RunOf("c", 0.6));
+  Refuse("d");
+  Refuse("e'; DROP TABLE run; --\n");
+  ASSERT_TRUE(
+      store_->Dispose({.id = NewRunId(), .serial = "c", .created = "", .who = "R", .why = "w"}));
+  const LineSummary summary = Summary();
+  const LineYield& yield = summary.yield;
+  EXPECT_EQ(yield.all.units, 5);
+  EXPECT_EQ(yield.all.runs, 6);
+  EXPECT_EQ(yield.retested, 1);
+  EXPECT_EQ(yield.all.good_at_first, 1);
+  EXPECT_EQ(yield.all.good, 3);  // a, b, and c by a person.
+  EXPECT_EQ(yield.first, "2026-11-24T00:00:00Z");
+  // Five units, the first and the last five minutes apart.
+  EXPECT_NEAR(yield.units_per_hour, 4 * 60.0 / 5.0, 1e-9);
+  EXPECT_EQ(yield.wall_s, 0.5);
+  ASSERT_THAT(summary.reasons, SizeIs(1));
+  EXPECT_EQ(summary.reasons.front().code, "too-few-poses");
+  EXPECT_EQ(summary.reasons.front().cumulative, 1.0);
+  EXPECT_THAT(SummaryText(summary), HasSubstr("3 OF 5 GOOD: 60 %"));
+}
+
+TEST_F(LineOfUnits, SaysWhyMostFrequentFirst) {
+  Refuse("a");
+  Add(RunOf("b", 0.5));
+  Add(RunOf("c", 0.5));
+  UnitRun crashed = RunOf("d", 0.0);
+  crashed.verdict = Verdict::kCrashed;
+  Add(crashed);
+  const LineSummary summary = Summary();
+  std::vector<std::string> codes;
+  for (const Reason& reason : summary.reasons) codes.push_back(reason.code);
+  EXPECT_THAT(codes, ElementsAre("limit:accelerometer.bias.x", "crashed", "too-few-poses"));
+  EXPECT_EQ(summary.reasons[1].cumulative, 0.75);
+}
+
+TEST_F(LineOfUnits, ReadsNumbersOfEveryUnitInTheOrderOfTime) {
+  Add(RunOf("b", 0.125));
+  Refuse("a");
+  UnitRun other = RunOf("c", 0.5);
+  other.parameters = {{"gyroscope.bias.z", 7.0, 1.0}};
+  other.covariance = {0.75};
+  other.tags.station = "S1", other.tags.operator_name = "Ann";
+  Add(other);
+  const Result<LineReading> line = ReadUnits(*store_);
+  ASSERT_TRUE(line) << line.error().message;
+  EXPECT_THAT(line->data.parameters, ElementsAre("accelerometer.bias.x", "gyroscope.bias.z"));
+  ASSERT_THAT(line->data.units, SizeIs(3));
+  EXPECT_EQ(line->data.units[0].serial, "b");
+  EXPECT_EQ(line->data.units[0].values, Eigen::Vector2d(0.125, 0.25));
+  EXPECT_TRUE(line->data.units[1].values.array().isNaN().all());
+  EXPECT_TRUE(std::isnan(line->data.units[2].values[0]));
+  EXPECT_EQ(line->data.units[2].sigma[1], 1.0);
+  EXPECT_EQ(line->data.units[2].tags,
+            (std::map<std::string, std::string>{{"operator", "Ann"}, {"station", "S1"}}));
+  // Means over the units that have the entries: that of the reference is left out.
+  Eigen::Matrix2d mean;
+  mean << kCalibrationSigma * kCalibrationSigma, 0.002, 0.002, (0.25 + 0.75) / 2;
+  EXPECT_EQ(line->data.calibration_covariance, mean);
+  ASSERT_THAT(line->judged, SizeIs(1));
+  EXPECT_EQ(line->judged[0].name, "accelerometer.bias.x");
+  EXPECT_EQ(line->judged[0].unit, "m/s^2");
+  EXPECT_THAT(line->judged[0].units, ElementsAre(0, 2));
+  EXPECT_EQ(line->judged[0].missed, 1);
+}
+
+TEST_F(LineOfUnits, LooksAtTheUnitsThatAreAskedFor) {
+  for (int i = 0; i < 6; ++i) {
+    UnitRun run = RunOf("u" + std::to_string(i), 0.01 * i);
+    run.tags.lot = i < 3 ? "L'1" : "L2";
+    run.tags.station = i % 2 == 0 ? "S1" : "S2";
+    Add(run);
+  }
+  const auto count = [this](const LineSelection& selection) {
+    const Result<LineReading> line = ReadUnits(*store_, selection);
+    return line ? std::to_string(line->data.units.size()) : line.error().message;
+  };
+  EXPECT_EQ(count({}), "6");
+  EXPECT_EQ(count({.lot = "L'1"}), "3");
+  EXPECT_EQ(count({.lot = "L'1", .station = "S2"}), "1");
+  EXPECT_EQ(count({.since = "2026-11-24T00:02"}), "4");
+  EXPECT_EQ(count({.until = "2026-11-24T00:02"}), "2");
+  EXPECT_EQ(count({.since = "2026-11-25"}), "0");
+  EXPECT_EQ(count({.where = "lot = 'L2' AND serial <> 'u4' -- why"}), "2");
+  EXPECT_EQ(count({.where = "\"order\" IS NULL"}), "6");
+  EXPECT_THAT(count({.where = "lots = 1"}), HasSubstr("not understood"));
+  const LineSummary summary = Summary();
+  ASSERT_EQ(summary.yield.by_tag.count("lot"), 1u);
+  EXPECT_EQ(summary.yield.by_tag.at("lot")[0].value, "L'1");
+  EXPECT_EQ(summary.yield.by_tag.at("station")[1].units, 3);
+  EXPECT_EQ(Summary({.selection = {.since = "2027"}}).yield.all.units, 0);
+}
+
+// 300 units of a process of 0.06 σ in limits of -+ 0.3, measured with 0.03 σ: Pp 1.67 of the
+// process, 1.49 as observed; 4 σ of either are 16 %.
+TEST_F(LineOfUnits, HoldsTheProcessAgainstItsLimits) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> process(0.0, 0.06), error(0.0, kCalibrationSigma);
+  for (int i = 0; i < 300; ++i)
+    Add(RunOf("u" + std::to_string(i), process(random) + error(random)));
+  const LineSummary summary = Summary();
+  ASSERT_THAT(summary.limits, SizeIs(1));
+  const line::Capability& found = summary.limits[0].capability;
+  EXPECT_EQ(found.units, 300);
+  EXPECT_NEAR(found.calibration_sigma, kCalibrationSigma, 1e-12);
+  EXPECT_NEAR(found.observed.overall.cp.value, 0.1 / std::hypot(0.06, 0.03), 0.24);
+  EXPECT_NEAR(found.process.overall.cp.value, 0.1 / 0.06, 0.27);
+  EXPECT_GT(found.process.overall.cpk.value, found.observed.overall.cpk.value);
+  ASSERT_THAT(summary.parameters, SizeIs(2));
+  EXPECT_FALSE(summary.parameters[0].has_limits);
+
+  const Json json = ToJson(summary);
+  EXPECT_EQ(json["limits"][0]["observed"]["overall"]["ppk"]["value"],
+            found.observed.overall.cpk.value);
+  EXPECT_FALSE(json["parameters"][0]["observed"]["overall"].contains("ppk"));
+  std::istringstream csv(SummaryCsv(summary));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(csv, line);) lines.push_back(line);
+  ASSERT_THAT(lines, SizeIs(4));
+  const auto fields = [](const std::string& line) {
+    return std::count(line.begin(), line.end(), ',');
+  };
+  for (const std::string& line : lines) EXPECT_EQ(fields(line), fields(lines[0]));
+  EXPECT_THAT(lines[1], ::testing::StartsWith("accelerometer.bias.x,limit,m/s^2,300,"));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("Distributions against limits"));
+}
+
+TEST_F(LineOfUnits, SaysWhenLimitsHaveChanged) {
+  for (int i = 0; i < 5; ++i) {
+    UnitRun run = RunOf("u" + std::to_string(i), 0.01 * i);
+    if (i < 2) run.judgements[0].limit = Limit::Within(0.4);
+    Add(run);
+  }
+  const LineSummary summary = Summary();
+  EXPECT_EQ(summary.limits[0].upper, 0.3);
+  EXPECT_EQ(summary.limits[0].other_limits, 2);
+  EXPECT_THAT(SummaryText(summary), HasSubstr("Limits have changed"));
+}
+
+TEST_F(LineOfUnits, SaysHowStationsMeasureTheirGoldenUnits) {
+  const auto check = [this](const std::string& station, const std::string& created, bool agrees) {
+    ASSERT_TRUE(store_->AddStationCheck({.id = NewRunId(),
+                                         .station = station,
+                                         .serial = "G1",
+                                         .created = created,
+                                         .agrees = agrees,
+                                         .p = 0.4,
+                                         .largest = 1.5,
+                                         .parameter = "accelerometer.bias.x",
+                                         .log = "g.csv"}));
+  };
+  check("S1", "2026-11-24T08:00:00Z", true);
+  check("S2", "2026-11-22T08:00:00Z", true);
+  check("S3", "2026-11-24T08:00:00Z", false);
+  const LineSummary summary = Summary();
+  ASSERT_THAT(summary.golden, SizeIs(3));
+  EXPECT_EQ(summary.golden[0].state, line::GoldenState::kGood);
+  EXPECT_EQ(summary.golden[1].state, line::GoldenState::kOverdue);
+  EXPECT_EQ(summary.golden[2].state, line::GoldenState::kDisagrees);
+  EXPECT_EQ(summary.golden[0].age_h, 4.0);
+  EXPECT_THAT(SummaryText(summary), HasSubstr("overdue"));
+}
+
+/// Parts, operators and repeats whose numbers are known: part i, operator j, repeat k.
+class StudyOfUnits : public LineOfUnits {
+ protected:
+  void AddStudy(int parts, int operators, int repeats) {
+    for (int i = 0; i < parts; ++i) {
+      for (int j = 0; j < operators; ++j) {
+        for (int k = 0; k < repeats; ++k) {
+          UnitRun run = RunOf("part" + std::to_string(i), 0.05 * i + 0.001 * j + 0.004 * (k % 2));
+          run.tags.operator_name = "op" + std::to_string(j);
+          run.tags.note = "study";
+          Add(run);
+        }
+      }
+    }
+  }
+  const SummaryOptions options_{.study = "note = 'study'", .now = "2026-11-24T12:00:00Z"};
+};
+
+TEST_F(StudyOfUnits, IsMadeOfAllRunsThatAreSelected) {
+  AddStudy(4, 2, 2);
+  Add(RunOf("another", 0.2));
+  const LineSummary summary = Summary(options_);
+  ASSERT_TRUE(summary.study);
+  EXPECT_EQ(summary.study->runs, 16);
+  ASSERT_THAT(summary.study->quantities, SizeIs(3));  // One with limits, two parameters.
+  const QuantityStudy& bias = summary.study->quantities[0];
+  EXPECT_EQ(bias.name, "accelerometer.bias.x");
+  EXPECT_EQ(bias.tolerance, 0.6);
+  ASSERT_TRUE(bias.gauge);
+  EXPECT_EQ(bias.gauge->parts, 4);
+  EXPECT_EQ(bias.gauge->appraisers, 2);
+  // Repeats differ by 0.004 everywhere: 8 e-6 is their variance; with the interaction, which is
+  // none, 11 instead of 8 degrees of freedom.
+  EXPECT_NEAR(bias.gauge->repeatability.variance, 8e-6 * 8 / 11, 1e-15);
+  EXPECT_THAT(SummaryText(summary), HasSubstr("Gauge study, crossed: 4 parts, 2 of operator"));
+  EXPECT_THAT(ToJson(summary)["study"]["quantities"], SizeIs(3));
+}
+
+TEST_F(StudyOfUnits, OfOneUnitIsOfType1) {
+  AddStudy(1, 1, 10);
+  SummaryOptions options = options_;
+  options.references = {{"accelerometer.bias.x", 0.001}};
+  const LineSummary summary = Summary(options);
+  ASSERT_TRUE(summary.study->quantities[0].type1);
+  const line::Type1Study& study = *summary.study->quantities[0].type1;
+  EXPECT_NEAR(study.bias.value, 0.001, 1e-15);
+  EXPECT_FALSE(std::isnan(study.cgk));
+  EXPECT_TRUE(std::isnan(summary.study->quantities[1].type1->cg));  // A parameter has no limits.
+  EXPECT_THAT(SummaryText(summary), HasSubstr("Type-1 study: 10 runs of one unit"));
+  options.references = {{"accelerometer.bias.w", 0.0}};
+  const Result<LineSummary> unknown = Summarise(*store_, options);
+  ASSERT_FALSE(unknown);
+  EXPECT_THAT(unknown.error().message, HasSubstr("accelerometer.bias.w"));
+}
+
+TEST_F(StudyOfUnits, SaysWhatItLacks) {
+  Result<LineSummary> none = Summarise(*store_, options_);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("no run is one of the study"));
+  AddStudy(3, 2, 2);
+  UnitRun one_more = RunOf("part1", 0.05);
+  one_more.tags.operator_name = "op1", one_more.tags.note = "study";
+  Add(one_more);
+  none = Summarise(*store_, options_);
+  ASSERT_FALSE(none);
+  EXPECT_THAT(none.error().message, HasSubstr("2 runs of part part0 by op0, elsewhere 3"));
+}
+
+}  // namespace
+}  // namespace truetriad::fleet
