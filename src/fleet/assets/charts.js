@@ -77,7 +77,7 @@
       if (taken[cell] & bit) continue;
       taken[cell] |= bit;
       if (bad) {
-        const arm = 1.1 * Math.max(size, 3 * devicePixelRatio);
+        const arm = 1.4 * Math.max(size, 3 * devicePixelRatio);
         crosses.moveTo(px - arm, py - arm);
         crosses.lineTo(px + arm, py + arm);
         crosses.moveTo(px - arm, py + arm);
@@ -121,8 +121,8 @@
     fill: line.kind === 'bars' ? colour(line.colour) : undefined,
     width: line.kind === 'bars' ? 0 : 2,
     dash: line.kind === 'dashed' ? [6, 4] : undefined,
-    paths: line.kind === 'bars' ? window.uPlot.paths.bars({ size: [0.7, 40] }) : line.kind === 'steps' ? window.uPlot.paths.stepped({ align: 1 }) : undefined,
-    points: { show: line.kind === 'bars' ? false : undefined, size: 6 },
+    paths: line.kind === 'bars' ? window.uPlot.paths.bars({ size: [0.7, 40] }) : undefined,
+    points: { show: line.kind === 'bars' || line.bare ? false : undefined, size: 6 },
     spanGaps: true,
   });
 

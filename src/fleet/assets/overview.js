@@ -2,7 +2,7 @@
 // What became of the units that are shown: verdicts, reasons by how often, yield over time.
 'use strict';
 (() => {
-  const { units, text, element, badge, charts } = window.fleet;
+  const { units, text, element, badge, breakable, charts } = window.fleet;
   const kReasons = 12;
 
   const cell = (content, className) => element('td', { class: className ?? null }, content);
@@ -37,7 +37,7 @@
       sum += count;
       const bar = element('span', { class: 'bar', 'aria-hidden': 'true' });
       bar.style.setProperty('--share', `${(100 * count) / reasons[0][1]}%`);
-      const button = element('button', { type: 'button', class: 'link', 'aria-pressed': String(filter.code === code), title: 'Show only these', onclick: () => choose(filter.code === code ? '' : code) }, code || 'no reason given');
+      const button = element('button', { type: 'button', class: 'link', 'aria-pressed': String(filter.code === code), title: 'Show only these', onclick: () => choose(filter.code === code ? '' : code) }, ...breakable(code || 'no reason given'));
       return element('tr', {}, element('th', { scope: 'row' }, button), element('td', { class: 'bars' }, bar), cell(text.count(count), 'r'), cell(text.percent(sum, all), 'r'));
     });
     const parts = [tableOf([heading('reason'), element('td', { class: 'bars' }), heading('units', 'r'), heading('up to here', 'r')], rows)];

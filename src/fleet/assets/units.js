@@ -21,7 +21,6 @@ window.fleet = {};
     tags: data.tags.map(words),
     runs: Uint32Array.from(data.runs),
     columns: data.columns,
-    hasLine: Boolean(data.line),
     line: data.line,
   };
   const isGoodWord = (word) => word === 'pass' || word === 'usable';
@@ -104,6 +103,7 @@ window.fleet = {};
   window.truetriadPart = (part, content) => arrive(`part-${part}`, content);
   window.truetriadColumn = (column, content) =>
     arrive(`column-${column}`, Float64Array.from(content, (value) => value ?? NaN));
+  window.truetriadStation = (station, content) => arrive(`station-${station}`, content);
   const load = (name) =>
     new Promise((take, fail) => {
       if (loaded.has(name)) return take(loaded.get(name));
@@ -118,6 +118,8 @@ window.fleet = {};
       document.head.append(script);
     });
 
+  // Its control charts.
+  units.loadStation = (station) => load(`station-${station}`);
   units.loadColumn = (column) => load(`column-${column}`);
   // The runs of a unit, the oldest first.
   units.loadRuns = async (i) =>
@@ -159,6 +161,10 @@ window.fleet = {};
     made.append(...children);
     return made;
   };
+
+  // `name` that may break after its dots and colons, where there is little room.
+  window.fleet.breakable = (name) =>
+    name.split(/(?<=[.:])/).flatMap((part, k) => (k === 0 ? [part] : [document.createElement('wbr'), part]));
 
   // ✓ or ✕ before it: not told by colour alone.
   window.fleet.badge = (verdict) =>
