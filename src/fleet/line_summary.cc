@@ -178,6 +178,10 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   if (!options.study.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(summary.study, SummariseStudy(store, options));
   }
+  line::ChartOptions chart_options;
+  chart_options.most_points = options.chart_points;
+  summary.charts = line::ControlCharts(line.data, chart_options);
+  summary.effects = line::Effects(line.data);
   summary.data = std::move(line.data);
   return summary;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
-#include "fleet/line_summary.h"
+#include "fleet/line_summary_parts.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -183,8 +183,9 @@ Json ToJson(const LineSummary& summary) {
   Json json = {{"yield", ToJson(summary.yield)},
                {"reasons", JsonListOf(summary.reasons)},
                {"limits", JsonListOf(summary.limits)},
-               {"parameters", JsonListOf(summary.parameters)},
-               {"golden", JsonListOf(summary.golden)}};
+               {"parameters", JsonListOf(summary.parameters)}};
+  json.update(ProcessJson(summary));
+  json["golden"] = JsonListOf(summary.golden);
   if (summary.study) json["study"] = ToJson(*summary.study);
   return json;
 }

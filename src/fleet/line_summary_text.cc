@@ -4,20 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "fleet/line_summary.h"
+#include "fleet/line_summary_parts.h"
 #include "report/format.h"
-#include "report/table.h"
 
 namespace truetriad::fleet {
 namespace {
 
 /// Rows of a table that a terminal shows; the rest is in JSON and CSV.
 constexpr std::size_t kMostRows = 12;
-/// Below this p, what was assumed is doubted.
-constexpr double kDoubt = 0.01;
-
-using Cells = std::vector<std::vector<std::string>>;
-
 std::string Counted(int count, const std::string& thing) {
   return std::to_string(count) + ' ' + thing + (count == 1 ? "" : "s");
 }
@@ -46,18 +40,6 @@ std::string PartsPerMillion(double share) {
 
 /// A number of a limit: nothing where that side is open.
 std::string SideText(double side) { return std::isfinite(side) ? Significant(side, 4) : ""; }
-
-/// A heading, and the first rows.
-std::string Section(const std::string& heading, truetriad::Table table) {
-  if (table.rows.empty()) return "";
-  const std::size_t count = table.rows.size();
-  table.rows.resize(std::min(count, kMostRows));
-  std::string text = '\n' + heading + '\n' + TextOf(table);
-  if (count > kMostRows) {
-    text += "  and " + std::to_string(count - kMostRows) + " more (--csv, --json)\n";
-  }
-  return text;
-}
 
 std::string YieldText(const LineYield& yield) {
   if (yield.all.units == 0) return "NO UNITS\n";
@@ -228,9 +210,18 @@ std::string StudyText(const StudySummary& study) {
 
 }  // namespace
 
+std::string Section(const std::string& heading, truetriad::Table table) {
+  if (table.rows.empty()) return "";
+  const std::size_t count = table.rows.size();
+  table.rows.resize(std::min(count, kMostRows));
+  std::string text = '\n' + heading + '\n' + TextOf(table);
+  if (count > kMostRows) text += "  and " + std::to_string(count - kMostRows) + " more (--json)\n";
+  return text;
+}
+
 std::string SummaryText(const LineSummary& summary) {
   std::string text = YieldText(summary.yield) + ReasonsText(summary.reasons) +
-                     LimitsText(summary.limits) + GoldenText(summary.golden);
+                     LimitsText(summary.limits) + ProcessText(summary) + GoldenText(summary.golden);
   if (summary.study) text += StudyText(*summary.study);
   return text;
 }

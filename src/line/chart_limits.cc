@@ -35,4 +35,13 @@ double HotellingLimit(int dimension, double probability, double count, bool own)
   return (count - 1.0) * f / (1.0 + f);
 }
 
+double HotellingUpper(int dimension, double t2, double count, bool own) {
+  const double p = dimension;
+  if (!own) return FisherUpper(t2 * (count - p) / (p * (count - 1.0)), p, count - p);
+  const double share = t2 / (count - 1.0);
+  if (share >= 1.0) return 0.0;
+  const double rest = count - p - 1.0;
+  return FisherUpper(share / (1.0 - share) * rest / p, p, rest);
+}
+
 }  // namespace truetriad::line

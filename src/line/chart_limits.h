@@ -31,5 +31,7 @@ SpreadLimits LimitsOfSpread(int size, double probability, const Known& known);
 /// that is exceeded with `probability`, S from `count` units: Fisher's quantile of later units (d's
 /// variance with what the centre adds, 1 + 1 / count), a beta's of own.
 double HotellingLimit(int dimension, double probability, double count, bool own);
+/// Its inverse: the probability of a larger T^2.
+double HotellingUpper(int dimension, double t2, double count, bool own);
 
 }  // namespace truetriad::line

@@ -89,6 +89,31 @@ TEST(UnitRun, SaysWhyAUnitIsNotGood) {
   EXPECT_EQ(run.code, "missing-column");
 }
 
+// A limit is for several numbers; a line wants to see each.
+TEST(UnitRun, KeepsTheJudgementOfEveryComponent) {
+  Calibration calibration = SampleCalibration();
+  LimitCheck check;
+  check.name = "accelerometer.bias", check.component = "z";
+  check.limit = Limit::Within(0.3);
+  check.worst = 0.4, check.sigma = 0.1, check.outside = 0.9;
+  check.components = {{"x", 0.1, 0.01, 0.0, true}, {"z", 0.4, 0.1, 0.9, false}};
+  LimitCheck stated;
+  stated.name = "accelerometer.bias.y";
+  stated.worst = 0.2, stated.pass = true;
+  stated.components = {{"y", 0.2, 0.0, 0.0, true}};
+  calibration.quality.limits = {check, stated};
+  UnitRun run;
+  Fill(calibration, &run);
+  ASSERT_EQ(run.judgements.size(), 3u);
+  EXPECT_EQ(run.judgements[0].FullName(), "accelerometer.bias.x");
+  EXPECT_EQ(run.judgements[0].worst, 0.1);
+  EXPECT_TRUE(run.judgements[0].pass);
+  EXPECT_EQ(run.judgements[1].FullName(), "accelerometer.bias.z");
+  EXPECT_EQ(run.judgements[1].limit.upper, 0.3);
+  EXPECT_FALSE(run.judgements[1].pass);
+  EXPECT_EQ(run.judgements[2].FullName(), "accelerometer.bias.y");
+}
+
 TEST(UnitRun, HasANameThatNoOtherHas) {
   std::string last = NewRunId();
   for (int i = 0; i < 1000; ++i) {

@@ -22,6 +22,8 @@ TEST(Distributions, AgreeWithPublishedTables) {
   // Half of the last digit times the density, which is below 0.04 there.
   EXPECT_NEAR(FisherCdf(3.708, 3, 10), 0.95, 2e-5);
   EXPECT_NEAR(FisherCdf(4.103, 5, 20), 0.99, 2e-5);
+  EXPECT_NEAR(FisherQuantile(0.95, 3, 10), 3.708, 5e-4);
+  EXPECT_NEAR(NormalCdf(1.959964), 0.975, 5e-8);
   EXPECT_NEAR(StudentQuantile(0.975, 10), 2.228, 5e-4);
   EXPECT_NEAR(StudentQuantile(0.999, 3), 10.215, 5e-4);
 }
@@ -42,6 +44,7 @@ TEST(Distributions, CdfUndoesQuantile) {
 
 TEST(Distributions, TakeInfiniteDegreesOfFreedomAsKnownNoise) {
   EXPECT_DOUBLE_EQ(FisherCdf(1.5, 4, kInfinity), ChiSquareCdf(6.0, 4));
+  EXPECT_DOUBLE_EQ(FisherQuantile(0.3, 4, kInfinity), ChiSquareQuantile(0.3, 4) / 4);
   EXPECT_NEAR(StudentQuantile(0.9, kInfinity), NormalQuantile(0.9), 1e-14);
   // The difference falls as 1/dof.
   EXPECT_NEAR(FisherCdf(2.37, 4, 1e9), FisherCdf(2.37, 4, kInfinity), 1e-7);
@@ -52,6 +55,10 @@ TEST(Distributions, ReachTheEndsOfTheirRange) {
   EXPECT_EQ(ChiSquareCdf(kInfinity, 3), 1.0);
   EXPECT_EQ(FisherCdf(0.0, 3, 4), 0.0);
   EXPECT_EQ(FisherCdf(kInfinity, 3, 4), 1.0);
+  // The lower tail has all its digits (Abramowitz & Stegun, table 26.2: -log10 is 23.11805).
+  EXPECT_NEAR(-std::log10(NormalCdf(-10.0)), 23.11805, 5e-6);
+  EXPECT_EQ(NormalCdf(kInfinity), 1.0);
+  EXPECT_EQ(NormalCdf(-kInfinity), 0.0);
 }
 
 TEST(DistributionsDeathTest, ArgumentsOutOfRangeAreProgrammersMistakes) {

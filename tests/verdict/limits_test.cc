@@ -87,6 +87,21 @@ TEST(Limits, StateTheChanceThatAnyAxisIsOutside) {
   EXPECT_NEAR(Judge(two, "accelerometer.bias", Limit::Within(0.2)).outside, 0.75, 1e-9);
 }
 
+TEST(Limits, JudgeEveryAxisByItself) {
+  const Calibration calibration = WithBias({0.19, 0.0, -0.25}, {0.001, 0.001, 0.01});
+  const LimitCheck all = Judge(calibration, "accelerometer.bias", Limit::Within(0.2));
+  ASSERT_EQ(all.components.size(), 3u);
+  EXPECT_EQ(all.components[0].component, "x");
+  EXPECT_EQ(all.components[0].value, 0.19);
+  EXPECT_TRUE(all.components[0].pass);
+  EXPECT_EQ(all.components[2].value, -0.25);
+  EXPECT_EQ(all.components[2].sigma, all.sigma);
+  EXPECT_FALSE(all.components[2].pass);
+  const LimitCheck one = Judge(calibration, "accelerometer.bias.x", Limit::Within(0.2));
+  ASSERT_EQ(one.components.size(), 1u);
+  EXPECT_EQ(one.components[0].outside, one.outside);
+}
+
 TEST(Limits, RefuseTheScaleOfAMagnetometerWhoseFieldNobodyKnows) {
   Calibration calibration;
   calibration.sensors[Triad::kMagnetometer].emplace();

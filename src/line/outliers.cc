@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Robust centre and covariance in three steps: correlations of clipped values as a start; the three
+// quarters of the units with the smallest distances, found again and again (Rousseeuw and Van
+// Driessen 1999, from one start as Hubert, Rousseeuw and Verdonck 2012 do); then all units that are
+// no outliers, until they stay.
+#include "line/outliers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "line/baseline.h"
+#include "line/chart_limits.h"
+#include "math/dense/cholesky.h"
+#include "math/dense/products.h"
+#include "math/distributions.h"
+
+namespace truetriad::line {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Units for each parameter, at least: three quarters of them then have a covariance to speak of.
+constexpr Index kUnitsOfParameter = 4;
+// Of the units: those that have a value of a parameter that is used.
+constexpr double kLeastShare = 0.9;
+constexpr double kCore = 0.75;
+// Robust σ at which values are clipped for the start.
+constexpr double kClip = 2.0;
+constexpr int kMostRounds = 10;
+// The start is found with so many units; more would not make it better.
+constexpr Index kMostStartUnits = 5000;
+// Of the units in the start's reach that are kept, before the number of units is allowed for.
+constexpr double kKept = 0.975;
+
+// Units of the robust estimate, a column each, in robust σ about the median.
+struct Cloud {
+  std::vector<int> units;
+  MatrixXd values;
+};
+
+struct CentreAndRoot {
+  VectorXd centre;
+  Cholesky root;
+  double count = 0.0;
+};
+
+VectorXd SquaredDistances(const MatrixXd& values, const CentreAndRoot& about) {
+  return about.root.SolveLower(values.colwise() - about.centre).colwise().squaredNorm().transpose();
+}
+
+CentreAndRoot MomentsOf(const MatrixXd& values, const std::vector<Index>& some) {
+  MatrixXd selected(values.rows(), static_cast<Index>(some.size()));
+  for (std::size_t k = 0; k < some.size(); ++k) {
+    selected.col(static_cast<Index>(k)) = values.col(some[k]);
+  }
+  CentreAndRoot moments;
+  moments.count = static_cast<double>(some.size());
+  moments.centre = selected.rowwise().mean();
+  selected.colwise() -= moments.centre;
+  moments.root = Cholesky(TimesTranspose(selected, selected) / (moments.count - 1.0));
+  return moments;
+}
+
+std::vector<Index> All(Index count) {
+  std::vector<Index> all(static_cast<std::size_t>(count));
+  std::iota(all.begin(), all.end(), Index{0});
+  return all;
+}
+
+// The `count` units with the smallest distances, in their order.
+std::vector<Index> Nearest(const VectorXd& distances, Index count) {
+  std::vector<Index> order = All(distances.size());
+  std::nth_element(order.begin(), order.begin() + count - 1, order.end(), [&](Index a, Index b) {
+    return distances[a] < distances[b];
+  });
+  order.resize(static_cast<std::size_t>(count));
+  std::sort(order.begin(), order.end());
+  return order;
+}
+
+// Some units spread evenly over all.
+MatrixXd Sampled(const MatrixXd& values) {
+  const Index count = values.cols();
+  if (count <= kMostStartUnits) return values;
+  MatrixXd sampled(values.rows(), kMostStartUnits);
+  for (Index k = 0; k < kMostStartUnits; ++k)
+    sampled.col(k) = values.col(k * count / kMostStartUnits);
+  return sampled;
+}
+
+// Centre and covariance of the core, its covariance scaled so that the median distance is that of
+// normal values.
+CentreAndRoot Core(const MatrixXd& values) {
+  const Index count = values.cols();
+  const Index core = static_cast<Index>(std::ceil(kCore * static_cast<double>(count)));
+  CentreAndRoot about = MomentsOf(values.cwiseMax(-kClip).cwiseMin(kClip), All(count));
+  std::vector<Index> nearest = Nearest(SquaredDistances(values, about), core);
+  for (int round = 0; round < kMostRounds; ++round) {
+    about = MomentsOf(values, nearest);
+    if (!about.root.is_positive()) return about;
+    std::vector<Index> next = Nearest(SquaredDistances(values, about), core);
+    if (next == nearest) break;
+    nearest = std::move(next);
+  }
+  const VectorXd distances = SquaredDistances(values, about);
+  const double scale = Median({distances.begin(), distances.end()}) /
+                       ChiSquareQuantile(0.5, static_cast<double>(values.rows()));
+  const MatrixXd root = std::sqrt(scale) * about.root.Root();
+  about.root = Cholesky(TimesTranspose(root, root));
+  return about;
+}
+
+struct Judged {
+  CentreAndRoot about;
+  VectorXd distances;     // squared
+  std::vector<double> p;  // adjusted
+  std::vector<double> own_p;
+};
+
+// From the units in the core's reach to all that are no outliers.
+Judged Judge(const MatrixXd& values, const CentreAndRoot& core, double level) {
+  const int dimension = static_cast<int>(values.rows());
+  const auto count = static_cast<std::size_t>(values.cols());
+  const VectorXd from_core = SquaredDistances(values, core);
+  std::vector<bool> good(count);
+  const double reach = ChiSquareQuantile(kKept, dimension);
+  for (std::size_t k = 0; k < count; ++k) good[k] = from_core[static_cast<Index>(k)] <= reach;
+  Judged judged;
+  judged.p.resize(count);
+  judged.own_p.resize(count);
+  // What is cut off made the first covariance smaller by this.
+  double shrunk = ChiSquareCdf(reach, dimension + 2.0) / kKept;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<Index> clean;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (good[k]) clean.push_back(static_cast<Index>(k));
+    }
+    judged.about = MomentsOf(values, clean);
+    judged.distances = SquaredDistances(values, judged.about) * shrunk;
+    shrunk = 1.0;
+    const double n = judged.about.count;
+    bool same = true;
+    for (std::size_t k = 0; k < count; ++k) {
+      const double variance = good[k] ? 1.0 - 1.0 / n : 1.0 + 1.0 / n;
+      const double t2 = judged.distances[static_cast<Index>(k)] / variance;
+      judged.own_p[k] = HotellingUpper(dimension, t2, n, good[k]);
+      judged.p[k] = -std::expm1(static_cast<double>(count) * std::log1p(-judged.own_p[k]));
+      const bool is_good = !(judged.p[k] < level);
+      same = same && is_good == good[k];
+      good[k] = is_good;
+    }
+    if (same) break;
+  }
+  return judged;
+}
+
+bool HasValue(const UnitRecord& unit, int parameter) {
+  return parameter < unit.values.size() && std::isfinite(unit.values[parameter]);
+}
+
+// Parameters that most units have and that vary; their robust centre and σ go into `report`.
+void ChooseParameters(const LineData& data, OutlierReport* report) {
+  std::vector<std::vector<double>> columns(data.parameters.size());
+  std::size_t most = 0;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (const UnitRecord& unit : data.units) {
+      const int parameter = static_cast<int>(c);
+      if (HasValue(unit, parameter)) columns[c].push_back(unit.values[parameter]);
+    }
+    most = std::max(most, columns[c].size());
+  }
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const double count = static_cast<double>(columns[c].size());
+    if (count < kLeastShare * static_cast<double>(most) || !Varies(columns[c])) continue;
+    const RobustMoments robust = RobustMomentsOf(columns[c]);
+    if (!(robust.sigma > 0.0)) continue;
+    report->parameters.push_back(static_cast<int>(c));
+    report->centre.push_back(robust.centre);
+    report->sigma.push_back(robust.sigma);
+  }
+}
+
+Cloud CloudOf(const LineData& data, const OutlierReport& report) {
+  Cloud cloud;
+  const auto has_all = [&](const UnitRecord& unit) {
+    return std::all_of(report.parameters.begin(), report.parameters.end(), [&](int parameter) {
+      return HasValue(unit, parameter);
+    });
+  };
+  for (std::size_t unit = 0; unit < data.units.size(); ++unit) {
+    if (has_all(data.units[unit])) cloud.units.push_back(static_cast<int>(unit));
+  }
+  cloud.values.resize(static_cast<Index>(report.parameters.size()),
+                      static_cast<Index>(cloud.units.size()));
+  for (std::size_t k = 0; k < cloud.units.size(); ++k) {
+    const VectorXd& values = data.units[static_cast<std::size_t>(cloud.units[k])].values;
+    for (std::size_t c = 0; c < report.parameters.size(); ++c) {
+      cloud.values(static_cast<Index>(c), static_cast<Index>(k)) =
+          (values[report.parameters[c]] - report.centre[c]) / report.sigma[c];
+    }
+  }
+  return cloud;
+}
+
+// Without parameters that others determine.
+void DropDependent(OutlierReport* report, Cloud* cloud) {
+  const MatrixXd clipped = Sampled(cloud->values).cwiseMax(-kClip).cwiseMin(kClip);
+  const MatrixXd about_mean = clipped.colwise() - VectorXd(clipped.rowwise().mean());
+  const std::vector<Index> kept = IndependentColumns(TimesTranspose(about_mean, about_mean));
+  OutlierReport left;
+  MatrixXd values(static_cast<Index>(kept.size()), cloud->values.cols());
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const auto place = static_cast<std::size_t>(kept[k]);
+    values.row(static_cast<Index>(k)) = cloud->values.row(kept[k]);
+    left.parameters.push_back(report->parameters[place]);
+    left.centre.push_back(report->centre[place]);
+    left.sigma.push_back(report->sigma[place]);
+  }
+  cloud->values = std::move(values);
+  *report = std::move(left);
+}
+
+std::vector<OutlierShare> SharesOf(const OutlierReport& report,
+                                   const CentreAndRoot& about,
+                                   const MatrixXd& inverse,
+                                   const VectorXd& value,
+                                   int most) {
+  const VectorXd deviation = value - about.centre;
+  const VectorXd pull = TimesVector(inverse, deviation);
+  const VectorXd sigma = about.root.Root().rowwise().norm();
+  std::vector<OutlierShare> shares;
+  for (std::size_t c = 0; c < report.parameters.size(); ++c) {
+    const auto row = static_cast<Index>(c);
+    shares.push_back({report.parameters[c],
+                      deviation[row] / sigma[row],
+                      pull[row] / std::sqrt(inverse(row, row))});
+  }
+  std::sort(shares.begin(), shares.end(), [](const OutlierShare& a, const OutlierShare& b) {
+    return std::abs(a.conditional) > std::abs(b.conditional);
+  });
+  shares.resize(std::min(shares.size(), static_cast<std::size_t>(std::max(most, 0))));
+  return shares;
+}
+
+void AddOutliers(const Cloud& cloud,
+                 const Judged& judged,
+                 const OutlierOptions& options,
+                 OutlierReport* report) {
+  const MatrixXd inverse = judged.about.root.Inverse();
+  for (std::size_t k = 0; k < cloud.units.size(); ++k) {
+    const auto column = static_cast<Index>(k);
+    const double distance = std::sqrt(judged.distances[column]);
+    report->distances[static_cast<std::size_t>(cloud.units[k])] = distance;
+    if (!(judged.p[k] < options.level)) continue;
+    Outlier outlier{cloud.units[k], distance, judged.own_p[k], judged.p[k], {}};
+    outlier.shares =
+        SharesOf(*report, judged.about, inverse, cloud.values.col(column), options.most_parameters);
+    report->outliers.push_back(std::move(outlier));
+  }
+  std::stable_sort(report->outliers.begin(),
+                   report->outliers.end(),
+                   [](const Outlier& a, const Outlier& b) { return a.distance > b.distance; });
+  const VectorXd sigma = judged.about.root.Root().rowwise().norm();
+  for (std::size_t c = 0; c < report->parameters.size(); ++c) {
+    const auto row = static_cast<Index>(c);
+    report->centre[c] += report->sigma[c] * judged.about.centre[row];
+    report->sigma[c] *= sigma[row];
+  }
+}
+
+}  // namespace
+
+OutlierReport Outliers(const LineData& data, const OutlierOptions& options) {
+  OutlierReport report;
+  ChooseParameters(data, &report);
+  Cloud cloud = CloudOf(data, report);
+  if (cloud.values.cols() > 1) DropDependent(&report, &cloud);
+  report.distances.assign(data.units.size(), std::numeric_limits<double>::quiet_NaN());
+  report.units = static_cast<int>(cloud.units.size());
+  const Index dimension = cloud.values.rows();
+  if (dimension == 0 || cloud.values.cols() < kUnitsOfParameter * dimension) {
+    report.note = "no outliers looked for: " + std::to_string(report.units) + " units have all " +
+                  std::to_string(dimension) + " parameters, which takes " +
+                  std::to_string(kUnitsOfParameter * std::max<Index>(dimension, 1));
+    return report;
+  }
+  const CentreAndRoot core = Core(Sampled(cloud.values));
+  if (!core.root.is_positive()) {
+    report.note = "no outliers looked for: most units are the same";
+    return report;
+  }
+  const Judged judged = Judge(cloud.values, core, options.level);
+  const double n = judged.about.count;
+  const double own_level = -std::expm1(std::log1p(-options.level) / report.units);
+  report.limit =
+      std::sqrt((1.0 + 1.0 / n) * HotellingLimit(static_cast<int>(dimension), own_level, n, false));
+  AddOutliers(cloud, judged, options, &report);
+  return report;
+}
+
+}  // namespace truetriad::line

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line/effects.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "math/fast_random.h"
+#include "truetriad/math/rotation.h"
+
+namespace truetriad::line {
+namespace {
+
+UnitRecord UnitOf(std::map<std::string, std::string> tags, const Eigen::VectorXd& values) {
+  UnitRecord unit;
+  unit.tags = std::move(tags);
+  unit.values = values;
+  unit.sigma = Eigen::VectorXd::Zero(values.size());
+  return unit;
+}
+
+// 17 units, unbalanced over three fixtures and two operators.
+LineData Unbalanced() {
+  const char* fixtures = "AAAAAABBBBBCCCCCC";
+  const char* operators = "xxxyyyxxyyyxyyyyx";
+  const double a[] = {
+      3.1, 2.9, 3.3, 3.8, 3.6, 4.0, 2.2, 2.5, 3.1, 2.8, 2.9, 4.4, 5.1, 5.0, 4.7, 5.3, 4.1};
+  const double b[] = {
+      1.0, 1.4, 0.7, 1.1, 1.3, 0.9, 2.0, 1.8, 2.3, 2.1, 1.7, 1.2, 1.5, 0.8, 1.6, 1.1, 1.4};
+  LineData data;
+  data.parameters = {"a", "b"};
+  for (std::size_t k = 0; k < 17; ++k) {
+    data.units.push_back(UnitOf(
+        {{"fixture", std::string(1, fixtures[k])}, {"operator", std::string(1, operators[k])}},
+        Eigen::Vector2d(a[k], b[k])));
+  }
+  return data;
+}
+
+// python3, statsmodels 0.13:
+//   d=pd.DataFrame(dict(f=list("AAAAAABBBBBCCCCCC"),o=list("xxxyyyxxyyyxyyyyx"),a=[...],b=[...]))
+//   m=smf.ols("a~C(f,Sum)+C(o,Sum)",d).fit(); anova_lm(m,typ=3); m.params; m.bse; m.scale
+//   MANOVA.from_formula("a+b~C(f,Sum)+C(o,Sum)",d).mv_test()
+TEST(Effects, AgreeWithStatsmodels) {
+  const EffectReport report = Effects(Unbalanced());
+  ASSERT_EQ(report.factors.size(), 2U);
+  ASSERT_EQ(report.effects.size(), 4U);
+  const ParameterEffect& fixture = report.effects[0];
+  EXPECT_EQ(fixture.dof, 2.0);
+  EXPECT_EQ(fixture.error_dof, 13.0);
+  // Statsmodels prints what it has in doubles; least squares of so few numbers keeps 1e-10.
+  EXPECT_NEAR(fixture.f, 145.749233614, 1e-8 * 145.749233614);
+  EXPECT_NEAR(fixture.p, 1.25120528322e-09, 1e-7 * 1.25120528322e-09);
+  ASSERT_EQ(fixture.levels.size(), 3U);
+  EXPECT_NEAR(fixture.levels[0].effect, -0.127548209366, 1e-9);
+  EXPECT_NEAR(fixture.levels[0].sigma, 0.0675247909998, 1e-9);
+  EXPECT_NEAR(fixture.levels[2].effect, 1.0741046832, 1e-9);
+  const ParameterEffect& by_operator = report.effects[1];
+  EXPECT_NEAR(by_operator.f, 49.1909530012, 1e-8 * 49.1909530012);
+  EXPECT_NEAR(by_operator.p, 9.15315317751e-06, 1e-7);
+  EXPECT_NEAR(report.spreads[0].sigma, 0.197601640017, 1e-9);
+  ASSERT_EQ(report.joint.size(), 2U);
+  EXPECT_NEAR(report.joint[0].wilks, 0.0134721429283, 1e-8);
+  EXPECT_NEAR(report.joint[0].f, 45.6931395467, 1e-6);
+  EXPECT_EQ(report.joint[0].dof, 4);
+  EXPECT_EQ(report.joint[0].error_dof, 24);
+  EXPECT_NEAR(report.joint[0].p / 6.93978887533e-11, 1.0, 1e-6);
+}
+
+// Balanced: (mean square between - within) / units of a level, as any textbook has it.
+TEST(Effects, VarianceBetweenLevelsIsThatOfTheAnalysisOfVariance) {
+  LineData data;
+  data.parameters = {"a"};
+  const double values[3][4] = {{10, 11, 12, 11}, {14, 15, 13, 14}, {12, 11, 13, 12}};
+  for (int level = 0; level < 3; ++level) {
+    for (const double value : values[level]) {
+      data.units.push_back(
+          UnitOf({{"slot", std::to_string(level)}}, Eigen::VectorXd::Constant(1, value)));
+      data.units.back().sigma.setConstant(0.5);
+    }
+  }
+  const EffectReport report = Effects(data);
+  // Means 11, 14, 12: between 4 * (16 + 25 + 1) / 9 / 2 = 9.3333; within 6 / 9.
+  ASSERT_EQ(report.effects.size(), 1U);
+  EXPECT_NEAR(report.effects[0].f, (28.0 / 3.0) / (6.0 / 9.0), 1e-9);
+  EXPECT_NEAR(report.effects[0].sigma_between, std::sqrt((28.0 / 3.0 - 2.0 / 3.0) / 4.0), 1e-9);
+  EXPECT_NEAR(report.spreads[0].process_sigma, std::sqrt(2.0 / 3.0 - 0.25), 1e-9);
+}
+
+TEST(Effects, SayWhatCannotBeToldApart) {
+  LineData data = Unbalanced();
+  for (UnitRecord& unit : data.units) {
+    unit.tags["slot"] = unit.tags["fixture"];
+    unit.tags["station"] = unit.tags["fixture"] == "A" ? "left" : "right";
+  }
+  const EffectReport report = Effects(data);
+  EXPECT_THAT(
+      report.notes,
+      testing::UnorderedElementsAre(
+          "slot and fixture cannot be told apart: each of one goes with the same of the other",
+          "each slot goes with one station: the effect of station includes that of slot",
+          "each fixture goes with one station: the effect of station includes that of "
+          "fixture"));
+  for (const ParameterEffect& effect : report.effects) {
+    for (const LevelEffect& level : effect.levels) EXPECT_TRUE(std::isfinite(level.effect));
+  }
+}
+
+// Two operators who share no slot: neither differences between them nor between their slots show.
+TEST(Effects, LeaveOutWhatNoUnitConnects) {
+  LineData data;
+  data.parameters = {"a"};
+  const char* slots = "112211223344334433441122";
+  const char* operators = "vwvwvwvwxyxyxyxyxyxyvwvw";
+  for (std::size_t k = 0; k < 24; ++k) {
+    data.units.push_back(
+        UnitOf({{"slot", std::string(1, slots[k])}, {"operator", std::string(1, operators[k])}},
+               Eigen::VectorXd::Constant(1, std::sin(7.0 * static_cast<double>(k)))));
+  }
+  const EffectReport report = Effects(data);
+  ASSERT_EQ(report.effects.size(), 2U);
+  EXPECT_EQ(report.effects[0].dof, 2.0);  // within 1, 2 and within 3, 4
+  EXPECT_TRUE(std::isnan(report.effects[0].levels[0].effect));
+  EXPECT_EQ(report.notes.size(), 2U);
+}
+
+// 400 simulated lines without effects: p is uniform; the share below 5 % is 20 ± 4.4 of 400.
+TEST(Effects, WithoutAnyAreFoundAsOftenAsStated) {
+  FastRandom random({11});
+  int joint = 0;
+  int any = 0;
+  for (int line = 0; line < 400; ++line) {
+    LineData data;
+    data.parameters = {"a", "b", "c", "d"};
+    for (int unit = 0; unit < 80; ++unit) {
+      Eigen::Vector4d values;
+      for (double& value : values) value = random.Normal();
+      values[1] += values[0];
+      data.units.push_back(UnitOf({{"slot", std::to_string(random.Below(6))},
+                                   {"operator", std::to_string(random.Below(3))}},
+                                  values));
+    }
+    const EffectReport report = Effects(data);
+    joint += report.joint[0].p < 0.05 ? 1 : 0;
+    any += std::any_of(report.effects.begin(), report.effects.end(), [](const auto& effect) {
+      return effect.p_adjusted < 0.05;
+    });
+  }
+  EXPECT_NEAR(joint, 20, 3.5 * 4.4);
+  EXPECT_LE(any, 20 + 3.5 * 4.4);
+}
+
+// Units of 33 parameters, here the nine sensitivities of three sensors, in four fixtures of which
+// one is tilted by 1 mrad; units' own misalignments are 5 mrad.
+LineData TiltedFixture(const Eigen::Vector3d& tilt_rad, bool only_magnetometer) {
+  LineData data;
+  const char* sensors[] = {"accelerometer", "gyroscope", "magnetometer"};
+  const std::string axes = "xyz";
+  for (const char* sensor : sensors) {
+    for (const char row : axes) {
+      for (const char col : axes) {
+        data.parameters.push_back(std::string(sensor) + ".sensitivity." + row + col);
+      }
+    }
+  }
+  FastRandom random({12});
+  for (int unit = 0; unit < 800; ++unit) {
+    Eigen::VectorXd values(27);
+    const int fixture = unit % 4;
+    for (int sensor = 0; sensor < 3; ++sensor) {
+      Eigen::Matrix3d S = Eigen::Matrix3d::Identity();
+      for (double& entry : S.reshaped()) entry += 0.005 * random.Normal();
+      const bool turns = fixture == 2 && (!only_magnetometer || sensor == 2);
+      if (turns) S *= Eigen::Matrix3d::Identity() + Skew(tilt_rad);
+      S *= sensor + 1.0;
+      for (int entry = 0; entry < 9; ++entry) values[9 * sensor + entry] = S(entry / 3, entry % 3);
+    }
+    data.units.push_back(UnitOf({{"fixture", "F" + std::to_string(fixture)}}, values));
+  }
+  return data;
+}
+
+TEST(Tilt, OfAFixtureIsToldFromTheMisalignmentOfItsUnits) {
+  const Eigen::Vector3d tilt(0.001, -0.002, 0.0015);
+  const EffectReport report = Effects(TiltedFixture(tilt, false));
+  ASSERT_EQ(report.tilts.size(), 1U);
+  ASSERT_EQ(report.tilts[0].levels.size(), 4U);
+  for (const LevelTilt& level : report.tilts[0].levels) {
+    const bool tilted = level.level == "F2";
+    // Against the mean of four fixtures, one of which is tilted.
+    const Eigen::Vector3d expected = (tilted ? 0.75 : -0.25) * tilt;
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(level.rotation_rad[axis], expected[axis], 4.0 * level.sigma_rad[axis]);
+      // An axis' rotation is half a sum of two entries: 5 mrad / sqrt(2), of 3 sensors and 200
+      // units, 3/4 of it as the mean of the levels is taken off; known to some percent.
+      EXPECT_NEAR(level.sigma_rad[axis], 0.005 / std::sqrt(2.0 * 3.0 * 200.0 / 0.75), 1e-5);
+    }
+    if (tilted) {
+      EXPECT_LT(level.p_adjusted, 1e-9);
+    }
+    EXPECT_GT(level.p_common, 0.001);
+  }
+}
+
+TEST(Tilt, OfOneSensorAloneIsNoneOfTheFixture) {
+  const EffectReport report = Effects(TiltedFixture({0.003, 0.0, 0.0}, true));
+  ASSERT_EQ(report.tilts.size(), 1U);
+  EXPECT_LT(report.tilts[0].levels[2].p_common, 1e-4);
+}
+
+TEST(Tilt, DoesNotShowWhereTheAccelerometerIsTheFrame) {
+  LineData data = TiltedFixture({0.001, 0.0, 0.0}, false);
+  for (UnitRecord& unit : data.units) unit.values[1] = unit.values[2] = unit.values[5] = 0.0;
+  const EffectReport report = Effects(data);
+  EXPECT_TRUE(report.tilts.empty());
+  ASSERT_EQ(report.notes.size(), 1U);
+  EXPECT_THAT(report.notes[0],
+              testing::HasSubstr("the axes of the accelerometer define the frame"));
+}
+
+}  // namespace
+}  // namespace truetriad::line

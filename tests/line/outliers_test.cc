@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "line/outliers.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "line/simulated_lines.h"
+
+namespace truetriad::line {
+namespace {
+
+// 300 lines of 200 units and 10 parameters: with a level of 5 % 15 ± 3.8 of them have one.
+TEST(Outliers, OfNormalUnitsAreAsRareAsStated) {
+  int found = 0;
+  for (int line = 0; line < 300; ++line) {
+    SimulatedLine simulated(10, static_cast<std::uint64_t>(line));
+    OutlierOptions options;
+    options.level = 0.05;
+    found += Outliers(simulated.Units(200), options).outliers.empty() ? 0 : 1;
+  }
+  EXPECT_NEAR(found, 15, 3.5 * 3.8);
+}
+
+// A fifth of the units is elsewhere, all at the same place, which inflates an ordinary covariance
+// until they look normal.
+TEST(Outliers, DoNotHideEachOther) {
+  SimulatedLine simulated(10, 1);
+  LineData data = simulated.Units(300);
+  for (std::size_t unit = 0; unit < 60; ++unit) {
+    data.units[5 * unit].values[3] += 15.0 * SimulatedLine::ScaleOf(3);
+  }
+  const OutlierReport report = Outliers(data);
+  EXPECT_EQ(report.outliers.size(), 60U);
+  for (const Outlier& outlier : report.outliers) {
+    EXPECT_EQ(outlier.unit % 5, 0);
+    EXPECT_EQ(outlier.shares.front().parameter, 3);
+  }
+}
+
+// What no parameter shows by itself: two that always agree differ.
+TEST(Outliers, AreSeenInParametersTogether) {
+  SimulatedLine simulated(4, 2);
+  LineData data = simulated.Units(400);
+  data.parameters.push_back("twin");
+  for (UnitRecord& unit : data.units) {
+    unit.values.conservativeResize(5);
+    unit.values[4] = unit.values[0] + 0.05 * simulated.random().Normal();
+  }
+  data.units[123].values[4] = data.units[123].values[0] + 1.0;
+  const OutlierReport report = Outliers(data);
+  ASSERT_EQ(report.outliers.size(), 1U);
+  EXPECT_EQ(report.outliers[0].unit, 123);
+  EXPECT_LT(std::abs(report.outliers[0].shares[0].deviation), 4.0);
+  EXPECT_GT(std::abs(report.outliers[0].shares[0].conditional), 10.0);
+}
+
+TEST(Outliers, NeedNoParameterThatIsFixedOrTied) {
+  SimulatedLine simulated(3, 3);
+  LineData data = simulated.Units(100);
+  data.parameters.insert(data.parameters.end(), {"fixed", "tied"});
+  for (UnitRecord& unit : data.units) {
+    unit.values.conservativeResize(5);
+    unit.values[3] = 0.0;
+    unit.values[4] = -2.0 * unit.values[1];
+  }
+  data.units[7].values[0] = std::nan("");
+  const OutlierReport report = Outliers(data);
+  EXPECT_EQ(report.parameters, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(report.units, 99);
+  EXPECT_TRUE(std::isnan(report.distances[7]));
+}
+
+TEST(Outliers, AreNotLookedForInTooFewUnits) {
+  SimulatedLine simulated(33, 4);
+  const OutlierReport report = Outliers(simulated.Units(100));
+  EXPECT_EQ(report.note,
+            "no outliers looked for: 100 units have all 33 parameters, which takes 132");
+  EXPECT_EQ(Outliers(LineData{}).units, 0);
+}
+
+}  // namespace
+}  // namespace truetriad::line
