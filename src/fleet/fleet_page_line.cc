@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <utility>
 
 #include "fleet/line_summary.h"
 #include "line/control_chart.h"
@@ -97,19 +98,20 @@ Json EffectsJson(const line::LineData& data, const line::EffectReport& report) {
 }  // namespace
 
 Result<PageLine> LineOfPage(Store& store, const std::string& where) {
-  SummaryOptions options{.selection = {.where = where}};
+  SummaryOptions options{.selection = {.where = where}, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table last,
       store.Query("SELECT max(created)" + FromWhere("standing", {.where = where})));
   if (!last.rows.empty()) options.now = last.rows[0][0].value_or("");
-  TRUETRIAD_ASSIGN_OR_RETURN(const LineSummary summary, Summarise(store, options));
-  PageLine page{.summary = ToJson(summary)};
-  // Which the page has itself.
-  page.summary.erase("reasons");
-  page.summary["stations"] = Json::array();
-  line::ChartOptions charting;
-  charting.most_points = kPointsOfChart;
-  const line::ChartReport charts = line::ControlCharts(summary.data, charting);
+  TRUETRIAD_ASSIGN_OR_RETURN(LineSummary summary, Summarise(store, options));
+  // The page has them in a form of its own.
+  const line::ChartReport charts = std::exchange(summary.charts, {});
+  const Json json = ToJson(summary);
+  PageLine page{.summary = {{"yield", json.at("yield")},
+                            {"limits", json.at("limits")},
+                            {"golden", json.at("golden")},
+                            {"stations", Json::array()},
+                            {"effects", EffectsJson(summary.data, summary.effects)}}};
   for (const line::StationCharts& station : charts.stations) {
     page.summary["stations"].push_back(StationJson(summary.data, station));
     Json& list = page.charts.emplace_back(Json::array());
@@ -117,7 +119,6 @@ Result<PageLine> LineOfPage(Store& store, const std::string& where) {
       list.push_back(ChartJson(summary.data, chart));
     }
   }
-  page.summary["effects"] = EffectsJson(summary.data, line::Effects(summary.data));
   return page;
 }
 
