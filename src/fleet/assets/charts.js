@@ -210,6 +210,13 @@
     }
   };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
+  // On paper as in the light.
+  for (const [event, isPrinting] of [['beforeprint', true], ['afterprint', false]]) {
+    window.addEventListener(event, () => {
+      document.documentElement.toggleAttribute('data-printing', isPrinting);
+      redraw();
+    });
+  }
   let asked = 0;
   window.addEventListener('resize', () => {
     cancelAnimationFrame(asked);
