@@ -73,8 +73,11 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
     }
   }
   if (plan.has_report) {
+    // From SERIAL/RUN in the folder.
+    const std::string style =
+        plan.shares_assets ? "../../" + std::string(kSharedStyleSheet) : std::string();
     TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration)));
+        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, style)));
   }
   const std::string yaml = CalibrationToYaml(calibration);
   TRUETRIAD_RETURN_IF_ERROR(
@@ -137,6 +140,7 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
   }
   for (const std::string& format : plan.formats) text += "\nto: " + format;
   text += plan.has_report ? "\nreport" : "";
+  text += plan.shares_assets ? "\nassets: shared" : "";
   text += plan.folder.empty() ? "" : "\nfiles";
   return Sha256Hex(text);
 }
@@ -210,6 +214,7 @@ std::string LineOf(const WorkPlan& plan) {
                      {"overrides", ListOf(plan.overrides)},
                      {"formats", ListOf(plan.formats)},
                      {"has_report", plan.has_report},
+                     {"shares_assets", plan.shares_assets},
                      {"folder", plan.folder},
                      {"shard", plan.shard}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
@@ -228,6 +233,7 @@ Result<WorkPlan> ReadPlan(std::string_view line) {
                     .overrides = json.at("overrides").get<std::vector<std::string>>(),
                     .formats = json.at("formats").get<std::vector<std::string>>(),
                     .has_report = json.at("has_report"),
+                    .shares_assets = json.at("shares_assets"),
                     .folder = json.at("folder"),
                     .shard = json.at("shard")};
   });

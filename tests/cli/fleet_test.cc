@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
@@ -182,6 +183,45 @@ TEST_F(Fleet, TakesAnySerialNumber) {
   EXPECT_THAT(Ask("SELECT serial FROM unit"), ::testing::ElementsAre("\"../a'; \"\"b\"\"\""));
   EXPECT_TRUE(fs::exists(folder_.Path("fleet/units/%2E.%2Fa%27%3B%20%22b%22")));
   EXPECT_FALSE(fs::exists(folder_.Path("fleet/a'; \"b\"")));
+}
+
+// Its reports are those of a run without, but for where the style is.
+TEST_F(Fleet, SharesTheStyleOfItsReports) {
+  WriteUnits(1);
+  ASSERT_EQ(Run("-o own").exit_code, 0);
+  ASSERT_EQ(Run("-o shared --assets=shared").exit_code, 0);
+  const auto report = [&](const std::string& output) {
+    const std::string folder = Ask("SELECT folder FROM run", output).front();
+    return TemporaryFolder::Read(folder_.Path(folder + "/report.html"));
+  };
+  const std::string own = report("own"), shared = report("shared");
+  EXPECT_THAT(shared,
+              AllOf(HasSubstr("href=\"../../assets/report.css\""), Not(HasSubstr("<style"))));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("shared/units/assets/report.css")),
+              HasSubstr("--ink:"));
+  // Down to the moment that they were made at.
+  const auto body = [](const std::string& html) {
+    return html.substr(html.find("<section>"), html.find("<pre>") - html.find("<section>"));
+  };
+  EXPECT_EQ(body(shared), body(own));
+  EXPECT_EQ(Run("--assets=none").exit_code, 1);
+}
+
+TEST_F(Fleet, WritesAPageOfItsUnits) {
+  WriteUnits(3);
+  ASSERT_EQ(Run("-o day --assets=shared --tag=lot=L17").exit_code, 0);
+  const std::string report = "'" TRUETRIAD_BINARY "' fleet report --store=day/fleet.db ";
+  const Finished page = RunShell(report + "-o day/page", folder_.Path(""));
+  EXPECT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_THAT(page.out, AllOf(StartsWith("day/page/index.html\n"), HasSubstr("3 of 3 runs")));
+  EXPECT_TRUE(fs::exists(folder_.Path("day/page/lots/L17.html")));
+  EXPECT_EQ(RunShell(report + "-o day/page --where=\"lot = 'L17'\"", folder_.Path("")).exit_code,
+            0);
+  const Finished refused = RunShell(report + "-o day", folder_.Path(""));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("name another folder"));
+  EXPECT_EQ(RunShell(report + "-o other --where=nonsense", folder_.Path("")).exit_code, 1);
+  EXPECT_FALSE(fs::exists(folder_.Path("other")));
 }
 
 TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {

@@ -85,6 +85,7 @@ const std::vector<Command>& Commands() {
                                                           ReportCommand(),
                                                           FleetRunCommand(),
                                                           FleetQueryCommand(),
+                                                          FleetReportCommand(),
                                                           FleetSummaryCommand(),
                                                           FleetDisposeCommand(),
                                                           FleetCollectCommand(),

@@ -105,6 +105,7 @@ Command FleetDisposeCommand();
 Command FleetQueryCommand();
 Command FleetCollectCommand();
 Command FleetExportCommand();
+Command FleetReportCommand();
 Command FleetSummaryCommand();
 Command HelpCommand();
 Command VersionCommand();

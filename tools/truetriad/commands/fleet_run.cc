@@ -21,6 +21,7 @@
 #include "tools/truetriad/interruption.h"
 #include "tools/truetriad/progress.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
 
 DECLARE_string(to);
 DECLARE_int32(jobs);
@@ -38,6 +39,9 @@ DEFINE_string(serial,
               "",
               "how logs are named, to take serial numbers from there: {serial} and * for anything "
               "else, as in {serial}-*.csv");
+DEFINE_string(assets,
+              "inline",
+              "where the looks of reports are: inline, in each page, or shared, once for all");
 DEFINE_string(shard, "", "I/N: only that part of the units, I from 0 to N-1");
 DEFINE_string(time_limit, "120", "seconds that a unit may take");
 DEFINE_string(memory_limit, "2048", "MB of address space that a unit may take");
@@ -81,9 +85,20 @@ Result<fleet::WorkPlan> StatedPlan(const fleet::Shard& shard) {
                  "--report=" + FLAGS_report + " is invalid; expected true or false");
   }
   plan.has_report = FLAGS_report != "false";
+  if (FLAGS_assets != "inline" && FLAGS_assets != "shared") {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--assets=" + FLAGS_assets + " is invalid; expected inline or shared");
+  }
+  plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
   plan.folder = (fs::path(FLAGS_output) / "units").string();
   plan.shard = fleet::ShardText(shard);
   return plan;
+}
+
+Status WriteSharedAssets(const std::string& folder) {
+  const fs::path file = fs::path(folder) / fleet::kSharedStyleSheet;
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
+  return WriteFileAtomically(file.string(), ReportStyleSheet());
 }
 
 /// "3 pass, 1 outside-limits".
@@ -166,6 +181,9 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   options.resumes = FLAGS_resume;
   options.worker_command = {"/proc/self/exe", std::string(kFleetWorker)};
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(options.plan.folder));
+  if (options.plan.shares_assets) {
+    TRUETRIAD_RETURN_IF_ERROR(WriteSharedAssets(options.plan.folder));
+  }
   const std::string url =
       FLAGS_store.empty() ? (fs::path(FLAGS_output) / "fleet.db").string() : FLAGS_store;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, fleet::OpenStore(url));
@@ -227,6 +245,7 @@ Command FleetRunCommand() {
                 {"serial", "PATTERN"},
                 {"to", "FORMAT,..."},
                 {"report", "true|false", false, {"true", "false"}},
+                {"assets", "inline|shared", false, {"inline", "shared"}},
                 {"set", "KEY=VALUE,...", false, {}, true},
                 {"tag", "KEY=VALUE", false, {}, true},
                 {"shard", "I/N"},
