@@ -84,6 +84,7 @@ const std::vector<Command>& Commands() {
                                                           ImportCommand(),
                                                           ReportCommand(),
                                                           FleetRunCommand(),
+                                                          FleetWatchCommand(),
                                                           FleetQueryCommand(),
                                                           FleetDisposeCommand(),
                                                           HelpCommand(),
