@@ -51,6 +51,9 @@ inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name 
 inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
 inline constexpr std::string_view kStationCheckColumns =
     "station_check, station, serial, created, agrees, p, largest, parameter, log";
+inline constexpr std::string_view kStandingOf =
+    "SELECT run, first_verdict, final_verdict, attempts, "
+    "(SELECT value FROM fact WHERE name = 'retest_most') FROM standing WHERE serial = $1";
 inline constexpr std::string_view kLastStationCheck =
     "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log FROM "
     "station_check WHERE station = $1 ORDER BY station_check DESC LIMIT 1";

@@ -42,6 +42,18 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
           .log = row[8].value_or("")};
 }
 
+Standing StandingFrom(const std::vector<Cell>& row) {
+  const auto verdict = [](const Cell& name) {
+    return VerdictFromName(name.value_or("")).value_or(Verdict::kBadInput);
+  };
+  Standing standing{.run = row[0].value_or(""),
+                    .first_verdict = verdict(row[1]),
+                    .final_verdict = verdict(row[2]),
+                    .attempts = NumberOf<std::int64_t>(row[3], 0)};
+  if (row[4]) standing.most = NumberOf<std::int64_t>(row[4], 0);
+  return standing;
+}
+
 /// "best, 2 more".
 std::string PolicyText(std::string_view counts, const Cell& most) {
   return std::string(counts) + (most ? ", " + *most + " more" : "");
@@ -125,6 +137,18 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
                      PolicyText(counts_there.value_or(""), most_there) + "`, not by `" +
                      PolicyText(counts, most) + "`; state the same, or take another store");
   });
+}
+
+Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) {
+  std::optional<Standing> standing;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(serial)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kStandingOf, values));
+    standing.reset();
+    if (!table.rows.empty()) standing = StandingFrom(table.rows[0]);
+    return {};
+  }));
+  return standing;
 }
 
 Result<std::string> SqlStore::Dispose(const Disposition& disposition) {

@@ -23,6 +23,7 @@ class SqlStore : public Store {
   Result<std::vector<KnownRun>> LastRuns() override;
   Status StateShard(const Shard& shard) override;
   Status StateRetestPolicy(const RetestPolicy& policy) override;
+  Result<std::optional<Standing>> StandingOf(const std::string& serial) override;
   Result<std::string> Dispose(const Disposition& disposition) override;
   Status AddStationCheck(const StationCheck& check) override;
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override;

@@ -90,8 +90,17 @@ struct RetestPolicy {
   bool operator==(const RetestPolicy&) const = default;
 };
 
-/// Where runs are kept. A run is added once and never changed. All functions: an error (bad
-/// input) where the store cannot be reached or written.
+/// What a unit's runs amount to.
+struct Standing {
+  std::string run;  ///< That counts.
+  Verdict first_verdict = Verdict::kBadInput;
+  Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
+  std::int64_t attempts = 0;
+  std::optional<std::int64_t> most = {};  ///< RetestPolicy::most.
+};
+
+/// Where runs are kept. A run is added once and never changed. All functions: an error (bad input)
+/// where the store cannot be reached or written.
 class Store {
  public:
   virtual ~Store() = default;
@@ -109,6 +118,10 @@ class Store {
   /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
   /// was stated.
   virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// Unset: there is no such unit, or this kind of store does not know.
+  virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
+    return std::optional<Standing>();
+  }
   /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
   /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage):
   /// there is no such unit.

@@ -84,12 +84,13 @@ const std::vector<Command>& Commands() {
                                                           ImportCommand(),
                                                           ReportCommand(),
                                                           FleetRunCommand(),
+                                                          FleetWatchCommand(),
                                                           FleetQueryCommand(),
-                                                          FleetReportCommand(),
                                                           FleetSummaryCommand(),
-                                                          FleetDisposeCommand(),
-                                                          FleetCollectCommand(),
+                                                          FleetReportCommand(),
                                                           FleetExportCommand(),
+                                                          FleetCollectCommand(),
+                                                          FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};
   return commands;

@@ -102,6 +102,7 @@ Command ImportCommand();
 Command ReportCommand();
 Command FleetRunCommand();
 Command FleetDisposeCommand();
+Command FleetWatchCommand();
 Command FleetQueryCommand();
 Command FleetCollectCommand();
 Command FleetExportCommand();
