@@ -89,10 +89,13 @@ Status SqlStore::Add(const UnitRun& run) {
 Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   std::vector<KnownRun> runs;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, {}));
     runs.clear();
-    for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
-    return {};
+    for (std::string log;; log = runs.back().log) {
+      const Value after[] = {std::string_view(log)};
+      TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, after));
+      if (table.rows.empty()) return {};
+      for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
+    }
   }));
   return runs;
 }
