@@ -114,6 +114,11 @@ Status SqlStore::StateShards(int count) {
 }
 
 Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
+  constexpr std::int64_t kMost = 1'000'000;
+  if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
+  }
   const std::string_view counts = RetestCountsName(policy.counts);
   const Cell most = policy.most ? Cell(std::to_string(*policy.most)) : Cell();
   return database_->Transact(Access::kWrite, [&]() -> Status {
