@@ -105,10 +105,13 @@ Status SqlStore::AddAll(std::span<const UnitRun> runs) {
 Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   std::vector<KnownRun> runs;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, {}));
     runs.clear();
-    for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
-    return {};
+    for (std::string log;; log = runs.back().log) {
+      const Value after[] = {std::string_view(log)};
+      TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, after));
+      if (table.rows.empty()) return {};
+      for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
+    }
   }));
   return runs;
 }
@@ -123,6 +126,11 @@ Status SqlStore::StateShard(const Shard& shard) {
 }
 
 Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
+  constexpr std::int64_t kMost = 1'000'000;
+  if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
+  }
   const std::string_view counts = RetestCountsName(policy.counts);
   const Cell most = policy.most ? Cell(std::to_string(*policy.most)) : Cell();
   return database_->Transact(Access::kWrite, [&]() -> Status {

@@ -164,6 +164,7 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
 TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
+  EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, -1}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, 3}));
