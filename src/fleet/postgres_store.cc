@@ -98,8 +98,8 @@ class PostgresDatabase : public Database {
   }
 
   const std::string& name() const override { return name_; }
-  // Each statement is a journey to the server and back. Of the largest rows 16 values: PostgreSQL
-  // takes 65535 a statement.
+  // Each statement is a journey to the server and back; it takes 65535 values, and the widest table
+  // has 18 columns.
   std::size_t rows_at_once() const override { return 1000; }
 
   Status Transact(Access access, const std::function<Status()>& work) override {
@@ -229,7 +229,14 @@ class PostgresDatabase : public Database {
     const std::string tables = MigrationsFrom(
         version.value_or(0),
         {.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
-    if (const auto failure = connection_->RunAll(tables)) return Failed(*failure);
+    if (const auto failure = connection_->RunAll(tables)) {
+      const Error error = Failed(*failure);
+      constexpr std::string_view kDuplicateTable = "42P07";
+      if (failure->state != kDuplicateTable) return error;
+      return Error(ErrorCode::kStoreFailure,
+                   {name_},
+                   failure->message + ", but not from `fleet run`; name another database");
+    }
     const std::string now = std::to_string(kSchemaVersion);
     const Value fact[] = {kSchemaVersionFact, std::string_view(now)};
     TRUETRIAD_RETURN_IF_ERROR(Run(

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/sqlite_store.h"
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,6 +65,27 @@ TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
   EXPECT_FALSE((*store)->StateShard({0, 5}));
   ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
   EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
+}
+
+TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
+  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
+  ASSERT_TRUE(store);
+  // Two runs each of more logs than are asked for at once.
+  Execute(
+      path_,
+      "INSERT INTO unit VALUES ('A1');"
+      "WITH RECURSIVE number (i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM number WHERE i < 50002)"
+      "INSERT INTO run SELECT printf('%06d', i), 'A1', printf('%d.csv', i / 2), i, 0, '', '', '', "
+      "'', '', 'pass', '', '', '', 0, 0, 0, NULL FROM number");
+  const Result<std::vector<KnownRun>> runs = (*store)->LastRuns();
+  ASSERT_TRUE(runs);
+  std::set<std::string> logs;
+  for (const KnownRun& run : *runs) {
+    logs.insert(run.log);
+    EXPECT_TRUE(run.log_bytes % 2 == 1 || run.log_bytes == 50002) << run.log;
+  }
+  EXPECT_EQ(logs.size(), 25002u);
+  EXPECT_EQ(runs->size(), 25002u);
 }
 
 TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {

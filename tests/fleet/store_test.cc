@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/rows.h"
 #include "fleet/run_samples.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
@@ -62,8 +63,10 @@ TEST_P(StoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
     EXPECT_EQ(std::stod(*rows[0][0]), run.parameters[i].value);
     EXPECT_EQ(std::stod(*rows[0][1]), run.parameters[i].sigma);
   }
-  const auto covariance = Ask(**store, "SELECT length(covariance) FROM run");
-  EXPECT_EQ(covariance[0][0], std::to_string(8 * run.covariance.size()));
+  EXPECT_THAT(
+      Ask(**store, "SELECT covariance FROM run"),
+      ElementsAre(ElementsAre(HexOf({reinterpret_cast<const unsigned char*>(run.covariance.data()),
+                                     sizeof(double) * run.covariance.size()}))));
 }
 
 TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
@@ -161,6 +164,7 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
 TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
+  EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, -1}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, 3}));
