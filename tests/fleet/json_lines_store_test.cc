@@ -74,7 +74,7 @@ TEST_F(JsonLines, PassOverWhatAKilledWriterLeftAndTheNextOneTakesItAway) {
   Write({"1", "2"});
   const std::string whole = Text();
   // Wherever it was cut: in the header, in a line, at a line's end.
-  for (std::size_t size = 0; size <= whole.size(); size += size < 100 ? 1 : 97) {
+  for (std::size_t size = 0; size <= whole.size(); size += size < 100 ? 3 : 1501) {
     folder_.Write("new/shard.jsonl", whole.substr(0, size));
     for (const std::string& id : Read()) ASSERT_THAT(id, ::testing::AnyOf("1", "2")) << size;
     Write({"3"});

@@ -29,9 +29,9 @@ constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 /// Writes the typed table beside the output, and has the program of the optional part make Parquet
 /// of it.
 Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
+  if (InputGuard::Holds(FLAGS_output)) return InputGuard::Refusal(FLAGS_output);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
                              FindNodeProgram("truetriad-export-parquet", "--to=parquet"));
-  if (InputGuard::Holds(FLAGS_output)) return InputGuard::Refusal(FLAGS_output);
   const std::string table = TemporaryNameBeside(FLAGS_output);
   const auto write = [&]() -> Result<std::size_t> {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t runs,
