@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fleet/line_study.h"
+#include "line/moment.h"
 #include "line/share.h"
 
 namespace truetriad::fleet {
@@ -182,6 +183,8 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   chart_options.most_points = options.chart_points;
   summary.charts = line::ControlCharts(line.data, chart_options);
   summary.effects = line::Effects(line.data);
+  summary.trends = line::Trends(line.data);
+  summary.outliers = line::Outliers(line.data);
   summary.data = std::move(line.data);
   return summary;
 }

@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "line/trend.h"
+#include "line/moment.h"
 #include "math/distributions.h"
 
 namespace truetriad::line {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "line/trend.h"
+#include "line/moment.h"
 
 #include <cstdio>
 #include <ctime>

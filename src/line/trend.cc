@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "line/moment.h"
 #include "line/multiple_tests.h"
 #include "math/distributions.h"
 

@@ -40,8 +40,4 @@ struct TrendReport {
 /// to medians of at most 300 consecutive groups.
 TrendReport Trends(const LineData& data, const TrendOptions& options = {});
 
-/// Seconds since 1970 of "2026-01-31T12:00:00Z" (fractions of a second allowed); NaN of another
-/// text.
-double SecondsOf(const std::string& created);
-
 }  // namespace truetriad::line
