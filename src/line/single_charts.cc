@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <tuple>
+#include <vector>
 
 #include "line/baseline.h"
 #include "line/chart_limits.h"
