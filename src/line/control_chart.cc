@@ -2,11 +2,10 @@
 #include "line/control_chart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-
-#include <glog/logging.h>
 
 #include "line/baseline.h"
 #include "line/chart_plan.h"
@@ -149,23 +148,9 @@ StationCharts ChartsOf(const LineData& data,
 }  // namespace
 
 const char* NameOf(ChartKind kind) {
-  switch (kind) {
-    case ChartKind::kEwma:
-      return "ewma";
-    case ChartKind::kIndividuals:
-      return "individuals";
-    case ChartKind::kMovingRange:
-      return "moving-range";
-    case ChartKind::kXBar:
-      return "x-bar";
-    case ChartKind::kS:
-      return "s";
-    case ChartKind::kHotelling:
-      return "t2";
-    case ChartKind::kMewma:
-      return "mewma";
-  }
-  LOG(FATAL) << "chart kind " << static_cast<int>(kind);
+  static constexpr std::array<const char*, kChartKindCount> kNames = {
+      "ewma", "individuals", "moving-range", "x-bar", "s", "t2", "mewma"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 ChartShares Only(ChartKind kind) {

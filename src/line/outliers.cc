@@ -27,11 +27,11 @@ using Eigen::VectorXd;
 // Units for each parameter, at least: three quarters of them then have a covariance to speak of.
 constexpr Index kUnitsOfParameter = 4;
 // Of the units: those that have a value of a parameter that is used.
-constexpr double kLeastShare = 0.9;
+constexpr double kLeastShareOfUnits = 0.9;
 constexpr double kCore = 0.75;
 // Robust σ at which values are clipped for the start.
 constexpr double kClip = 2.0;
-constexpr int kMostRounds = 10;
+constexpr int kMostSteps = 10;
 // The start is found with so many units; more would not make it better.
 constexpr Index kMostStartUnits = 5000;
 // Of the units in the start's reach that are kept, before the number of units is allowed for.
@@ -100,7 +100,7 @@ CentreAndRoot Core(const MatrixXd& values) {
   const Index core = static_cast<Index>(std::ceil(kCore * static_cast<double>(count)));
   CentreAndRoot about = MomentsOf(values.cwiseMax(-kClip).cwiseMin(kClip), All(count));
   std::vector<Index> nearest = Nearest(SquaredDistances(values, about), core);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostSteps; ++round) {
     about = MomentsOf(values, nearest);
     if (!about.root.is_positive()) return about;
     std::vector<Index> next = Nearest(SquaredDistances(values, about), core);
@@ -135,7 +135,7 @@ Judged Judge(const MatrixXd& values, const CentreAndRoot& core, double level) {
   judged.own_p.resize(count);
   // What is cut off made the first covariance smaller by this.
   double shrunk = ChiSquareCdf(reach, dimension + 2.0) / kKept;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostSteps; ++round) {
     std::vector<Index> clean;
     for (std::size_t k = 0; k < count; ++k) {
       if (good[k]) clean.push_back(static_cast<Index>(k));
@@ -176,7 +176,7 @@ void ChooseParameters(const LineData& data, OutlierReport* report) {
   }
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const double count = static_cast<double>(columns[c].size());
-    if (count < kLeastShare * static_cast<double>(most) || !Varies(columns[c])) continue;
+    if (count < kLeastShareOfUnits * static_cast<double>(most) || !Varies(columns[c])) continue;
     const RobustMoments robust = RobustMomentsOf(columns[c]);
     if (!(robust.sigma > 0.0)) continue;
     report->parameters.push_back(static_cast<int>(c));

@@ -27,8 +27,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 // Of robust σ of each sensor's rotation: units beyond are spoilt.
-constexpr double kReach = 8.0;
-constexpr double kLeastErrorDof = 10.0;
+constexpr double kReachOfRotations = 8.0;
+constexpr double kLeastTiltDof = 10.0;
 
 // Places of a sensor's nine sensitivities.
 struct SensorAxes {
@@ -159,7 +159,7 @@ FactorSums SumsOfRotations(const Factors& factors, const Rotations& rotations) {
     const RobustMoments robust = RobustMomentsOf({values.begin(), values.end()});
     for (std::size_t k = 0; k < good.size(); ++k) {
       const double deviation = std::abs(values[static_cast<Index>(k)] - robust.centre);
-      if (robust.sigma > 0.0 && deviation > kReach * robust.sigma) good[k] = false;
+      if (robust.sigma > 0.0 && deviation > kReachOfRotations * robust.sigma) good[k] = false;
     }
   }
   FactorSums sums(factors, rotations.values.rows());
@@ -199,7 +199,7 @@ FactorTilt TiltOf(const Factors& factors,
   tilt.factor = static_cast<int>(factor);
   for (const SensorAxes& sensor : sensors) tilt.sensors.push_back(sensor.sensor);
   const FactorModel model(factors, sums, ModelFor(factors, factor));
-  if (model.error_dof() < kLeastErrorDof) return tilt;
+  if (model.error_dof() < kLeastTiltDof) return tilt;
   const FactorModel::Levels levels = model.LevelsOf(factor);
   const MatrixXd covariance = model.residual() / model.error_dof();
   if (!Cholesky(covariance).is_positive()) return tilt;

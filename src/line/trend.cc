@@ -15,12 +15,14 @@
 namespace truetriad::line {
 namespace {
 
-constexpr std::size_t kLeastUnits = 10;
+constexpr std::size_t kLeastTrendUnits = 10;
 // Pairs of groups are what it costs: 45,000 a parameter.
 constexpr std::size_t kMostGroups = 300;
 constexpr double kSecondsOfDay = 86400.0;
 // Autocorrelations of ranks count where they exceed this many σ of independent ones (5 %).
 constexpr double kSignificant = 1.96;
+// Of the value before; with more a series cannot be told from one that wanders.
+constexpr double kMostInherited = 0.99;
 
 struct Series {
   std::vector<double> x, y;
@@ -90,8 +92,10 @@ double VarianceOfS(const std::vector<double>& values) {
   return variance / 18.0;
 }
 
-// Hamed and Rao 1998, eq. 10, from autocorrelations of the ranks of what the trend leaves; never
-// below 1, which chance alone would make of half of the series.
+// Hamed and Rao 1998, eq. 10, from autocorrelations of the ranks of what the trend leaves. Those
+// that are too small to be told from 0 are missing in it, so at least that of a series in which
+// each value inherits a part of the one before. Never below 1, which chance alone would make of
+// half of the series.
 double InflationOf(const Series& series, double slope) {
   const std::size_t count = series.x.size();
   std::vector<double> rest(count);
@@ -106,15 +110,21 @@ double InflationOf(const Series& series, double slope) {
   }
   if (!(squares > 0.0)) return 1.0;
   double sum = 0.0;
+  double inherited = 1.0;
   for (std::size_t lag = 1; lag <= count / 4; ++lag) {
     double products = 0.0;
     for (std::size_t k = lag; k < count; ++k) products += ranks[k] * ranks[k - lag];
     const double correlation = products / squares;
     if (std::abs(correlation) < kSignificant / std::sqrt(n)) continue;
+    if (lag == 1) {
+      // Kendall 1954: it is estimated too small.
+      const double part = std::min(correlation + (1.0 + 3.0 * correlation) / n, kMostInherited);
+      inherited = (1.0 + part) / (1.0 - part);
+    }
     const double left = n - static_cast<double>(lag);
     sum += left * (left - 1.0) * (left - 2.0) * correlation;
   }
-  return std::max(1.0 + 2.0 * sum / (n * (n - 1.0) * (n - 2.0)), 1.0);
+  return std::max({1.0 + 2.0 * sum / (n * (n - 1.0) * (n - 2.0)), inherited, 1.0});
 }
 
 double Quantile(std::vector<double>* values, double place) {
@@ -126,7 +136,7 @@ double Quantile(std::vector<double>* values, double place) {
 
 // Unset: too few values, or all at one x.
 std::optional<Trend> TrendOf(const Series& all, int parameter) {
-  if (all.x.size() < kLeastUnits || all.x.front() == all.x.back()) return std::nullopt;
+  if (all.x.size() < kLeastTrendUnits || all.x.front() == all.x.back()) return std::nullopt;
   const Series series = Grouped(all);
   Pairs pairs = PairsOf(series);
   const double variance = VarianceOfS(series.y);

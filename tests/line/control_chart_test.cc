@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "line/chart_limits.h"
 #include "line/simulated_lines.h"
 #include "support/nightly.h"
 
@@ -40,12 +41,13 @@ RunLengths Summary(std::vector<double> runs) {
 
 // Units from the first after the baseline (and `before` ones in control) until the first alarm.
 // Lines that give an alarm before count for nothing where a shift is looked for.
-RunLengths Simulate(int parameters, const ChartOptions& options, double shift, int before) {
+RunLengths Simulate(
+    int parameters, const ChartOptions& options, double shift, int before, int common = 5) {
   std::vector<double> runs;
   for (int line = 0; line < RunLines(); ++line) {
     const int start = options.baseline_units + before;
-    for (int units = shift == 0.0 ? 2000 : 300;; units *= 4) {
-      SimulatedLine simulated(parameters, static_cast<std::uint64_t>(1000 + line));
+    for (int units = shift == 0.0 ? 1000 : 200;; units *= 4) {
+      SimulatedLine simulated(parameters, static_cast<std::uint64_t>(1000 + line), common);
       const LineData data = simulated.Units(start + units, shift, start);
       const ChartReport report = ControlCharts(data, options);
       const auto& alarms = report.stations.front().alarms;
@@ -100,12 +102,191 @@ TEST(RunLength, OfAllChartsOfAStationTogetherIsAtLeastAsStated) {
   EXPECT_GE(runs.mean + 3.0 * runs.sigma, 370.0);
 }
 
+// The least favourable case: every chart finds false alarms of its own.
+TEST(RunLength, OfChartsOfIndependentParametersIsAtLeastAsStated) {
+  const RunLengths runs = Simulate(kParameters, AllCharts(), 0.0, 0, 0);
+  Report("all charts of 33 independent parameters, in control", runs);
+  EXPECT_GE(runs.mean + 3.0 * runs.sigma, 370.0);
+}
+
 TEST(RunLength, OfAllChartsFindsAShiftOfOneSigmaWithin22Units) {
   for (const int before : {0, 100}) {
     const RunLengths runs = Simulate(kParameters, AllCharts(), 1.0, before);
     Report("all charts of 33 parameters, 1 σ in one", runs);
     EXPECT_LE(runs.mean, 22.0 + 3.0 * runs.sigma) << before;
   }
+}
+
+const Chart& ChartOf(const StationCharts& station, ChartKind kind, int parameter) {
+  for (const Chart& chart : station.charts) {
+    if (chart.kind == kind && chart.parameter == parameter) return chart;
+  }
+  ADD_FAILURE() << NameOf(kind) << " of " << parameter;
+  static const Chart kNone;
+  return kNone;
+}
+
+// Montgomery, Introduction to Statistical Quality Control, appendix VI; half of the last digit.
+TEST(ChartLimits, AgreeWithTabledConstants) {
+  EXPECT_NEAR(C4(2), 0.7979, 5e-5);
+  EXPECT_NEAR(C4(5), 0.9400, 5e-5);
+  EXPECT_NEAR(C4(25), 0.9896, 5e-5);
+  const auto a3 = [](double n) { return 3.0 / (C4(n) * std::sqrt(n)); };
+  const auto b4 = [](double n) { return 1.0 + 3.0 / C4(n) * std::sqrt(1.0 - C4(n) * C4(n)); };
+  EXPECT_NEAR(a3(5), 1.427, 5e-4);
+  EXPECT_NEAR(b4(5), 2.089, 5e-4);
+  EXPECT_NEAR(2.0 - b4(10), 0.284, 5e-4);  // B3
+}
+
+// python3, scipy; 200 units, 3 σ (p = stats.norm.sf(3)):
+//   stats.t.isf(p,199)*(1+1/200)**.5
+//   stats.f.isf(.0027/2,4,160)**.5, (1/stats.f.isf(.0027/2,160,4))**.5
+//   p=33; n=200: 33*199/167*stats.f.isf(.001,33,167), 199*stats.beta.isf(.001,33/2,(200-33-1)/2)
+TEST(ChartLimits, AllowForTheBaseline) {
+  const Known known{200.0, 199.0, false};
+  EXPECT_NEAR(PredictiveLimit(3.0, 1.0, 1.0, known), 3.04571374174, 1e-9);
+  const SpreadLimits spread = LimitsOfSpread(5, 0.0027, {200.0, 160.0, false});
+  EXPECT_NEAR(spread.upper, 2.16254074787, 1e-9);
+  EXPECT_NEAR(spread.lower, 0.162131714656, 1e-9);
+  EXPECT_NEAR(HotellingLimit(33, 0.001, 200, false), 83.7683910253, 1e-7);
+  EXPECT_NEAR(HotellingLimit(33, 0.001, 200, true), 59.2254548845, 1e-7);
+  for (const bool own : {false, true}) {
+    EXPECT_NEAR(HotellingUpper(33, HotellingLimit(33, 0.001, 200, own), 200, own), 0.001, 1e-12);
+  }
+}
+
+TEST(ControlCharts, AgreeWithTheirDefinition) {
+  SimulatedLine simulated(3, 1);
+  const LineData data = simulated.Units(400);
+  ChartOptions options;
+  options.subgroup_units = 4;
+  const StationCharts station = ControlCharts(data, options).stations.front();
+  EXPECT_EQ(station.units, 400);
+  EXPECT_EQ(station.baseline_units, 200);
+  EXPECT_EQ(station.charts.size(), 5U * 3U + 2U);
+  // The first units after the baseline are held against it alone.
+  double mean = 0.0;
+  double squares = 0.0;
+  for (int k = 0; k < 200; ++k) mean += data.units[static_cast<std::size_t>(k)].values[1] / 200.0;
+  for (int k = 0; k < 200; ++k) {
+    squares += std::pow(data.units[static_cast<std::size_t>(k)].values[1] - mean, 2);
+  }
+  const double sigma = std::sqrt(squares / 199.0);
+  const auto deviation = [&](std::size_t unit) {
+    return (data.units[unit].values[1] - mean) / sigma;
+  };
+  const Chart& singles = ChartOf(station, ChartKind::kIndividuals, 1);
+  ASSERT_EQ(singles.points.size(), 200U);
+  EXPECT_EQ(singles.points[0].unit, 200);
+  // 1e-9: of a value about 1 with a spread of 0.1.
+  EXPECT_NEAR(singles.points[7].value, deviation(207), 1e-9);
+  const Chart& ewma = ChartOf(station, ChartKind::kEwma, 1);
+  EXPECT_NEAR(ewma.points[1].value, 0.08 * deviation(201) + 0.92 * 0.08 * deviation(200), 1e-9);
+  const Chart& range = ChartOf(station, ChartKind::kMovingRange, 1);
+  EXPECT_NEAR(range.points[3].value, std::abs(deviation(203) - deviation(202)), 1e-9);
+  const Chart& means = ChartOf(station, ChartKind::kXBar, 1);
+  EXPECT_EQ(means.points.size(), 50U);
+  EXPECT_EQ(means.points[0].unit, 203);
+  EXPECT_EQ(ChartOf(station, ChartKind::kHotelling, -1).points.size(), 200U);
+}
+
+TEST(ControlCharts, NameTheUnitAndTheParameterOfAnAlarm) {
+  SimulatedLine simulated(6, 2);
+  LineData data = simulated.Units(500);
+  data.units[250].values[2] += 12.0 * SimulatedLine::ScaleOf(2);
+  for (std::size_t unit = 350; unit < 450; ++unit) {
+    data.units[unit].values[4] += 3.0 * SimulatedLine::ScaleOf(4);
+  }
+  const StationCharts station = ControlCharts(data).stations.front();
+  const auto find = [&](ChartKind kind, int parameter, int first, int last) {
+    return std::find_if(station.alarms.begin(), station.alarms.end(), [&](const ChartAlarm& alarm) {
+      return alarm.kind == kind && alarm.parameter == parameter && alarm.unit >= first &&
+             alarm.unit <= last;
+    });
+  };
+  EXPECT_NE(find(ChartKind::kIndividuals, 2, 250, 250), station.alarms.end());
+  const auto together = find(ChartKind::kHotelling, -1, 250, 250);
+  ASSERT_NE(together, station.alarms.end());
+  EXPECT_EQ(together->most, 2);
+  const auto shifted = find(ChartKind::kEwma, 4, 350, 360);
+  ASSERT_NE(shifted, station.alarms.end());
+  // One alarm as long as the level is away, and a while until the average has forgotten it.
+  EXPECT_GE(shifted->last_unit, 449);
+  EXPECT_LE(shifted->last_unit, 475);
+  EXPECT_NE(find(ChartKind::kMewma, -1, 350, 370), station.alarms.end());
+}
+
+// A twentieth of the baseline is spoilt by 30 σ; it would take 6.6 times the σ otherwise.
+TEST(ControlCharts, FindAShiftInSpiteOfOutliersInTheBaseline) {
+  SimulatedLine simulated(1, 3);
+  LineData data = simulated.Units(300, 2.0, 200);
+  for (std::size_t unit = 0; unit < 200; unit += 20) data.units[unit].values[0] += 30.0;
+  const StationCharts station = ControlCharts(data, OneChart()).stations.front();
+  EXPECT_EQ(station.baseline_outliers.size(), 10U);
+  ASSERT_EQ(station.alarms.size(), 1U);
+  EXPECT_LE(station.alarms[0].unit, 210);
+  EXPECT_EQ(station.alarms[0].last_unit, 299);
+}
+
+TEST(ControlCharts, JudgeFewUnitsByEachOther) {
+  SimulatedLine simulated(2, 4);
+  LineData data = simulated.Units(120, 2.0, 60);
+  const StationCharts station = ControlCharts(data).stations.front();
+  EXPECT_EQ(station.baseline_units, 120);
+  const bool found =
+      std::any_of(station.alarms.begin(), station.alarms.end(), [](const auto& alarm) {
+        return alarm.kind == ChartKind::kEwma && alarm.parameter == 0;
+      });
+  EXPECT_TRUE(found);
+}
+
+TEST(ControlCharts, LeaveOutWhatIsFixedTiedOrUnknown) {
+  SimulatedLine simulated(3, 5);
+  LineData data = simulated.Units(300);
+  data.parameters.insert(data.parameters.end(), {"fixed", "tied", "rare"});
+  for (std::size_t k = 0; k < data.units.size(); ++k) {
+    UnitRecord& unit = data.units[k];
+    unit.values.conservativeResize(6);
+    unit.values[3] = 1.0;
+    unit.values[4] = 3.0 * unit.values[0] - unit.values[1];
+    unit.values[5] = k < 30 ? static_cast<double>(k) : std::nan("");
+  }
+  for (std::size_t k = 5; k < 300; k += 50) data.units[k].values.setConstant(std::nan(""));
+  data.units[6].values.resize(0);  // refused
+  const StationCharts station = ControlCharts(data).stations.front();
+  EXPECT_EQ(station.constant, std::vector<int>{3});
+  EXPECT_EQ(station.dependent, std::vector<int>{4});
+  EXPECT_EQ(station.sparse, std::vector<int>{5});
+  EXPECT_EQ(ChartOf(station, ChartKind::kHotelling, -1).line, 3.0);
+  EXPECT_EQ(station.note, "");
+}
+
+TEST(ControlCharts, AreOfEachStationAndKeepTheLastPoints) {
+  SimulatedLine simulated(2, 6);
+  LineData data = simulated.Units(1000);
+  for (std::size_t k = 0; k < data.units.size(); ++k) {
+    data.units[k].tags = {{"station", k % 2 == 0 ? "S1" : "S2"}, {"lot", std::to_string(k / 60)}};
+  }
+  ChartOptions options;
+  options.most_points = 50;
+  options.subgroup_tag = "lot";
+  const ChartReport report = ControlCharts(data, options);
+  ASSERT_EQ(report.stations.size(), 2U);
+  EXPECT_EQ(report.stations[1].station, "S2");
+  const Chart& ewma = ChartOf(report.stations[1], ChartKind::kEwma, 1);
+  ASSERT_EQ(ewma.points.size(), 50U);
+  EXPECT_EQ(ewma.points.back().unit, 999);
+  // Lots of 30 units at a station; those that end after the 200 of the baseline.
+  EXPECT_EQ(ChartOf(report.stations[1], ChartKind::kS, 0).points.size(), 17U - 6U);
+}
+
+TEST(ControlCharts, OfNothingAreNone) {
+  EXPECT_TRUE(ControlCharts(LineData{}).stations.empty());
+  SimulatedLine simulated(2, 7);
+  const ChartReport report = ControlCharts(simulated.Units(10));
+  ASSERT_EQ(report.stations.size(), 1U);
+  EXPECT_EQ(report.stations[0].note,
+            "no charts: no parameter that varies has 20 units with a value");
 }
 
 }  // namespace
