@@ -193,8 +193,10 @@ class LineReader {
   }
 
   /// Hexadecimal digits of doubles, least significant byte first: lower triangle by rows.
+  /// PostgreSQL says that they are.
   void AddCovariance(std::string_view digits, const std::vector<int>& order) {
     constexpr std::size_t kDigits = 2 * sizeof(double);
+    if (digits.starts_with("\\x")) digits.remove_prefix(2);
     if (digits.size() != kDigits * (order.size() * (order.size() + 1) / 2)) return;
     const auto size = static_cast<Eigen::Index>(names_.size());
     if (sum_.rows() < size) {

@@ -98,8 +98,8 @@ class PostgresDatabase : public Database {
   }
 
   const std::string& name() const override { return name_; }
-  // Each statement is a journey to the server and back. Of the largest rows 16 values: PostgreSQL
-  // takes 65535 a statement.
+  // Each statement is a journey to the server and back; it takes 65535 values, and the widest table
+  // has 18 columns.
   std::size_t rows_at_once() const override { return 1000; }
 
   Status Transact(Access access, const std::function<Status()>& work) override {
@@ -161,7 +161,8 @@ class PostgresDatabase : public Database {
     }
     if (const auto failure = connection_->Begin(access == Access::kRead)) return Failed(*failure);
     const Status status = work();
-    if (!status) {
+    // What reads has nothing to keep, whatever the functions that it calls do.
+    if (!status || access == Access::kRead) {
       connection_->Abort();
       return status;
     }
@@ -202,8 +203,11 @@ class PostgresDatabase : public Database {
 
   /// Unset: there are no such tables.
   Result<std::optional<std::int64_t>> SchemaVersion() {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table fact, Ask("SELECT to_regclass('fact')", {}));
-    if (!fact.rows.at(0).at(0)) return std::optional<std::int64_t>();
+    // Not to_regclass, which may still say what was true before the lock of Migrate was had.
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table fact,
+        Ask("SELECT 1 FROM pg_class WHERE relname = 'fact' AND pg_table_is_visible(oid)", {}));
+    if (fact.rows.empty()) return std::optional<std::int64_t>();
     const Value name[] = {kSchemaVersionFact};
     TRUETRIAD_ASSIGN_OR_RETURN(const Table facts, Ask(kFactsOf, name));
     std::int64_t version = 0;
@@ -225,7 +229,14 @@ class PostgresDatabase : public Database {
     const std::string tables = MigrationsFrom(
         version.value_or(0),
         {.text = "TEXT COLLATE \"C\"", .real = "DOUBLE PRECISION", .bytes = "BYTEA"});
-    if (const auto failure = connection_->RunAll(tables)) return Failed(*failure);
+    if (const auto failure = connection_->RunAll(tables)) {
+      const Error error = Failed(*failure);
+      constexpr std::string_view kDuplicateTable = "42P07";
+      if (failure->state != kDuplicateTable) return error;
+      return Error(ErrorCode::kStoreFailure,
+                   {name_},
+                   failure->message + ", but not from `fleet run`; name another database");
+    }
     const std::string now = std::to_string(kSchemaVersion);
     const Value fact[] = {kSchemaVersionFact, std::string_view(now)};
     TRUETRIAD_RETURN_IF_ERROR(Run(
@@ -242,7 +253,33 @@ class PostgresDatabase : public Database {
   std::optional<std::string> lost_;  ///< Why its connection was lost, if it was.
 };
 
-Result<const PostgresModule*> LoadedModule() {
+double StatedPatience() {
+  constexpr double kPatienceS = 60.0;
+  const char* const stated = std::getenv("TRUETRIAD_STORE_PATIENCE");
+  if (stated == nullptr) return kPatienceS;
+  char* end = nullptr;
+  const double seconds = std::strtod(stated, &end);
+  return end != stated && *end == '\0' && seconds >= 0.0 ? seconds : kPatienceS;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> OpenPostgres(const std::string& url, Access access) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const PostgresModule* const module, LoadedPostgresModule());
+  return OpenPostgres(*module, url, access, StatedPatience());
+}
+
+Result<std::unique_ptr<Store>> OpenPostgres(const PostgresModule& module,
+                                            const std::string& url,
+                                            Access access,
+                                            double patience_s) {
+  auto database = std::make_unique<PostgresDatabase>(
+      module, PostgresOptions(url).value_or(""), ShownPostgres(url));
+  TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));
+  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
+}
+
+Result<const PostgresModule*> LoadedPostgresModule() {
   const Result<void*> function = CompanionFunction(kPostgresModuleFile, kPostgresModuleFunction);
   if (!function) {
     return Error(
@@ -251,25 +288,6 @@ Result<const PostgresModule*> LoadedModule() {
             "; install libpqxx-dev and build truetriad again, or name a file");
   }
   return reinterpret_cast<const PostgresModule* (*)()>(*function)();
-}
-
-Seconds StatedPatience() {
-  constexpr Seconds kPatience(60.0);
-  const char* const stated = std::getenv("TRUETRIAD_STORE_PATIENCE");
-  if (stated == nullptr) return kPatience;
-  char* end = nullptr;
-  const double seconds = std::strtod(stated, &end);
-  return end != stated && *end == '\0' && seconds >= 0.0 ? Seconds(seconds) : kPatience;
-}
-
-}  // namespace
-
-Result<std::unique_ptr<Store>> OpenPostgres(const std::string& url, Access access) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const PostgresModule* const module, LoadedModule());
-  auto database = std::make_unique<PostgresDatabase>(
-      *module, PostgresOptions(url).value_or(""), ShownPostgres(url));
-  TRUETRIAD_RETURN_IF_ERROR(database->Open(access, StatedPatience()));
-  return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
 }
 
 }  // namespace truetriad::fleet

@@ -43,7 +43,7 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
 }
 
 /// "best, 2 more".
-std::string TextOf(std::string_view counts, const Cell& most) {
+std::string PolicyText(std::string_view counts, const Cell& most) {
   return std::string(counts) + (most ? ", " + *most + " more" : "");
 }
 
@@ -89,10 +89,13 @@ Status SqlStore::Add(const UnitRun& run) {
 Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   std::vector<KnownRun> runs;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
-    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, {}));
     runs.clear();
-    for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
-    return {};
+    for (std::string log;; log = runs.back().log) {
+      const Value after[] = {std::string_view(log)};
+      TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kLastRuns, after));
+      if (table.rows.empty()) return {};
+      for (const auto& row : table.rows) runs.push_back(KnownRunOf(row));
+    }
   }));
   return runs;
 }
@@ -122,8 +125,8 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
     if (counts_there == counts && most_there == most) return {};
     return Error(ErrorCode::kConflictingArguments,
                  database_->name() + ": of a unit's runs counts the one by `" +
-                     TextOf(counts_there.value_or(""), most_there) + "`, not by `" +
-                     TextOf(counts, most) + "`; state the same, or take another store");
+                     PolicyText(counts_there.value_or(""), most_there) + "`, not by `" +
+                     PolicyText(counts, most) + "`; state the same, or take another store");
   });
 }
 

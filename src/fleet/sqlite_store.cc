@@ -2,6 +2,7 @@
 #include "fleet/sqlite_store.h"
 
 #include <bit>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <functional>
@@ -162,11 +163,13 @@ class SqliteDatabase : public Database {
 
  private:
   Error Failure() const {
-    const int code = database_ == nullptr ? SQLITE_NOMEM : sqlite3_errcode(database_);
-    return Error(ErrorCode::kStoreFailure,
-                 {path_},
-                 std::string(database_ == nullptr ? "out of memory" : sqlite3_errmsg(database_)) +
-                     (code == SQLITE_FULL ? "; make room, what was done before is there" : ""));
+    if (database_ == nullptr) return Error(ErrorCode::kStoreFailure, {path_}, "out of memory");
+    const int code = sqlite3_errcode(database_);
+    const int reason = code == SQLITE_IOERR ? sqlite3_system_errno(database_) : 0;
+    std::string text = sqlite3_errmsg(database_);
+    if (reason != 0) text += std::string(": ") + std::strerror(reason);
+    if (code == SQLITE_FULL || reason == ENOSPC) text += "; make room, and go on with --resume";
+    return Error(ErrorCode::kStoreFailure, {path_}, text);
   }
 
   Result<Table> TableOf(sqlite3_stmt* statement) const {
@@ -298,7 +301,7 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_current, database->Open(access));
   if (!is_current) {
     // Of before: its tables become those of today.
-    TRUETRIAD_RETURN_IF_ERROR(SqliteDatabase(path).Open(Access::kWrite));
+    TRUETRIAD_RETURN_IF_ERROR(OpenSqlite(path, Access::kWrite));
   }
   return std::unique_ptr<Store>(std::make_unique<SqlStore>(std::move(database)));
 }

@@ -28,13 +28,13 @@ std::string ShownQuery(std::string_view query) {
   return shown;
 }
 
-/// "host:5432" of that; "host" where what follows is no number.
-std::string_view WithoutOddPort(std::string_view place) {
-  const std::size_t colon = place.find(':');
-  const std::string_view port =
-      colon == std::string_view::npos ? "" : place.substr(colon + 1, place.find('/') - colon - 1);
-  return port.find_first_not_of("0123456789") == std::string_view::npos ? place
-                                                                        : place.substr(0, colon);
+/// "host:5432/day"; without what stands for the port and is no number.
+std::string WithoutOddPort(std::string_view place) {
+  const std::size_t slash = std::min(place.find('/'), place.size());
+  const std::size_t colon = std::min(place.find(':'), slash);
+  const std::string_view port = place.substr(colon, slash - colon);
+  const bool is_odd = port.find_first_not_of(":0123456789") != std::string_view::npos;
+  return std::string(place.substr(0, is_odd ? colon : slash)).append(place.substr(slash));
 }
 
 std::string ShownUri(std::string_view rest) {

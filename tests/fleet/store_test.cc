@@ -4,17 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
-#include "fleet/schema.h"
-#include "fleet/sqlite_store.h"
+#include "fleet/rows.h"
+#include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
-#include "report/sample_calibration.h"
+#include "support/private_postgres.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -22,43 +20,32 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-class SqliteStoreTest : public ::testing::Test {
+/// Of each kind of store the same.
+class StoreTest : public ::testing::TestWithParam<std::string> {
  protected:
-  static UnitRun RunOf(const std::string& serial) {
-    UnitRun run;
-    Fill(SampleCalibration(), &run);
-    run.id = NewRunId();
-    run.serial = serial;
-    run.log = serial + ".csv";
-    run.config_sha256 = "abc";
-    run.tags.lot = "L17";
-    return run;
+  void SetUp() override {
+#ifndef TRUETRIAD_HAVE_POSTGRESQL
+    if (GetParam() == "PostgreSQL") GTEST_SKIP() << "built without libpqxx";
+#endif
+    if (GetParam() == "PostgreSQL") TRUETRIAD_SKIP_WITHOUT_POSTGRES();
+    url_ = NewUrl();
   }
-  /// A run of A1 and its verdict.
-  static UnitRun RunOf(const std::string& id, Verdict verdict) {
-    UnitRun run = RunOf("A1");
-    run.id = id;
-    run.verdict = verdict;
-    return run;
-  }
-  std::vector<std::vector<std::optional<std::string>>> Ask(Store& store, const std::string& sql) {
-    const Result<Table> table = store.Query(sql);
-    EXPECT_TRUE(table) << table.error().message;
-    return table ? table->rows : std::vector<std::vector<std::optional<std::string>>>();
-  }
-  static void Execute(const std::string& path, const std::string& sql) {
-    sqlite3* database = nullptr;
-    ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    sqlite3_close(database);
+  std::string NewUrl() {
+    if (GetParam() == "PostgreSQL") return PrivatePostgres::Get()->NewDatabase();
+    return folder_.Path("fleet" + std::to_string(++stores_) + ".db");
   }
 
   const TemporaryFolder folder_;
-  const std::string path_ = folder_.Path("fleet.db");
+  int stores_ = 0;
+  std::string url_;
 };
+INSTANTIATE_TEST_SUITE_P(Each,
+                         StoreTest,
+                         ::testing::Values("SQLite", "PostgreSQL"),
+                         [](const auto& test) { return test.param; });
 
-TEST_F(SqliteStoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store) << store.error().message;
   const UnitRun run = RunOf("a'; DROP TABLE run; --\n\"");
   ASSERT_TRUE((*store)->Add(run));
@@ -75,12 +62,14 @@ TEST_F(SqliteStoreTest, KeepsARunOnceWithAllThatBelongsToIt) {
     EXPECT_EQ(std::stod(*rows[0][0]), run.parameters[i].value);
     EXPECT_EQ(std::stod(*rows[0][1]), run.parameters[i].sigma);
   }
-  const auto covariance = Ask(**store, "SELECT length(covariance) FROM run");
-  EXPECT_EQ(covariance[0][0], std::to_string(8 * run.covariance.size()));
+  EXPECT_THAT(
+      Ask(**store, "SELECT covariance FROM run"),
+      ElementsAre(ElementsAre(HexOf({reinterpret_cast<const unsigned char*>(run.covariance.data()),
+                                     sizeof(double) * run.covariance.size()}))));
 }
 
-TEST_F(SqliteStoreTest, SaysWhichRunOfALogWasTheLast) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, SaysWhichRunOfALogWasTheLast) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   UnitRun first = RunOf("A1"), second = RunOf("A1");
   first.id = "1";
@@ -95,8 +84,8 @@ TEST_F(SqliteStoreTest, SaysWhichRunOfALogWasTheLast) {
   EXPECT_THAT(Ask(**store, "SELECT run FROM latest"), ElementsAre(ElementsAre("2")));
 }
 
-TEST_F(SqliteStoreTest, AnswersQuestionsAndNothingElse) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, AnswersQuestionsAndNothingElse) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   for (const std::string sql : {"DROP TABLE run",
                                 "DELETE FROM run",
@@ -109,8 +98,8 @@ TEST_F(SqliteStoreTest, AnswersQuestionsAndNothingElse) {
   EXPECT_TRUE((*store)->Query(" SELECT 1 ; "));
 }
 
-TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, HasTheSameNumberOfShardsEveryTime) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   EXPECT_TRUE((*store)->StateShards(4));
   EXPECT_TRUE((*store)->StateShards(4));
@@ -119,8 +108,8 @@ TEST_F(SqliteStoreTest, HasTheSameNumberOfShardsEveryTime) {
   EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
 }
 
-TEST_F(SqliteStoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   UnitRun run = RunOf("A1");
   run.findings = {Finding(FindingCode::kClockOffset, "late", "state it")
@@ -138,11 +127,11 @@ TEST_F(SqliteStoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
                       "y",
                       "3",
                       "state it",
-                      R"({"offset":{"sigma":0.01,"unit":"s","value":0.14285714285714285}})"),
+                      R"({"offset":{"value":0.14285714285714285,"sigma":0.01,"unit":"s"}})"),
           ElementsAre("2", std::nullopt, std::nullopt, std::nullopt, std::nullopt, std::nullopt)));
 }
 
-TEST_F(SqliteStoreTest, SaysWhichRunOfAUnitCounts) {
+TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
   struct Case {
     RetestPolicy policy;
     std::string run;
@@ -156,7 +145,7 @@ TEST_F(SqliteStoreTest, SaysWhichRunOfAUnitCounts) {
                                    {{RetestCounts::kBest, 2}, "3"},
                                    {{RetestCounts::kBest, 1}, "2"}};
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    const Result<std::unique_ptr<Store>> store = OpenStore(path_ + std::to_string(i));
+    const Result<std::unique_ptr<Store>> store = OpenStore(i == 0 ? url_ : NewUrl());
     ASSERT_TRUE(store);
     ASSERT_TRUE((*store)->StateRetestPolicy(cases[i].policy));
     // Not in their order.
@@ -171,8 +160,8 @@ TEST_F(SqliteStoreTest, SaysWhichRunOfAUnitCounts) {
   }
 }
 
-TEST_F(SqliteStoreTest, HasTheSameRetestPolicyEveryTime) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
@@ -183,8 +172,8 @@ TEST_F(SqliteStoreTest, HasTheSameRetestPolicyEveryTime) {
   EXPECT_THAT(other.error().message, HasSubstr("`best, 2 more`, not by `last`"));
 }
 
-TEST_F(SqliteStoreTest, KeepsWhatPeopleDecide) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, KeepsWhatPeopleDecide) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
   Disposition first{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe'; --", "seen", Verdict::kPass};
@@ -207,8 +196,8 @@ TEST_F(SqliteStoreTest, KeepsWhatPeopleDecide) {
               ElementsAre(ElementsAre("pass", "outside-limits", "pass", std::nullopt)));
 }
 
-TEST_F(SqliteStoreTest, TakesNoDecisionThatIsNone) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, TakesNoDecisionThatIsNone) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   ASSERT_TRUE((*store)->Add(RunOf("1", Verdict::kOutside)));
   const Disposition good{"a", "A1", "2026-11-25T00:00:00Z", "R. Roe", "seen", Verdict::kPass};
@@ -227,8 +216,8 @@ TEST_F(SqliteStoreTest, TakesNoDecisionThatIsNone) {
   EXPECT_THAT(Ask(**store, "SELECT count(*) FROM disposition"), ElementsAre(ElementsAre("0")));
 }
 
-TEST_F(SqliteStoreTest, KeepsTheChecksOfStations) {
-  Result<std::unique_ptr<Store>> store = OpenStore(path_);
+TEST_P(StoreTest, KeepsTheChecksOfStations) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
   const auto none = (*store)->LastStationCheck("S3");
   ASSERT_TRUE(none);
@@ -252,62 +241,6 @@ TEST_F(SqliteStoreTest, KeepsTheChecksOfStations) {
   ASSERT_TRUE(other && *other);
   EXPECT_FALSE((*other)->agrees);
   EXPECT_TRUE(std::isnan((*other)->p));
-}
-
-// A store of the first version, with rows in it.
-TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
-  std::string tables(kMigrations[0]);
-  for (const auto& [from, to] :
-       {std::pair{"{text}", "TEXT"}, {"{real}", "REAL"}, {"{bytes}", "BLOB"}}) {
-    for (std::size_t at = 0; (at = tables.find(from)) != std::string::npos;) {
-      tables.replace(at, std::string_view(from).size(), to);
-    }
-  }
-  Execute(path_,
-          tables +
-              "INSERT INTO unit VALUES ('A1');"
-              "INSERT INTO run VALUES ('1', 'A1', 'a.csv', 5, 6, 'c', 's', 'h', '', '', 'pass', "
-              "'', '', 'poses', 0.5, 0.5, 10, x'0102');"
-              "INSERT INTO finding VALUES ('1', 1, 'message', 'note', NULL, NULL, NULL, 'told');"
-              "INSERT INTO fact VALUES ('shards', '4');"
-              "PRAGMA application_id = 1953654388; PRAGMA user_version = 1; "
-              "PRAGMA journal_mode = WAL");
-  {
-    const Result<std::unique_ptr<Store>> to_read = OpenStoreToRead(path_);
-    ASSERT_TRUE(to_read) << to_read.error().message;
-    EXPECT_THAT(Ask(**to_read, "SELECT serial, final_verdict, attempts, covariance FROM standing"),
-                ElementsAre(ElementsAre("A1", "pass", "1", "0102")));
-    EXPECT_THAT(Ask(**to_read, "SELECT text, remedy, \"values\" FROM finding"),
-                ElementsAre(ElementsAre("told", std::nullopt, std::nullopt)));
-  }
-  const Result<std::unique_ptr<Store>> store = OpenStore(path_);
-  ASSERT_TRUE(store);
-  EXPECT_FALSE((*store)->StateShards(5));
-  ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
-  EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
-}
-
-TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
-  EXPECT_FALSE(OpenStoreToRead(path_));
-  Execute(folder_.Path("other.db"), "CREATE TABLE x (y)");
-  const auto other = OpenStore(folder_.Path("other.db"));
-  ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has written"));
-  EXPECT_FALSE(OpenStore(folder_.Write("log.csv", "time[s],accel_x[m/s^2]\n0,1\n")));
-  EXPECT_FALSE(OpenStore("mysql://host/x"));
-  ASSERT_TRUE(OpenStore(path_));
-  Execute(path_, "PRAGMA user_version = 99");
-  const auto newer = OpenStore(path_);
-  ASSERT_FALSE(newer);
-  EXPECT_THAT(newer.error().message, HasSubstr("version 99 of the tables"));
-  EXPECT_EQ(newer.error().code, ErrorCode::kStoreFailure);
-  EXPECT_FALSE(OpenStoreToRead(path_));
-}
-
-TEST_F(SqliteStoreTest, SaysWhereItsLocksDoNotHold) {
-  EXPECT_EQ(NetworkFileSystemName(0x6969), "NFS");
-  EXPECT_EQ(NetworkFileSystemName(static_cast<long>(0xFF534D42)), "SMB");
-  EXPECT_EQ(NetworkFileSystemName(0xEF53), "");
 }
 
 }  // namespace

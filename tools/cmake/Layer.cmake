@@ -46,8 +46,10 @@ function(truetriad_precompiled target)
 endfunction()
 
 # truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.
+#
+# TOGETHER pattern: tests of such names are one to CTest, since they share what takes long to set up.
 function(truetriad_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LIBS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;TOGETHER" "SOURCES;LIBS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -66,8 +68,16 @@ function(truetriad_test name)
   else()
     target_precompile_headers(${target} PRIVATE <Eigen/Dense> <gtest/gtest.h> <gmock/gmock.h>)
   endif()
+  set(apart "")
+  if(ARG_TOGETHER)
+    set(apart TEST_FILTER "-${ARG_TOGETHER}")
+    add_test(NAME ${target}.Together COMMAND ${target} "--gtest_filter=${ARG_TOGETHER}")
+    set_tests_properties(${target}.Together PROPERTIES TIMEOUT ${ARG_TIMEOUT}
+      SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]"
+      ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}")
+  endif()
   include(GoogleTest)
-  gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60
+  gtest_discover_tests(${target} DISCOVERY_TIMEOUT 60 ${apart}
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} ENVIRONMENT "TRUETRIAD_LIBEXEC=${PROJECT_BINARY_DIR}"
                LABELS "${ARG_LABELS}")  # last, as it may be empty
 endfunction()

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stores that several processes write to, that go away, or that are full.
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+#include "support/private_postgres.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+constexpr char kFleetProgram[] = "'" TRUETRIAD_BINARY "' fleet ";
+
+class FleetStore : public ::testing::Test {
+ protected:
+  void WriteUnits(int count) {
+    fs::create_directories(folder_.Path("line"));
+    for (int i = 0; i < count; ++i) {
+      LogOptions options;
+      options.magnetometer = false;
+      options.rests = 12;
+      options.seed = static_cast<std::uint64_t>(i + 1);
+      folder_.Write("line/u" + std::to_string(100 + i) + ".csv", LogText(options));
+    }
+  }
+  Finished Shell(const std::string& line) const { return RunShell(line, folder_.Path("")); }
+  /// `fleet run` on all units, without reports.
+  static std::string Fleet(const std::string& flags) {
+    return kFleetProgram + ("run line --report=false --quiet " + flags);
+  }
+  /// The lines of the answer below its header.
+  std::vector<std::string> Ask(const std::string& store, const std::string& sql) const {
+    const Finished run =
+        Shell(kFleetProgram + ("query --csv '--store=" + store + "' \"") + sql + '"');
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    std::istringstream text(run.out);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    if (!lines.empty()) lines.erase(lines.begin());
+    return lines;
+  }
+  std::vector<std::string> Parameters(const std::string& store) const {
+    return Ask(store,
+               "SELECT serial, verdict, name, value, sigma FROM run JOIN parameter USING (run) "
+               "ORDER BY serial, place");
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(FleetStore, IsLeftWholeByAFullDisk) {
+  WriteUnits(8);
+  fs::create_directory(folder_.Path("disk"));
+  if (Shell("mount -t tmpfs -o size=1m tmpfs disk").exit_code != 0) {
+    GTEST_SKIP() << "mounting a file system is not allowed here";
+  }
+  const std::string run = Fleet("-o out --store=disk/fleet.db --jobs=1");
+  EXPECT_EQ(Shell(kFleetProgram + std::string("run line/u100.csv --report=false --quiet -o out "
+                                              "--store=disk/fleet.db"))
+                .exit_code,
+            0);
+  Shell("cat /dev/zero >disk/ballast");
+  const Finished full = Shell(run);
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("make room, and go on with --resume"));
+  Shell("rm disk/ballast");
+  EXPECT_THAT(Ask("disk/fleet.db", "SELECT serial FROM run"), Not(SizeIs(0)));
+  EXPECT_EQ(Shell(run + " --resume").exit_code, 0);
+  EXPECT_THAT(Ask("disk/fleet.db", "SELECT DISTINCT serial FROM run"), SizeIs(8));
+  EXPECT_THAT(Ask("disk/fleet.db", "SELECT run FROM run"), SizeIs(8));
+  Shell("umount disk");
+}
+
+TEST_F(FleetStore, KeepsWhatPeopleDecide) {
+  WriteUnits(2);
+  ASSERT_EQ(Shell(Fleet("--store=a.db")).exit_code, 0);
+  const std::string dispose = kFleetProgram + std::string("dispose ");
+  const Finished done =
+      Shell(dispose + "u100 --store=a.db --who='R. Roe' --verdict=refused --why='bent'");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, StartsWith("u100 is refused (run "));
+  EXPECT_THAT(Ask("a.db", "SELECT serial, verdict, final_verdict, disposed_by FROM standing"),
+              ElementsAre("u100,usable,refused,R. Roe", "u101,usable,usable,"));
+  struct Mistake {
+    std::string flags, message;
+    int exit_code;
+  };
+  for (const Mistake& mistake : std::vector<Mistake>{
+           {"u7 --store=a.db --who=x --verdict=pass --why=x", "has no unit `u7`", 1},
+           {"u100 --store=a.db --who=x --verdict=good --why=x", "--verdict=good is not known", 1},
+           {"u100 --store=a.db --who=x --verdict=crashed --why=x", "do not decide", 1},
+           {"u100 --store=a.db --who=x --verdict=pass", "--why=TEXT is missing", 1},
+           {"u100 --store=a.db --who=x --verdict=pass --why=", "--why has no value", 1},
+           {"u100 --store=a.db --who=' ' --verdict=pass --why=x", "who decided it", 1},
+           {"u100 --store=b.db --who=x --verdict=pass --why=x", "there is no such store", 2}}) {
+    const Finished run = Shell(dispose + mistake.flags);
+    EXPECT_EQ(run.exit_code, mistake.exit_code) << mistake.flags;
+    EXPECT_THAT(run.err, HasSubstr(mistake.message));
+  }
+  EXPECT_THAT(Ask("a.db", "SELECT disposition FROM disposition"), SizeIs(1));
+  EXPECT_FALSE(fs::exists(folder_.Path("b.db")));
+}
+
+#ifdef TRUETRIAD_HAVE_POSTGRESQL
+
+class FleetPostgreSQL : public FleetStore {
+ protected:
+  void SetUp() override {
+    TRUETRIAD_SKIP_WITHOUT_POSTGRES();
+    url_ = server()->NewDatabase();
+  }
+  static PrivatePostgres* server() { return PrivatePostgres::Get(); }
+  std::string Store() const { return "'--store=" + url_ + "' "; }
+  /// Shell that waits until the process $run has added some runs.
+  std::string UntilRuns(int count) const {
+    return "until [ \"$(" + server()->PsqlCommand(url_, "SELECT count(*) FROM run") + ")\" -ge " +
+           std::to_string(count) + " ] 2>/dev/null || ! kill -0 $run; do sleep 0.02; done";
+  }
+
+  std::string url_;
+};
+
+TEST_F(FleetPostgreSQL, IsWrittenToByFourAtOnce) {
+  WriteUnits(16);
+  ASSERT_EQ(Shell(Fleet("-o alone")).exit_code, 0);
+  std::string line;
+  for (int i = 0; i < 4; ++i) {
+    line += Fleet(Store() + "--jobs=1 -o out" + std::to_string(i) +
+                  " --shard=" + std::to_string(i) + "/4") +
+            " & jobs=\"$jobs $!\"; ";
+  }
+  const Finished four = Shell(line + "for job in $jobs; do wait $job || exit; done");
+  ASSERT_EQ(four.exit_code, 0) << four.err;
+  EXPECT_THAT(Ask(url_, "SELECT run FROM run"), SizeIs(16));
+  EXPECT_THAT(Parameters(url_), Not(SizeIs(0)));
+  EXPECT_EQ(Parameters(url_), Parameters("alone/fleet.db"));
+  EXPECT_THAT(Ask(url_, "SELECT value FROM fact WHERE name = 'shards'"), ElementsAre("4"));
+  const Finished other = Shell(Fleet(Store() + "--shard=0/5"));
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("shared among 4"));
+}
+
+TEST_F(FleetPostgreSQL, MayRestartDuringARun) {
+  WriteUnits(40);
+  const Finished run =
+      Shell(Fleet(Store() + "--jobs=1") + " & run=$!; " + UntilRuns(3) + "; " +
+            server()->StopCommand() + "; sleep 0.3; " + server()->StartCommand() + "; wait $run");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(Ask(url_, "SELECT run FROM run"), SizeIs(40));
+  EXPECT_THAT(Ask(url_, "SELECT DISTINCT serial FROM run"), SizeIs(40));
+}
+
+TEST_F(FleetPostgreSQL, MayGoForGoodAndTheRunGoesOnLater) {
+  WriteUnits(40);
+  const std::string flags = Store() + "--jobs=1 ";
+  const Finished cut =
+      Shell("export TRUETRIAD_STORE_PATIENCE=0.5; " + Fleet(flags) + " & run=$!; " + UntilRuns(3) +
+            "; " + server()->StopCommand() + "; wait $run");
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_THAT(cut.err,
+              AllOf(HasSubstr("in 0.5 s there was no other"), HasSubstr("--resume goes on")));
+  const Finished refused = Shell(Fleet(flags + "--json"));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.out, HasSubstr("\"store-failure\""));
+  server()->Start();
+  const std::size_t done = Ask(url_, "SELECT run FROM run").size();
+  EXPECT_GE(done, 3u);
+  EXPECT_EQ(Shell(Fleet(flags + "--resume")).exit_code, 0);
+  EXPECT_THAT(Ask(url_, "SELECT run FROM run"), SizeIs(40));
+  EXPECT_THAT(Ask(url_, "SELECT DISTINCT serial FROM run"), SizeIs(40));
+}
+
+TEST_F(FleetPostgreSQL, TakesAnySerialNumber) {
+  WriteUnits(1);
+  folder_.Write("list.csv",
+                "log,serial\nline/u100.csv,\"'); DROP TABLE run CASCADE; -- $1 \\ \"\"x\"\"\"\n");
+  const Finished run = Shell(kFleetProgram + ("run list.csv --report=false " + Store()));
+  ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+  EXPECT_THAT(Ask(url_, "SELECT serial FROM run"),
+              ElementsAre("\"'); DROP TABLE run CASCADE; -- $1 \\ \"\"x\"\"\""));
+}
+
+TEST_F(FleetPostgreSQL, DoesNotShowItsPassword) {
+  WriteUnits(1);
+  std::string url = url_;
+  url.insert(url.find('@'), ":hunter2");
+  const Finished run = Shell(Fleet("--json '--store=" + url + "'"));
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.out + run.err,
+              AllOf(HasSubstr("postgresql://postgres@/"), Not(HasSubstr("hunter2"))));
+}
+
+#endif  // TRUETRIAD_HAVE_POSTGRESQL
+
+}  // namespace
+}  // namespace truetriad

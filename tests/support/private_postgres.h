@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace truetriad {
+
+/// A PostgreSQL server of this program alone: data, socket and log in a folder of its own, no
+/// network. It ends with the program, however that ends.
+class PrivatePostgres {
+ public:
+  /// The one of this program, started when first asked for. Null where PostgreSQL is not installed.
+  static PrivatePostgres* Get() {
+    static PrivatePostgres server;
+    return server.folder_.empty() ? nullptr : &server;
+  }
+
+  /// A fresh database, as `--store=` takes it.
+  std::string NewDatabase() {
+    const std::string name = "line" + std::to_string(++databases_);
+    EXPECT_EQ(Run("createdb", "-h '" + folder_ + "' -U postgres " + name), 0);
+    return "postgresql://postgres@/" + name + "?host=" + folder_;
+  }
+  /// What psql says to statements, as SELECT's rows alone.
+  std::string Psql(const std::string& url, const std::string& sql) const {
+    return OutputOf(PsqlCommand(url, sql));
+  }
+  /// Shell that prints that.
+  std::string PsqlCommand(const std::string& url, const std::string& sql) const {
+    return "'" + Program("psql") + "' -qAtX '" + url + "' -c \"" + sql + "\" 2>&1";
+  }
+
+  void Start() const { EXPECT_EQ(Run("pg_ctl", Control("start")), 0) << Log(); }
+  /// As an administrator does: whoever is connected is thrown out.
+  void Stop() const { EXPECT_EQ(Run("pg_ctl", Control("stop -m fast")), 0) << Log(); }
+  /// Shell that does the same.
+  std::string StartCommand() const { return AsOwner("pg_ctl", Control("start")); }
+  std::string StopCommand() const { return AsOwner("pg_ctl", Control("stop -m fast")); }
+
+ private:
+  PrivatePostgres() {
+    programs_ = OutputOf("ls -d /usr/lib/postgresql/*/bin 2>/dev/null | sort -V | tail -n 1");
+    if (programs_.empty()) programs_ = OutputOf("dirname \"$(command -v initdb)\" 2>/dev/null");
+    if (!std::filesystem::exists(Program("initdb"))) return;
+    std::string folder = ::testing::TempDir() + "truetriad_postgres_XXXXXX";
+    folder_ = ::mkdtemp(folder.data());
+    if (is_root_) std::system(("chown postgres '" + folder_ + "'").c_str());
+    // Ends the server when this end of the pipe is closed: by the destructor, or by the system.
+    keeper_ = ::popen(("cat >/dev/null; " + AsOwner("pg_ctl", Control("stop -m immediate")) +
+                       "; rm -rf '" + folder_ + "'")
+                          .c_str(),
+                      "we");
+    EXPECT_EQ(Run("initdb", "-A trust -U postgres -E UTF8 --no-sync -D '" + folder_ + "/data'"), 0);
+    Start();
+  }
+  ~PrivatePostgres() {
+    if (keeper_ != nullptr) ::pclose(keeper_);
+  }
+
+  std::string Program(const std::string& name) const { return programs_ + "/" + name; }
+  std::string Control(const std::string& verb) const {
+    return "-w -D '" + folder_ + "/data' -l '" + folder_ + "/log' -o \"-k '" + folder_ +
+           "' -c listen_addresses='' -c fsync=off\" " + verb;
+  }
+  /// The server does not run as root.
+  std::string AsOwner(const std::string& program, const std::string& arguments) const {
+    return (is_root_ ? "cd / && runuser -u postgres -- '" : "'") + Program(program) + "' " +
+           arguments + " >/dev/null 2>&1";
+  }
+  int Run(const std::string& program, const std::string& arguments) const {
+    return std::system(AsOwner(program, arguments).c_str());
+  }
+  std::string Log() const { return OutputOf("cat '" + folder_ + "/log'"); }
+
+  static std::string OutputOf(const std::string& command) {
+    std::string text;
+    if (std::FILE* const output = ::popen(command.c_str(), "r")) {
+      std::array<char, 4096> part{};
+      while (const std::size_t count = std::fread(part.data(), 1, part.size(), output)) {
+        text.append(part.data(), count);
+      }
+      ::pclose(output);
+    }
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text;
+  }
+
+  const bool is_root_ = ::geteuid() == 0;
+  std::string programs_, folder_;
+  std::FILE* keeper_ = nullptr;
+  int databases_ = 0;
+};
+
+/// Leaves the test where there is no server to be had.
+#define TRUETRIAD_SKIP_WITHOUT_POSTGRES()                                \
+  if (::truetriad::PrivatePostgres::Get() == nullptr) {                  \
+    GTEST_SKIP() << "PostgreSQL's server is not installed (postgresql)"; \
+  }                                                                      \
+  static_assert(true)
+
+}  // namespace truetriad
