@@ -7,9 +7,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
+#include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <string_view>
 #include <tuple>
@@ -166,14 +165,12 @@ class LineReader {
   }
 
   /// Hexadecimal digits of doubles, least significant byte first: lower triangle by rows.
+  /// PostgreSQL begins them with \x.
   void AddCovariance(std::string_view digits, const std::vector<int>& order) {
     constexpr std::size_t kDigits = 2 * sizeof(double);
+    if (digits.starts_with("\\x")) digits.remove_prefix(2);
     if (digits.size() != kDigits * (order.size() * (order.size() + 1) / 2)) return;
-    const auto size = static_cast<Eigen::Index>(names_.size());
-    if (sum_.rows() < size) {
-      sum_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
-      counts_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
-    }
+    MakeRoom();
     for (std::size_t row = 0; row < order.size(); ++row) {
       for (std::size_t column = 0; column <= row; ++column) {
         const double value = DoubleOf(digits);
@@ -184,6 +181,14 @@ class LineReader {
         counts_(high, low) += 1.0;
       }
     }
+  }
+
+  /// For the covariances of all parameters so far.
+  void MakeRoom() {
+    const auto size = static_cast<Eigen::Index>(names_.size());
+    if (sum_.rows() == size) return;
+    sum_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
+    counts_.conservativeResizeLike(Eigen::MatrixXd::Zero(size, size));
   }
 
   static double DoubleOf(std::string_view digits) {
@@ -218,6 +223,7 @@ class LineReader {
       reading.courses.push_back(std::move(record.course));
     }
     reading.data.parameters = names_;
+    MakeRoom();
     reading.data.calibration_covariance =
         (sum_.array() / counts_.array()).matrix().selfadjointView<Eigen::Lower>();
     for (auto& [name, rows] : judged_) reading.judged.push_back(QuantityOf(name, &rows));

@@ -23,6 +23,10 @@ class StudyOfRuns {
   QuantityStudy Of(QuantityStudy study,
                    const std::vector<int>& places,
                    const Eigen::VectorXd& values) const {
+    if (is_of_one_part_ && values.size() < 2) {
+      study.refused = "the study has one run of one part; repeat it";
+      return study;
+    }
     if (is_of_one_part_) {
       const auto reference = options_.references.find(study.name);
       study.type1 = line::FindType1Study(

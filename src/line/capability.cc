@@ -27,9 +27,10 @@ double InSigmas(double distance, double sigma) { return distance / (3.0 * sigma)
 /// The interval of Cpk from those of distance and sigma.
 Interval CpkInterval(const Location& at, double sigma, const Interval& sigmas) {
   const double distance = at.Distance();
-  // Far to the good side, the spread of the process may be none at all.
   const double one = InSigmas(distance, sigmas.upper), other = InSigmas(distance, sigmas.lower);
   const double by_sigma_low = std::min(one, other), by_sigma_high = std::max(one, other);
+  // No spread at all: Cpk is infinite, and the bounds that are not come from the upper one of
+  // sigma.
   if (!(sigma > 0.0)) {
     return {std::min(by_sigma_low, InSigmas(distance - at.doubt, sigmas.upper)),
             std::max(by_sigma_high, InSigmas(distance + at.doubt, sigmas.lower))};

@@ -2,7 +2,6 @@
 #include "line/chart_plan.h"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 
 #include <glog/logging.h>

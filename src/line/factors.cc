@@ -12,6 +12,11 @@ constexpr std::size_t kUnitsOfLevel = 3;
 // Levels of all factors together: the model's matrix is decomposed for every parameter.
 constexpr std::size_t kMostLevels = 200;
 
+// Of a unit without values, which says nothing of what goes with what.
+constexpr int kNoLevel = -1;
+
+bool HasValues(const UnitRecord& unit) { return unit.values.array().isFinite().any(); }
+
 struct Coded {
   FactorLevels levels;
   std::vector<int> level_of;
@@ -19,7 +24,9 @@ struct Coded {
 
 Coded CodedTag(const LineData& data, const std::string& tag) {
   std::map<std::string, int> code;
-  for (const UnitRecord& unit : data.units) code.emplace(TagOf(unit, tag), 0);
+  for (const UnitRecord& unit : data.units) {
+    if (HasValues(unit)) code.emplace(TagOf(unit, tag), 0);
+  }
   Coded coded;
   coded.levels.name = tag;
   for (auto& [level, number] : code) {
@@ -27,7 +34,9 @@ Coded CodedTag(const LineData& data, const std::string& tag) {
     coded.levels.levels.push_back(level);
   }
   coded.level_of.reserve(data.units.size());
-  for (const UnitRecord& unit : data.units) coded.level_of.push_back(code.at(TagOf(unit, tag)));
+  for (const UnitRecord& unit : data.units) {
+    coded.level_of.push_back(HasValues(unit) ? code.at(TagOf(unit, tag)) : kNoLevel);
+  }
   return coded;
 }
 
@@ -35,6 +44,7 @@ Coded CodedTag(const LineData& data, const std::string& tag) {
 bool Determines(const std::vector<int>& finer, const std::vector<int>& coarser) {
   std::map<int, int> goes_with;
   for (std::size_t unit = 0; unit < finer.size(); ++unit) {
+    if (finer[unit] == kNoLevel) continue;
     const auto at = goes_with.emplace(finer[unit], coarser[unit]).first;
     if (at->second != coarser[unit]) return false;
   }
@@ -85,14 +95,16 @@ std::vector<std::size_t> Undetermined(const Factors& factors,
 
 Factors FactorsOf(const LineData& data, const std::vector<std::string>& wanted) {
   Factors factors;
+  const auto units =
+      static_cast<std::size_t>(std::count_if(data.units.begin(), data.units.end(), HasValues));
   std::size_t levels = 0;
   for (const std::string& tag : wanted) {
     Coded coded = CodedTag(data, tag);
     const std::size_t own = coded.levels.levels.size();
     if (own < 2) continue;
-    if (data.units.size() < kUnitsOfLevel * own) {
+    if (units < kUnitsOfLevel * own) {
       factors.notes.push_back(tag + " is left out: " + std::to_string(own) + " levels for " +
-                              std::to_string(data.units.size()) + " units");
+                              std::to_string(units) + " units");
       continue;
     }
     if (levels + own > kMostLevels) {

@@ -11,7 +11,7 @@ namespace truetriad::line {
 /// Factors of the units: who belongs to which level.
 struct Factors {
   std::vector<FactorLevels> factors;
-  std::vector<std::vector<int>> level_of;  // by factor, by unit
+  std::vector<std::vector<int>> level_of;  // by factor, by unit; -1: the unit has no values
   /// related[a][b]: each level of one of them goes with one level of the other, so that both in one
   /// model would say nothing of that other. Also of a factor with itself.
   std::vector<std::vector<bool>> related;

@@ -13,7 +13,7 @@
 namespace truetriad::line {
 namespace {
 
-/// Readings by appraiser and part; kOneAppraiser, and kNested by appraiser only.
+/// Readings by appraiser, then by part.
 using Cells = std::map<std::string, std::map<std::string, std::vector<double>>>;
 
 double MeanOf(const std::vector<double>& values) {

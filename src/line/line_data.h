@@ -23,7 +23,7 @@ struct UnitRecord {
 struct LineData {
   std::vector<std::string> parameters = {};     // without reference.*
   std::vector<UnitRecord> units = {};           // in the order of time
-  Eigen::MatrixXd calibration_covariance = {};  // of one calibration: mean over the units
+  Eigen::MatrixXd calibration_covariance = {};  // of one calibration: mean over units, or NaN
 };
 
 /// Where `parameter` stands in `parameters`.

@@ -119,12 +119,14 @@ EwmaChain ChainOf(double lambda, double width, double shift) {
   return chain;
 }
 
-// x with f(x) = wanted of a growing f whose logarithm is nearly straight.
+// x with f(x) = wanted of a growing f whose logarithm is nearly straight; the end of low...high
+// that is nearer where there is none between.
 double Inverse(const std::function<double(double)>& f, double wanted, double low, double high) {
   const double target = std::log(wanted);
   double low_error = std::log(f(low)) - target;
   double high_error = std::log(f(high)) - target;
-  CHECK(low_error < 0.0 && high_error > 0.0) << "run length " << wanted;
+  if (low_error >= 0.0) return low;
+  if (high_error <= 0.0) return high;
   while (high - low > kLimitAccuracy * high) {
     // False position, with the Illinois rule against an end that never moves.
     const double middle = (low * high_error - high * low_error) / (high_error - low_error);

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <tuple>
+#include <vector>
 
 #include "line/baseline.h"
 #include "line/chart_limits.h"
@@ -100,7 +102,7 @@ class Singles {
       squares += std::pow(values_.values[k] - values_.values[k - 1], 2);
       pairs += 1.0;
     }
-    if (pairs < 2.0) return;
+    if (pairs < 2.0 || !(squares > 0.0)) return;
     normal_.sigma = std::sqrt(0.5 * squares / pairs);
     normal_.known.dof = kDofOfDifferences * pairs;
   }

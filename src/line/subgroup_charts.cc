@@ -53,7 +53,7 @@ class Subgroups {
   }
 
   void DrawTo(StationCharts* station) {
-    if (within_.dof < kLeastDof) return;
+    if (within_.dof < kLeastDof || !(sigma_ > 0.0)) return;
     std::optional<ChartWriter> mean = WriterOf(ChartKind::kXBar);
     std::optional<ChartWriter> spread = WriterOf(ChartKind::kS);
     for (std::size_t g = first_; g < groups_.size(); ++g) {

@@ -14,8 +14,8 @@ constexpr double kManyDof = std::numeric_limits<double>::infinity();
 
 double Squared(double value) { return value * value; }
 
-/// How far the sum may be off on one side, squared: `probability` is 1 - tail for the lower bound,
-/// tail for the upper one; the terms of `sign` are those whose own overestimate makes the sum's.
+/// How far a bound lies from the sum, squared: V_L of the papers where `probability` is 1 - tail,
+/// for the lower bound; V_U where it is tail, for the upper one.
 double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probability) {
   const bool is_lower = probability > 0.5;
   const auto own = [&](const MeanSquareTerm& term) {

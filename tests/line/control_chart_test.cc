@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kParameters = 33;
 
-int RunLines() { return IsNightly() ? 500 : 30; }
+int RunLines() { return IsNightly() ? 500 : 20; }
 
 struct RunLengths {
   double mean = 0.0, sigma = 0.0;  // of the mean

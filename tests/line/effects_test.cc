@@ -95,6 +95,8 @@ TEST(Effects, SayWhatCannotBeToldApart) {
     unit.tags["slot"] = unit.tags["fixture"];
     unit.tags["station"] = unit.tags["fixture"] == "A" ? "left" : "right";
   }
+  // What was refused says nothing of what goes with what.
+  data.units.push_back(UnitOf({{"slot", "A"}, {"fixture", "B"}, {"station", "right"}}, {}));
   const EffectReport report = Effects(data);
   EXPECT_THAT(
       report.notes,
