@@ -153,18 +153,28 @@ std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
   return Section("Golden units", std::move(table));
 }
 
+/// Those with limits where there are any: what a parameter says is nearly the same again.
+std::vector<const QuantityStudy*> ShownOf(const StudySummary& study) {
+  std::vector<const QuantityStudy*> all, with_limits;
+  for (const QuantityStudy& quantity : study.quantities) {
+    all.push_back(&quantity);
+    if (quantity.has_limits) with_limits.push_back(&quantity);
+  }
+  return with_limits.empty() ? all : with_limits;
+}
+
 std::string GaugeText(const StudySummary& study) {
   truetriad::Table table{
-      {"quantity", "study", "tolerance", "repeat", "reproduce", "categories", "parts p"},
+      {"quantity", "of study", "of tolerance", "repeat", "reproduce", "categories", "parts p"},
       "lrrrrrr",
       {}};
   const QuantityStudy* first = nullptr;
-  for (const QuantityStudy& quantity : study.quantities) {
-    if (!quantity.gauge) continue;
-    if (first == nullptr) first = &quantity;
-    const line::GaugeStudy& gauge = *quantity.gauge;
+  for (const QuantityStudy* quantity : ShownOf(study)) {
+    if (!quantity->gauge) continue;
+    if (first == nullptr) first = quantity;
+    const line::GaugeStudy& gauge = *quantity->gauge;
     const auto share = [](double value) { return std::isnan(value) ? "" : Percent(value); };
-    table.rows.push_back({quantity.name,
+    table.rows.push_back({quantity->name,
                           share(gauge.gauge.study_share),
                           share(gauge.gauge.tolerance_share),
                           share(gauge.repeatability.study_share),
@@ -177,19 +187,17 @@ std::string GaugeText(const StudySummary& study) {
   std::string heading = "Gauge study, " + std::string(StudyDesignName(gauge.design)) + ": " +
                         std::to_string(gauge.parts) + " parts, ";
   if (gauge.appraisers > 1) {
-    heading += std::to_string(gauge.appraisers) + " of " + study.by + ", ";
+    heading += Counted(gauge.appraisers, study.by) + ", ";
   }
-  return Section(heading + std::to_string(gauge.repeats) +
-                     " runs each (gauge as share of 6 σ of the study, of the tolerance)",
-                 std::move(table));
+  return Section(heading + std::to_string(gauge.repeats) + " runs each", std::move(table));
 }
 
 std::string Type1Text(const StudySummary& study) {
   truetriad::Table table{{"quantity", "mean", "σ", "bias", "p", "Cg", "Cgk"}, "lrrrrrr", {}};
-  for (const QuantityStudy& quantity : study.quantities) {
-    if (!quantity.type1) continue;
-    const line::Type1Study& type1 = *quantity.type1;
-    table.rows.push_back({quantity.name,
+  for (const QuantityStudy* quantity : ShownOf(study)) {
+    if (!quantity->type1) continue;
+    const line::Type1Study& type1 = *quantity->type1;
+    table.rows.push_back({quantity->name,
                           Significant(type1.mean, 5),
                           Significant(type1.sigma.value, 3),
                           std::isnan(type1.bias.value) ? "" : Significant(type1.bias.value, 3),

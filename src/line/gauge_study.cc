@@ -92,7 +92,7 @@ void Test(AnovaLine* line, const AnovaLine& against) {
 
 void FillAnova(const Cells& cells, GaugeStudy* study) {
   const double p = study->parts, o = study->appraisers, r = study->repeats;
-  std::vector<double> all, of_appraisers, of_cells;
+  std::vector<double> of_appraisers, of_cells;
   std::map<std::string, std::vector<double>> by_part;
   double error = 0.0, parts_in_appraisers = 0.0;
   for (const auto& [appraiser, of_appraiser] : cells) {
@@ -213,9 +213,10 @@ void FillShares(double tolerance, GaugeStudy* study) {
     component->study_share = sigma / total;
     component->tolerance_share = 6.0 * sigma / tolerance;
   }
+  if (!(study->part_to_part.variance > 0.0)) return;
   constexpr double kMany = 1e6;  // Where the gauge does not scatter at all.
-  study->distinct_categories = static_cast<int>(std::min(
-      kMany, std::floor(1.41 * std::sqrt(study->part_to_part.variance / study->gauge.variance))));
+  const double categories = 1.41 * std::sqrt(study->part_to_part.variance / study->gauge.variance);
+  study->distinct_categories = static_cast<int>(std::min(kMany, std::floor(categories)));
 }
 
 }  // namespace

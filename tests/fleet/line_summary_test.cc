@@ -280,7 +280,8 @@ TEST_F(StudyOfUnits, IsMadeOfAllRunsThatAreSelected) {
   // Repeats differ by 0.004 everywhere: 8 e-6 is their variance; with the interaction, which is
   // none, 11 instead of 8 degrees of freedom.
   EXPECT_NEAR(bias.gauge->repeatability.variance, 8e-6 * 8 / 11, 1e-15);
-  EXPECT_THAT(SummaryText(summary), HasSubstr("Gauge study, crossed: 4 parts, 2 of operator"));
+  EXPECT_THAT(SummaryText(summary),
+              HasSubstr("Gauge study, crossed: 4 parts, 2 operators, 2 runs each"));
   EXPECT_THAT(ToJson(summary)["study"]["quantities"], SizeIs(3));
 }
 
