@@ -104,9 +104,9 @@ class PageReader {
       units_.created_s.push_back(WholeSecondsOf(row[2].value_or("")));
       units_.verdict.of.push_back(units_.verdict.NumberOf(row[3].value_or("")));
       units_.code.of.push_back(units_.code.NumberOf(row[4].value_or("")));
+      units_.first_verdict.of.push_back(units_.first_verdict.NumberOf(row[5].value_or("")));
+      units_.run_count.push_back(static_cast<std::uint32_t>(FieldNumber(row[6])));
     }
-    units_.run_count.assign(units_.size(), 0);
-    units_.first_verdict.of.assign(units_.size(), 0);
     const auto add = [&](const TagKey& tag) {
       if (tag.key != "note") units_.tags.emplace_back(std::string(tag.key));
     };
@@ -194,9 +194,6 @@ class PageReader {
           const auto unit = unit_of_.find(row[1].value_or(""));
           if (unit == unit_of_.end()) return;
           const std::size_t at = unit->second;
-          if (units_.run_count[at]++ == 0) {
-            units_.first_verdict.of[at] = units_.first_verdict.NumberOf(row[3].value_or(""));
-          }
           if (units_.runs[at] == run) unit_of_run_[run] = at;
           (*runs_of)[at - begin].push_back(run);
           const std::string link = reports_.LinkTo(row[8].value_or(""));
