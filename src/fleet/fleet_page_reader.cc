@@ -70,7 +70,11 @@ class Reports {
   /// Without links, so that the way from one to the other is the short one.
   const fs::path& Canonical(const fs::path& folder) {
     const auto [found, is_new] = canonical_.try_emplace(folder);
-    if (is_new) found->second = fs::weakly_canonical(folder).lexically_normal();
+    if (is_new) {
+      std::error_code failure;
+      const fs::path canonical = fs::weakly_canonical(folder, failure);
+      found->second = (failure ? folder : canonical).lexically_normal();
+    }
     return found->second;
   }
 
