@@ -132,7 +132,7 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
       ReadPageUnits(store, options.store, options.where, options.folder, add_part));
   if (units.size() == 0) {
     return Error(ErrorCode::kNoReadings,
-                 {options.store},
+                 {ShownStore(options.store)},
                  options.where.empty() ? "has no runs yet; `truetriad fleet run` adds them"
                                        : "has no units with --where=" + options.where);
   }

@@ -43,12 +43,12 @@ std::int64_t WholeSecondsOf(const std::string& moment) {
 class Reports {
  public:
   Reports(const std::string& store, const std::string& page)
-      : page_(fs::absolute(page).lexically_normal()), beside_(fs::absolute(store).parent_path()) {
+      : page_(Canonical(fs::absolute(page))), beside_(fs::absolute(store).parent_path()) {
     if (!page_.has_filename()) page_ = page_.parent_path();
   }
 
   /// As a link from the page's folder; empty: there is none.
-  std::string LinkTo(const std::string& folder) const {
+  std::string LinkTo(const std::string& folder) {
     if (folder.empty()) return "";
     const fs::path named(folder);
     // OUTPUT/units/SERIAL/RUN; OUTPUT may have moved with its store.
@@ -57,14 +57,28 @@ class Reports {
           beside_ / named,
           beside_ / "units" / named.parent_path().filename() / named.filename()}) {
       std::error_code ignored;
-      const fs::path report = place.lexically_normal() / "report.html";
-      if (!fs::is_regular_file(report, ignored)) continue;
+      if (!fs::is_regular_file(place / "report.html", ignored)) continue;
+      const fs::path unit = place.parent_path();
+      const fs::path report =
+          Canonical(unit.parent_path()) / unit.filename() / place.filename() / "report.html";
       return LinkOf(report.lexically_relative(page_).generic_string());
     }
     return "";
   }
 
  private:
+  /// Without links, so that the way from one to the other is the short one.
+  const fs::path& Canonical(const fs::path& folder) {
+    const auto [found, is_new] = canonical_.try_emplace(folder);
+    if (is_new) {
+      std::error_code failure;
+      const fs::path canonical = fs::weakly_canonical(folder, failure);
+      found->second = (failure ? folder : canonical).lexically_normal();
+    }
+    return found->second;
+  }
+
+  std::map<fs::path, fs::path> canonical_;
   fs::path page_, beside_;
 };
 
@@ -104,9 +118,9 @@ class PageReader {
       units_.created_s.push_back(WholeSecondsOf(row[2].value_or("")));
       units_.verdict.of.push_back(units_.verdict.NumberOf(row[3].value_or("")));
       units_.code.of.push_back(units_.code.NumberOf(row[4].value_or("")));
+      units_.first_verdict.of.push_back(units_.first_verdict.NumberOf(row[5].value_or("")));
+      units_.run_count.push_back(static_cast<std::uint32_t>(FieldNumber(row[6])));
     }
-    units_.run_count.assign(units_.size(), 0);
-    units_.first_verdict.of.assign(units_.size(), 0);
     const auto add = [&](const TagKey& tag) {
       if (tag.key != "note") units_.tags.emplace_back(std::string(tag.key));
     };
@@ -186,28 +200,25 @@ class PageReader {
 
   Status ReadRuns(std::size_t begin, std::vector<std::vector<std::string>>* runs_of) {
     unit_of_run_.clear();
-    return ForRows(
-        "serial, created, verdict, code, message, log, software, folder",
-        "",
-        "serial, run",
-        [&](const std::string& run, const TableRow& row) {
-          const auto unit = unit_of_.find(row[1].value_or(""));
-          if (unit == unit_of_.end()) return;
-          const std::size_t at = unit->second;
-          if (units_.run_count[at]++ == 0) {
-            units_.first_verdict.of[at] = units_.first_verdict.NumberOf(row[3].value_or(""));
-          }
-          if (units_.runs[at] == run) unit_of_run_[run] = at;
-          (*runs_of)[at - begin].push_back(run);
-          const std::string link = reports_.LinkTo(row[8].value_or(""));
-          if (!link.empty()) ++units_.reports;
-          runs_[run].head =
-              "\"run\":" + ScriptText(run) + ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
-              ",\"created\":" + ScriptText(row[2]) + ",\"verdict\":" + ScriptText(row[3]) +
-              ",\"code\":" + ScriptText(row[4]) + ",\"message\":" + ScriptText(row[5]) +
-              ",\"log\":" + ScriptText(row[6]) + ",\"software\":" + ScriptText(row[7]) +
-              ",\"report\":" + ScriptText(link);
-        });
+    return ForRows("serial, created, verdict, code, message, log, software, folder",
+                   "",
+                   "serial, run",
+                   [&](const std::string& run, const TableRow& row) {
+                     const auto unit = unit_of_.find(row[1].value_or(""));
+                     if (unit == unit_of_.end()) return;
+                     const std::size_t at = unit->second;
+                     if (units_.runs[at] == run) unit_of_run_[run] = at;
+                     (*runs_of)[at - begin].push_back(run);
+                     const std::string link = reports_.LinkTo(row[8].value_or(""));
+                     if (!link.empty()) ++units_.reports;
+                     runs_[run].head =
+                         "\"run\":" + ScriptText(run) +
+                         ",\"counts\":" + (units_.runs[at] == run ? "1" : "0") +
+                         ",\"created\":" + ScriptText(row[2]) +
+                         ",\"verdict\":" + ScriptText(row[3]) + ",\"code\":" + ScriptText(row[4]) +
+                         ",\"message\":" + ScriptText(row[5]) + ",\"log\":" + ScriptText(row[6]) +
+                         ",\"software\":" + ScriptText(row[7]) + ",\"report\":" + ScriptText(link);
+                   });
   }
 
   Status ReadTags() {
