@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLookS = 1.0;  ///< Where events tell of most.
 constexpr double kPollS = 5.0;  ///< Where none do, unless said otherwise.
 
 std::string StampText(const LogStamp& stamp) {
@@ -55,7 +54,9 @@ Result<std::unique_ptr<LogWatch>> LogWatch::Open(WatchOptions options, DoneLogs 
   return watch;
 }
 
-double LogWatch::LookS() const { return events_ ? kLookS : options_.poll_s.value_or(kPollS); }
+double LogWatch::LookS() const {
+  return events_ ? options_.look_s : options_.poll_s.value_or(kPollS);
+}
 
 Status LogWatch::Look() {
   if (events_) {
@@ -69,7 +70,8 @@ Status LogWatch::Look() {
   if (!events_ || !failure_.empty()) {
     const Status status = Scan(options_.folder);
     const std::string failure = status ? "" : status.error().message;
-    if (failure != failure_) tell_(status ? options_.folder + " can be read again" : failure);
+    if (failure.empty() != failure_.empty())
+      tell_(status ? options_.folder + " can be read again" : failure);
     failure_ = failure;
   }
   LookAtWaiting();
@@ -174,11 +176,11 @@ void LogWatch::LookAtWaiting() {
 std::string LogWatch::StateOf(const std::string& log, const LogStamp& stamp) {
   const fs::path path = log;
   if (path.filename() != kManifestName) {
-    if (table_folders_.contains(FolderHash(path))) return StampText(stamp);
     // The recording.yaml that this one belongs to may be on its way.
-    std::string& state = folder_states_[path.parent_path()];
-    if (state.empty()) state = StampText(StampOfFolder(path.parent_path()));
-    return state;
+    const auto looked = folder_states_.find(path.parent_path());
+    if (looked != folder_states_.end()) return looked->second;
+    if (table_folders_.contains(FolderHash(path))) return StampText(stamp);
+    return folder_states_[path.parent_path()] = StampText(StampOfFolder(path.parent_path()));
   }
   std::string state = StampText(stamp);
   const Result<std::vector<std::string>> tables = TablesOfManifest(log);

@@ -24,6 +24,7 @@ struct WatchOptions {
   std::string folder = {};
   std::string without = {};  ///< A folder, absolute, whose files are results, no logs; or empty.
   std::string serial_pattern = {};  ///< As ListUnits.
+  double look_s = 1.0;              ///< Between looks at what events do not say all about.
   /// Look so often instead of being told; set where nothing tells.
   std::optional<double> poll_s = {};
   std::optional<double> until_idle_s = {};  ///< Ends when nothing has happened for so long.
@@ -34,10 +35,10 @@ struct WatchOptions {
 /// is done, and the names of folders.
 ///
 /// Given at once: a table that was closed after writing or renamed. When nobody writes to it and
-/// two looks (1 s apart, or `poll_s`) have found it the same: what was there already or was linked,
-/// and any table where no event tells. In a folder that has not had a log yet the whole folder must
-/// have stayed so, since a recording.yaml may follow; that is given when it and all tables that it
-/// names are there and have stayed so.
+/// two looks (`look_s` or `poll_s` apart) have found it the same: what was there already or was
+/// linked, and any table where no event tells. In a folder that has not had a log yet the whole
+/// folder must have stayed so, since a recording.yaml may follow; that is given when it and all
+/// tables that it names are there and have stayed so.
 class LogWatch : public OrderSource {
  public:
   using Tell = std::function<void(const std::string&)>;

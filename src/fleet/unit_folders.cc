@@ -37,6 +37,12 @@ bool IsRunId(const std::string& name) {
          });
 }
 
+/// It is marked so, or was made and no more.
+bool IsUnfinished(const fs::path& folder) {
+  std::error_code failure;
+  return fs::exists(folder / kUnfinished, failure) || fs::is_empty(folder, failure);
+}
+
 /// Folders of runs that are unfinished, in units' folders that have changed since.
 std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
   std::vector<fs::path> found;
@@ -46,10 +52,9 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
     if (!unit->is_directory(vanished) || unit->last_write_time(vanished) < since) continue;
     for (fs::directory_iterator run(unit->path(), vanished); !vanished && run != end;
          run.increment(vanished)) {
-      std::error_code missing;
-      if (IsRunId(run->path().filename().string()) &&
-          fs::exists(run->path() / kUnfinished, missing))
+      if (IsRunId(run->path().filename().string()) && IsUnfinished(run->path())) {
         found.push_back(run->path());
+      }
     }
   }
   return found;

@@ -44,6 +44,7 @@ class Watch : public ::testing::Test {
   }
   void Open(WatchOptions options = {}) {
     options.folder = Path("");
+    options.look_s = 0.2;
     Result<std::unique_ptr<LogWatch>> watch =
         LogWatch::Open(options, {}, [this](const std::string& note) { notes_.push_back(note); });
     ASSERT_TRUE(watch) << watch.error().message;
@@ -73,8 +74,8 @@ class Watch : public ::testing::Test {
   std::vector<std::string> notes_;
   std::unique_ptr<LogWatch> watch_;
 };
-// Until a look has found something twice, a second apart.
-constexpr double kTwoLooksS = 2.5;
+// Until a look has found something twice.
+constexpr double kTwoLooksS = 0.9;
 
 TEST_F(Watch, GivesATableOnceItIsClosedOrRenamed) {
   Open();
@@ -178,9 +179,9 @@ TEST_F(Watch, FindsWhatTheSystemHadNoRoomToTell) {
 TEST_F(Watch, WaitsForItsFolderToComeBack) {
   Open();
   fs::rename(Path(""), folder_.Path("away"));
-  EXPECT_THAT(Given(1.5), IsEmpty());
+  EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
   fs::rename(folder_.Path("away"), Path(""));
-  EXPECT_THAT(Given(1.5), IsEmpty());
+  EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
   EXPECT_THAT(notes_, ElementsAre(HasSubstr("is gone"), HasSubstr("can be read again")));
   Write("a.csv");
   EXPECT_THAT(Given(0.0), ElementsAre("a.csv"));

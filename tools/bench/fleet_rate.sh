@@ -24,7 +24,12 @@ for program in "$build/truetriad" "$build/tools/bench/parse_floor" /usr/bin/time
 done
 
 ((simulated <= units)) || simulated=$units
-"$build/truetriad" simulate -c configs/scenarios/fleet.yaml --set=count="$simulated" \
+rates=
+for sensor in accelerometer gyroscope magnetometer; do
+  rates+=",sensors.$sensor.sampling.rate_hz=100"
+done
+"$build/truetriad" simulate -c configs/scenarios/fleet.yaml --set="count=$simulated$rates" \
+  --set='motion=[{poses: {attitudes: {spread: 24}, rest_s: 6, rest_spread: 0.15, move_s: 1.2, travel_m: 0.2}}]' \
   --output="$folder/simulated" > "$folder/stdout"
 logs=("$folder"/simulated/*/recording.csv)
 mkdir "$folder/line"
