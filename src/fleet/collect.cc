@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fleet/collect.h"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <memory>
@@ -88,14 +89,16 @@ Status Look(const std::string& source, Survey* survey) {
 Status AddFrom(const std::string& source, Store& target) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStoreToRead(source));
   std::vector<UnitRun> waiting;
-  TRUETRIAD_RETURN_IF_ERROR(store->ForEachRun({}, [&](UnitRun run) -> Status {
-    waiting.push_back(std::move(run));
-    if (waiting.size() < kRunsAtOnce) return {};
+  const auto add = [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(target.AddAll(waiting));
     waiting.clear();
     return {};
+  };
+  TRUETRIAD_RETURN_IF_ERROR(store->ForEachRun({}, [&](UnitRun run) -> Status {
+    waiting.push_back(std::move(run));
+    return waiting.size() < kRunsAtOnce ? Status() : add();
   }));
-  TRUETRIAD_RETURN_IF_ERROR(target.AddAll(waiting));
+  TRUETRIAD_RETURN_IF_ERROR(add());
   return JsonLinesPath(source) ? Status() : target.AddDecisions(*store);
 }
 
