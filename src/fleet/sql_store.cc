@@ -102,6 +102,18 @@ Status SqlStore::AddAll(std::span<const UnitRun> runs) {
   });
 }
 
+Result<bool> SqlStore::Has(const std::string& run) {
+  bool has = false;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(run)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                               database_->Ask("SELECT run FROM run WHERE run = $1", values));
+    has = !table.rows.empty();
+    return {};
+  }));
+  return has;
+}
+
 Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   std::vector<KnownRun> runs;
   TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {

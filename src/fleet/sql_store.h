@@ -20,6 +20,7 @@ class SqlStore : public Store {
 
   Status Add(const UnitRun& run) override { return AddAll({&run, 1}); }
   Status AddAll(std::span<const UnitRun> runs) override;
+  Result<bool> Has(const std::string& run) override;
   Result<std::vector<KnownRun>> LastRuns() override;
   Status StateShard(const Shard& shard) override;
   Status StateRetestPolicy(const RetestPolicy& policy) override;

@@ -2,7 +2,9 @@
 #include "fleet/store.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
+#include <system_error>
 
 #include "base/named_values.h"
 #include "fleet/database.h"
@@ -57,6 +59,15 @@ Status Store::AddAll(std::span<const UnitRun> runs) {
   return {};
 }
 
+Result<bool> Store::Has(const std::string& run) {
+  bool has = false;
+  TRUETRIAD_RETURN_IF_ERROR(ForEachRun({}, [&](const UnitRun& one) -> Status {
+    has = has || one.id == run;
+    return {};
+  }));
+  return has;
+}
+
 Result<StatedShards> Store::Shards() {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
                              Query("SELECT value FROM fact WHERE name = 'shards'"));
@@ -85,6 +96,14 @@ Status CheckDisposition(const Disposition& disposition) {
   return Error(ErrorCode::kInvalidArgument,
                "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
                    "`; expected one of " + verdicts);
+}
+
+std::string NameOfStore(const std::string& url) {
+  const std::optional<std::string> file = FileOfStore(url);
+  if (!file) return ShownStore(url);
+  std::error_code failure;
+  const std::filesystem::path path = std::filesystem::weakly_canonical(*file, failure);
+  return failure ? *file : path.string();
 }
 
 std::string ShownStore(const std::string& url) {

@@ -109,6 +109,8 @@ class Store {
   virtual Status Add(const UnitRun& run) = 0;
   /// The same of several, faster where a store can write them at once.
   virtual Status AddAll(std::span<const UnitRun> runs);
+  /// Whether a run of this name is there.
+  virtual Result<bool> Has(const std::string& run);
   /// Of each log the last run.
   virtual Result<std::vector<KnownRun>> LastRuns() = 0;
   /// Of which shard further runs are; the first who says how many there are, states it. Error
@@ -142,6 +144,9 @@ class Store {
 
 /// `url` for people and files: without password.
 std::string ShownStore(const std::string& url);
+
+/// What a store is called, from wherever it is seen: a file by its whole path.
+std::string NameOfStore(const std::string& url);
 
 /// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
 /// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot

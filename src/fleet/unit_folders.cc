@@ -7,6 +7,9 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -43,6 +46,13 @@ bool IsUnfinished(const fs::path& folder) {
   return fs::exists(folder / kUnfinished, failure) || fs::is_empty(folder, failure);
 }
 
+/// The store that the run of an unfinished folder was to go into; unset: nobody said so yet.
+std::optional<std::string> StoreOf(const fs::path& folder) {
+  std::ifstream mark(folder / kUnfinished, std::ios::binary);
+  std::string store(std::istreambuf_iterator<char>(mark), {});
+  return store.empty() ? std::nullopt : std::optional(std::move(store));
+}
+
 /// Folders of runs that are unfinished, in units' folders that have changed since.
 std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
   std::vector<fs::path> found;
@@ -60,13 +70,13 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those that have no run. A store that answers no questions keeps them.
-void Sweep(const std::vector<fs::path>& unfinished, Store& store) {
+/// Removes those that have no run, of runs for that store; where it cannot say, none.
+void Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
-    const Result<Table> runs =
-        store.Query("SELECT count(*) FROM run WHERE run = '" + folder.filename().string() + "'");
-    if (!runs) return;
-    if (runs->rows.at(0).at(0) != "0") {
+    if (StoreOf(folder).value_or(name) != name) continue;
+    const Result<bool> has_run = store.Has(folder.filename().string());
+    if (!has_run) return;
+    if (*has_run) {
       FinishFolder(folder.string());
       continue;
     }
@@ -78,7 +88,7 @@ void Sweep(const std::vector<fs::path>& unfinished, Store& store) {
 
 }  // namespace
 
-Status BeginFolder(const std::string& folder) {
+Status BeginFolder(const std::string& folder, const std::string& store) {
   std::error_code failure;
   fs::create_directories(folder, failure);
   if (failure) {
@@ -87,15 +97,20 @@ Status BeginFolder(const std::string& folder) {
   const std::string mark = (fs::path(folder) / kUnfinished).string();
   const int file = open(mark.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return CannotWrite(mark);
+  const bool is_written =
+      write(file, store.data(), store.size()) == static_cast<ssize_t>(store.size());
+  const Error error = CannotWrite(mark);
   close(file);
-  return {};
+  return is_written ? Status() : Status(error);
 }
 
 void FinishFolder(const std::string& folder) {
   if (!folder.empty()) unlink((fs::path(folder) / kUnfinished).c_str());
 }
 
-Result<FolderClaim> FolderClaim::Share(const std::string& units, Store& store) {
+Result<FolderClaim> FolderClaim::Share(const std::string& units,
+                                       Store& store,
+                                       const std::string& name) {
   const std::string path = (fs::path(units) / ".lock").string();
   const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (file < 0) return CannotWrite(path);
@@ -108,7 +123,8 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units, Store& store) {
     const bool is_first = fstat(file, &about) != 0 || about.st_size == 0;
     const fs::file_time_type last = fs::last_write_time(path, failure);
     Sweep(UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
-          store);
+          store,
+          name);
     // What it says does not matter: when it was written does.
     if (pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
   }

@@ -8,9 +8,9 @@
 
 namespace truetriad::fleet {
 
-/// Makes the folder of a run's files, which counts as unfinished from now on. Error (bad input): it
-/// cannot be made.
-Status BeginFolder(const std::string& folder);
+/// Makes the folder of a run's files, which counts as unfinished from now on, and as one of a run
+/// that goes into `store` (WorkPlan::store). Error (bad input): it cannot be made.
+Status BeginFolder(const std::string& folder, const std::string& store);
 /// The run of these files is in the store. Nothing, where there are none.
 void FinishFolder(const std::string& folder);
 
@@ -18,9 +18,10 @@ void FinishFolder(const std::string& folder);
 class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with others that work there. Who is alone there
-  /// removes what was left unfinished, and has no run in the store, since the last who was. Error
-  /// (bad input): it cannot be written to.
-  static Result<FolderClaim> Share(const std::string& units, Store& store);
+  /// removes what was left unfinished since the last who was, of runs that were to go into `store`,
+  /// which is called `name` (WorkPlan::store), and are not there. Error (bad input): it cannot be
+  /// written to.
+  static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
   /// Error (bad input): somebody else has `folder` for himself, who says that he is `what`.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const std::string& what);
 

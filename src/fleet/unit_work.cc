@@ -59,7 +59,7 @@ Result<Experiment> ExperimentFor(const WorkPlan& plan, const UnitOrder& order) {
 
 /// The files of a usable calibration, and of one that is not: what says why. All or an error.
 Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const std::string& folder) {
-  TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder));
+  TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder, plan.store));
   const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
   if (calibration.IsUsable()) {
     for (const std::string& format : plan.formats) {
@@ -221,6 +221,7 @@ std::string LineOf(const WorkPlan& plan) {
                      {"has_report", plan.has_report},
                      {"shares_assets", plan.shares_assets},
                      {"folder", plan.folder},
+                     {"store", plan.store},
                      {"shard", plan.shard}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
 }
@@ -240,6 +241,7 @@ Result<WorkPlan> ReadPlan(std::string_view line) {
                     .has_report = json.at("has_report"),
                     .shares_assets = json.at("shares_assets"),
                     .folder = json.at("folder"),
+                    .store = json.at("store"),
                     .shard = json.at("shard")};
   });
 }

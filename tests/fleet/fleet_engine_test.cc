@@ -139,25 +139,28 @@ TEST(UnitFolders, OfHalfARunAreRemovedByTheNextWhoIsAlone) {
   kept.id = NewRunId();
   kept.serial = "A1";
   kept.folder = units + "/A1/" + kept.id;
-  ASSERT_TRUE(BeginFolder(kept.folder));
+  ASSERT_TRUE(BeginFolder(kept.folder, "day"));
   ASSERT_TRUE((*store)->Add(kept));
   const std::string half = units + "/A1/" + NewRunId(), only = units + "/A2/" + NewRunId();
-  ASSERT_TRUE(BeginFolder(half));
-  ASSERT_TRUE(BeginFolder(only));
+  ASSERT_TRUE(BeginFolder(half, "day"));
+  ASSERT_TRUE(BeginFolder(only, "day"));
   fs::create_directories(units + "/A1/of somebody else");
+  const std::string of_another = units + "/A3/" + NewRunId();
+  ASSERT_TRUE(BeginFolder(of_another, "another day"));
   {
-    const Result<FolderClaim> claim = FolderClaim::Share(units, **store);
+    const Result<FolderClaim> claim = FolderClaim::Share(units, **store, "day");
     ASSERT_TRUE(claim) << claim.error().message;
     EXPECT_TRUE(fs::exists(kept.folder));
     EXPECT_TRUE(fs::exists(units + "/A1/of somebody else"));
+    EXPECT_TRUE(fs::exists(of_another));
     EXPECT_FALSE(fs::exists(half));
     EXPECT_FALSE(fs::exists(units + "/A2"));
     // What is in hand is nobody else's to remove.
-    ASSERT_TRUE(BeginFolder(half));
-    EXPECT_TRUE(FolderClaim::Share(units, **store));
+    ASSERT_TRUE(BeginFolder(half, "day"));
+    EXPECT_TRUE(FolderClaim::Share(units, **store, "day"));
     EXPECT_TRUE(fs::exists(half));
   }
-  EXPECT_TRUE(FolderClaim::Share(units, **store));
+  EXPECT_TRUE(FolderClaim::Share(units, **store, "day"));
   EXPECT_FALSE(fs::exists(half));
 }
 

@@ -78,6 +78,7 @@ Result<fleet::WorkPlan> StatedPlan() {
   }
   plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
   plan.folder = (fs::path(FLAGS_output) / "units").string();
+  plan.store = fleet::NameOfStore(StatedStore());
   return plan;
 }
 

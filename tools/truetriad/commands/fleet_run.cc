@@ -56,7 +56,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
     if (why) return Error(ErrorCode::kStationNotChecked, *why);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim claim,
-                             fleet::FolderClaim::Share(options.plan.folder, *store));
+                             fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk;

@@ -56,7 +56,7 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard({}));
   TRUETRIAD_ASSIGN_OR_RETURN(options.hold, StatedGoldenHold(options.plan, *store));
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim claim,
-                             fleet::FolderClaim::Share(options.plan.folder, *store));
+                             fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk;
