@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
+# Usage: tools/install.sh [--tests]
 # Installs the packages of tools/packages.txt that are missing. Debian 12; as root or with sudo.
+# --tests: those for tests alone, too, without which these skip.
 set -euo pipefail
 cd "$(dirname "$0")"
 
@@ -9,12 +11,15 @@ if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   exit 1
 fi
 
+wanted='/^# Tests/,$d'
+[[ "${1:-}" == --tests ]] && wanted=''
+
 missing=()
 while read -r package; do
   status=$(dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null || true)
   # A package of several architectures is listed once for each.
   [[ $status == installed* ]] || missing+=("$package")
-done < <(sed -e 's/#.*//' -e '/^[[:space:]]*$/d' packages.txt)
+done < <(sed -e "$wanted" -e 's/#.*//' -e '/^[[:space:]]*$/d' packages.txt)
 if [[ ${#missing[@]} -eq 0 ]]; then
   exit 0
 fi

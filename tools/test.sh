@@ -7,6 +7,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+tools/install.sh --tests
+
 # Warnings are errors where it counts, and elsewhere nobody compiles twice after tools/demo.sh.
 strict=OFF
 [[ "${CI:-}" == true ]] && strict=ON

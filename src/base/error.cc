@@ -166,6 +166,10 @@ constexpr auto kErrors = std::to_array<ErrorInfo>({
              "give those that do"),
     BadInput(
         kOtherDevice, "other-device", "Files are of different units", "give those of one unit"),
+    BadInput(kStationNotChecked,
+             "station-not-checked",
+             "A station's golden unit was not measured in time, or did not agree",
+             "measure it, and run check-station with --store"),
     BadInput(kCalibrationNotUsable,
              "calibration-not-usable",
              "A calibration was refused",

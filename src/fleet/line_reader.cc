@@ -30,37 +30,10 @@ constexpr std::string_view kReference = "reference.";
 
 using Field = std::optional<std::string>;
 
-/// A text of SQL.
-std::string SqlText(std::string_view text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
-  return quoted + '\'';
-}
-
 double NumberOf(const Field& field, double otherwise) {
   double number = otherwise;
   if (field) std::from_chars(field->data(), field->data() + field->size(), number);
   return number;
-}
-
-/// What is selected, of the table or view `source`, with a column for each tag.
-std::string FromWhere(std::string_view source, const LineSelection& selection) {
-  std::string from = " FROM (SELECT source.*";
-  const auto add_tag = [&from](const TagKey& tag) {
-    const std::string key(tag.key);
-    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + key +
-            "') AS \"" + key + '"';
-  };
-  for (const TagKey& tag : kDeviceTags) add_tag(tag);
-  for (const TagKey& tag : kRunTags) add_tag(tag);
-  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
-  if (!selection.since.empty()) from += " AND created >= " + SqlText(selection.since);
-  if (!selection.until.empty()) from += " AND created < " + SqlText(selection.until);
-  if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
-  if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
-  // On a line of its own, so that a comment ends with it.
-  if (!selection.where.empty()) from += " AND (" + selection.where + "\n)";
-  return from;
 }
 
 /// Puts together what the tables say of the selected runs.
@@ -303,6 +276,31 @@ bool IsGoodVerdict(const std::string& name) {
 }
 
 }  // namespace
+
+std::string SqlText(std::string_view text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + '\'';
+}
+
+std::string FromWhere(std::string_view source, const LineSelection& selection) {
+  std::string from = " FROM (SELECT source.*";
+  const auto add_tag = [&from](const TagKey& tag) {
+    const std::string key(tag.key);
+    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + key +
+            "') AS \"" + key + '"';
+  };
+  for (const TagKey& tag : kDeviceTags) add_tag(tag);
+  for (const TagKey& tag : kRunTags) add_tag(tag);
+  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
+  if (!selection.since.empty()) from += " AND created >= " + SqlText(selection.since);
+  if (!selection.until.empty()) from += " AND created < " + SqlText(selection.until);
+  if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
+  if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
+  // On a line of its own, so that a comment ends with it.
+  if (!selection.where.empty()) from += " AND (" + selection.where + "\n)";
+  return from;
+}
 
 bool UnitCourse::IsGoodAtFirst() const { return IsGoodVerdict(first_verdict); }
 bool UnitCourse::IsGood() const { return IsGoodVerdict(final_verdict); }

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "fleet/store.h"
@@ -18,6 +19,11 @@ struct LineSelection {
   std::string lot = {}, station = {};
   std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
 };
+
+/// A text in SQL, whatever is in it.
+std::string SqlText(std::string_view text);
+/// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.
+std::string FromWhere(std::string_view source, const LineSelection& selection);
 
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {

@@ -195,6 +195,14 @@ Status CheckSchemaVersion(const std::string& store, std::int64_t version) {
                    "; use the newer truetriad that wrote it");
 }
 
+Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated) {
+  if (there == stated) return {};
+  return Error(ErrorCode::kConflictingArguments,
+               name + ": its runs are shared among " + std::to_string(there) + ", not " +
+                   std::to_string(stated) + "; give --shard=I/" + std::to_string(there) +
+                   ", or another store");
+}
+
 std::string ShortestText(double number) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr};

@@ -51,6 +51,11 @@ inline constexpr std::string_view kLastRuns =
     "later.run > one.run) ORDER BY log LIMIT 10000";
 inline constexpr std::string_view kFactsOf = "SELECT value FROM fact WHERE name = $1";
 inline constexpr std::string_view kStandingRun = "SELECT run FROM standing WHERE serial = $1";
+inline constexpr std::string_view kStationCheckColumns =
+    "station_check, station, serial, created, agrees, p, largest, parameter, log";
+inline constexpr std::string_view kStandingOf =
+    "SELECT run, first_verdict, final_verdict, attempts, "
+    "(SELECT value FROM fact WHERE name = 'retest_most') FROM standing WHERE serial = $1";
 inline constexpr std::string_view kLastStationCheck =
     "SELECT station_check, station, serial, created, agrees, p, largest, parameter, log FROM "
     "station_check WHERE station = $1 ORDER BY station_check DESC LIMIT 1";
@@ -64,6 +69,9 @@ std::string MigrationsFrom(std::int64_t version, const TypeNames& types);
 
 /// Error (bad input): `version` is later than this program's.
 Status CheckSchemaVersion(const std::string& store, std::int64_t version);
+
+/// Error (usage): the store `name` is of `there` shards, and not of `stated`.
+Status CheckShards(const std::string& name, std::int64_t there, std::int64_t stated);
 
 /// The shortest text that reads back to the same number.
 std::string ShortestText(double number);

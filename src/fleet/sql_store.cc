@@ -42,6 +42,18 @@ StationCheck StationCheckOf(const std::vector<Cell>& row) {
           .log = row[8].value_or("")};
 }
 
+Standing StandingFrom(const std::vector<Cell>& row) {
+  const auto verdict = [](const Cell& name) {
+    return VerdictFromName(name.value_or("")).value_or(Verdict::kBadInput);
+  };
+  Standing standing{.run = row[0].value_or(""),
+                    .first_verdict = verdict(row[1]),
+                    .final_verdict = verdict(row[2]),
+                    .attempts = NumberOf<std::int64_t>(row[3], 0)};
+  if (row[4]) standing.most = NumberOf<std::int64_t>(row[4], 0);
+  return standing;
+}
+
 /// "best, 2 more".
 std::string PolicyText(std::string_view counts, const Cell& most) {
   return std::string(counts) + (most ? ", " + *most + " more" : "");
@@ -74,14 +86,18 @@ Result<Cell> SqlStore::Fact(std::string_view name) {
   return table.rows.empty() ? Cell() : table.rows[0][0];
 }
 
-Status SqlStore::Add(const UnitRun& run) {
-  const std::vector<TableRows> tables = RowsOf(run);
+Status SqlStore::InsertRun(const UnitRun& run) {
+  for (const TableRows& rows : RowsOf(run)) {
+    TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
+    // It is there already, with all that belongs to it.
+    if (rows.table == kRunTable && inserted == 0) return {};
+  }
+  return {};
+}
+
+Status SqlStore::AddAll(std::span<const UnitRun> runs) {
   return database_->Transact(Access::kWrite, [&]() -> Status {
-    for (const TableRows& rows : tables) {
-      TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
-      // It is there already, with all that belongs to it.
-      if (rows.table == kRunTable && inserted == 0) return {};
-    }
+    for (const UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(InsertRun(run));
     return {};
   });
 }
@@ -100,20 +116,21 @@ Result<std::vector<KnownRun>> SqlStore::LastRuns() {
   return runs;
 }
 
-Status SqlStore::StateShards(int count) {
-  const std::string stated = std::to_string(count);
+Status SqlStore::StateShard(const Shard& shard) {
+  const std::string stated = std::to_string(shard.count);
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(Insert(FactRow("shards", stated)));
     TRUETRIAD_ASSIGN_OR_RETURN(const Cell there, Fact("shards"));
-    if (there == stated) return {};
-    return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": its runs are shared among " + there.value_or("none") +
-                     ", not " + stated + "; give --shard=I/" + there.value_or("N") +
-                     ", or another store");
+    return CheckShards(database_->name(), NumberOf<std::int64_t>(there, 1), shard.count);
   });
 }
 
 Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
+  constexpr std::int64_t kMost = 1'000'000;
+  if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
+  }
   const std::string_view counts = RetestCountsName(policy.counts);
   const Cell most = policy.most ? Cell(std::to_string(*policy.most)) : Cell();
   return database_->Transact(Access::kWrite, [&]() -> Status {
@@ -128,6 +145,18 @@ Status SqlStore::StateRetestPolicy(const RetestPolicy& policy) {
                      PolicyText(counts_there.value_or(""), most_there) + "`, not by `" +
                      PolicyText(counts, most) + "`; state the same, or take another store");
   });
+}
+
+Result<std::optional<Standing>> SqlStore::StandingOf(const std::string& serial) {
+  std::optional<Standing> standing;
+  TRUETRIAD_RETURN_IF_ERROR(database_->Transact(Access::kRead, [&]() -> Status {
+    const Value values[] = {std::string_view(serial)};
+    TRUETRIAD_ASSIGN_OR_RETURN(const Table table, database_->Ask(kStandingOf, values));
+    standing.reset();
+    if (!table.rows.empty()) standing = StandingFrom(table.rows[0]);
+    return {};
+  }));
+  return standing;
 }
 
 Result<std::string> SqlStore::Dispose(const Disposition& disposition) {
@@ -152,6 +181,27 @@ Result<std::string> SqlStore::Dispose(const Disposition& disposition) {
 Status SqlStore::AddStationCheck(const StationCheck& check) {
   return database_->Transact(Access::kWrite, [&]() -> Status {
     TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    return {};
+  });
+}
+
+Status SqlStore::AddDecisions(Store& from) {
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table dispositions,
+      from.Query("SELECT disposition, run, created, who, verdict, why FROM disposition"));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Table checks,
+      from.Query("SELECT " + std::string(kStationCheckColumns) + " FROM station_check"));
+  return database_->Transact(Access::kWrite, [&]() -> Status {
+    for (const std::vector<Cell>& row : dispositions.rows) {
+      TableRows rows{"disposition", row.size(), {}};
+      for (const Cell& cell : row) rows.values.emplace_back(std::string_view(*cell));
+      TRUETRIAD_RETURN_IF_ERROR(Insert(rows));
+    }
+    for (const std::vector<Cell>& row : checks.rows) {
+      const StationCheck check = StationCheckOf(row);
+      TRUETRIAD_RETURN_IF_ERROR(Insert(RowOf(check)));
+    }
     return {};
   });
 }

@@ -293,8 +293,9 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
       return Error(ErrorCode::kStoreFailure,
                    {path},
                    "is on a network folder (" + std::string(network) +
-                       "), where SQLite cannot keep two writers apart; use a local folder, or "
-                       "PostgreSQL (--store=postgresql://…)");
+                       "), where SQLite cannot keep two writers apart; use a local folder, a file "
+                       "of its own for each shard (--store=shard-2.jsonl), or PostgreSQL "
+                       "(--store=postgresql://…)");
     }
   }
   auto database = std::make_unique<SqliteDatabase>(path);

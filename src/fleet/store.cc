@@ -6,9 +6,12 @@
 
 #include "base/named_values.h"
 #include "fleet/database.h"
+#include "fleet/json_lines_store.h"
 #include "fleet/postgres_store.h"
+#include "fleet/run_reader.h"
 #include "fleet/sqlite_store.h"
 #include "fleet/store_url.h"
+#include "io/input_guard.h"
 
 namespace truetriad::fleet {
 namespace {
@@ -30,20 +33,40 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
                    " bytes");
 }
 
+constexpr std::string_view kSqlite = "sqlite:";
+
 Result<std::unique_ptr<Store>> Open(const std::string& url, Access access) {
-  constexpr std::string_view kSqlite = "sqlite:";
-  if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
   if (PostgresOptions(url)) return OpenPostgres(url, access);
+  if (const std::optional<std::string> path = JsonLinesPath(url)) {
+    return OpenJsonLines(*path, access);
+  }
+  if (url.starts_with(kSqlite)) return OpenSqlite(url.substr(kSqlite.size()), access);
   if (const std::size_t scheme = url.find("://"); scheme != std::string::npos) {
     return Error(ErrorCode::kInvalidArgument,
                  "--store=" + url.substr(0, scheme) +
-                     "://…: expected a file, as in line.db or sqlite:line.db, or "
+                     "://…: expected a file, as in line.db or shard-2.jsonl, or "
                      "postgresql://HOST/DATABASE");
   }
   return OpenSqlite(url, access);
 }
 
 }  // namespace
+
+Status Store::AddAll(std::span<const UnitRun> runs) {
+  for (const UnitRun& run : runs) TRUETRIAD_RETURN_IF_ERROR(Add(run));
+  return {};
+}
+
+Result<StatedShards> Store::Shards() {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Table table,
+                             Query("SELECT value FROM fact WHERE name = 'shards'"));
+  if (table.rows.empty()) return StatedShards();
+  return StatedShards{std::stoi(table.rows[0][0].value_or("0")), std::nullopt};
+}
+
+Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
+  return ReadRuns(*this, which, take);
+}
 
 std::string_view RetestCountsName(RetestCounts counts) { return kRetestCounts.Name(counts); }
 
@@ -73,7 +96,19 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
 }
 
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
+  if (const std::optional<std::string> file = FileOfStore(url)) {
+    // SQLite's belong to it.
+    for (const char* const ending : {"", "-wal", "-shm", "-journal"}) {
+      InputGuard::Add(*file + ending);
+    }
+  }
   return Open(url, Access::kRead);
+}
+
+std::optional<std::string> FileOfStore(const std::string& url) {
+  if (PostgresOptions(url) || url.find("://") != std::string::npos) return std::nullopt;
+  if (const std::optional<std::string> path = JsonLinesPath(url)) return path;
+  return url.starts_with(kSqlite) ? url.substr(kSqlite.size()) : url;
 }
 
 }  // namespace truetriad::fleet

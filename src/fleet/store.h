@@ -3,13 +3,16 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "fleet/shard.h"
 #include "fleet/unit_run.h"
 #include "truetriad/base/result.h"
 
@@ -30,6 +33,18 @@ struct Table {
   std::vector<std::vector<std::optional<std::string>>> rows;
 };
 
+/// Of how many shards the runs of a store are part.
+struct StatedShards {
+  int count = 0;            ///< 0: nobody has said it.
+  std::optional<int> only;  ///< All runs are of this one.
+};
+
+/// Which runs.
+struct RunSelection {
+  bool only_standing = false;  ///< Of each unit the run that counts.
+  std::string where = {};      ///< A condition in SQL on `run` or `standing`; empty: any.
+};
+
 /// What somebody decided about a unit, whatever the verdict of its run.
 struct Disposition {
   std::string id;       ///< NewRunId; of several of one run the greatest applies.
@@ -42,8 +57,8 @@ struct Disposition {
 inline constexpr std::array kVerdictsOfPeople = {
     Verdict::kPass, Verdict::kUsable, Verdict::kOutside, Verdict::kRefused};
 
-/// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line, or
-/// the verdict is none of people.
+/// Error (usage): who or why is blank, longer than 200 or 2000 characters or more than one line,
+/// or the verdict is none of people.
 Status CheckDisposition(const Disposition& disposition);
 
 /// A station's golden unit, measured again.
@@ -69,10 +84,19 @@ struct RetestPolicy {
   /// Of those that may count; the best is the last of those with the best verdict: pass, usable,
   /// outside-limits, any other.
   RetestCounts counts = RetestCounts::kLast;
-  /// How many runs after the first may count; unset: all. 0 or more.
+  /// How many runs after the first may count, 0 to a million; unset: all.
   std::optional<std::int64_t> most;
 
   bool operator==(const RetestPolicy&) const = default;
+};
+
+/// What a unit's runs amount to.
+struct Standing {
+  std::string run;  ///< That counts.
+  Verdict first_verdict = Verdict::kBadInput;
+  Verdict final_verdict = Verdict::kBadInput;  ///< Of that run, or of people.
+  std::int64_t attempts = 0;
+  std::optional<std::int64_t> most = {};  ///< RetestPolicy::most.
 };
 
 /// Where runs are kept. A run is added once and never changed. All functions: an error (bad input)
@@ -83,35 +107,53 @@ class Store {
 
   /// On the disk when it returns. A run that is there already is not added again.
   virtual Status Add(const UnitRun& run) = 0;
+  /// The same of several, faster where a store can write them at once.
+  virtual Status AddAll(std::span<const UnitRun> runs);
   /// Of each log the last run.
   virtual Result<std::vector<KnownRun>> LastRuns() = 0;
-  /// Of how many shards the runs are part; the first who says it, states it. Error (usage): another
-  /// number was stated.
-  virtual Status StateShards(int count) = 0;
+  /// Of which shard further runs are; the first who says how many there are, states it. Error
+  /// (usage): another number was stated, or the store is of another shard.
+  virtual Status StateShard(const Shard& shard) = 0;
+  virtual Result<StatedShards> Shards();
   /// Which run of a unit counts; the first who says it, states it. Error (usage): another policy
   /// was stated.
   virtual Status StateRetestPolicy(const RetestPolicy& policy) = 0;
+  /// Unset: there is no such unit, or this kind of store does not know.
+  virtual Result<std::optional<Standing>> StandingOf(const std::string& /*serial*/) {
+    return std::optional<Standing>();
+  }
   /// Adds a disposition of the unit's run that counts now, and says which run that is. Nothing is
-  /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage): there
-  /// is no such unit.
+  /// changed: a later disposition, or a later run that counts, supersedes it. Error (usage):
+  /// there is no such unit.
   virtual Result<std::string> Dispose(const Disposition& disposition) = 0;
   virtual Status AddStationCheck(const StationCheck& check) = 0;
   /// The last by name; unset: there is none of this station.
   virtual Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) = 0;
+  /// The dispositions and station checks of another store, of which all runs are here; those that
+  /// are there already are not added again.
+  virtual Status AddDecisions(Store& from) = 0;
   /// Answers a statement that only reads. Error (usage): it is none.
   virtual Result<Table> Query(const std::string& sql) = 0;
+  /// `take`s whole runs, one after the other, in the order of their serials and then names;
+  /// memory does not grow with their number. Errors also: those of `take`; (usage) a condition
+  /// that is none.
+  virtual Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
 };
 
 /// `url` for people and files: without password.
 std::string ShownStore(const std::string& url);
 
-/// Opens a store, or makes it: PATH, sqlite:PATH, postgresql://…, postgres://…, and name=value of
-/// libpq as postgresql:name=value …. Error (bad input): it cannot be reached, is none of this
-/// program's, of a newer version of it, or on a file system that SQLite cannot lock. Error (usage):
-/// another kind of URL, or this build cannot speak to PostgreSQL.
+/// Opens a store, or makes it: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
+/// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
+/// be reached, is none of this program's, of a newer version of it, or on a file system that SQLite
+/// cannot lock. Error (usage): another kind of URL, or this build cannot speak to PostgreSQL.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
-/// The same of one that is there; nothing can be written to it.
+/// The same of one that is there; nothing can be written to it, nor, while an InputGuard lives,
+/// be put in its place.
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
+
+/// The file of a store that is one; unset: it is kept by a server.
+std::optional<std::string> FileOfStore(const std::string& url);
 
 }  // namespace truetriad::fleet

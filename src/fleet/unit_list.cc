@@ -13,6 +13,7 @@
 #include <glob.h>
 
 #include "base/spelling.h"
+#include "fleet/log_files.h"
 #include "io/text_file.h"
 #include "io/yaml_text.h"
 #include "truetriad/model/tags.h"
@@ -21,11 +22,6 @@ namespace truetriad::fleet {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool IsTable(const fs::path& path) {
-  const std::string name = path.filename().string();
-  return name.ends_with(".csv") || name.ends_with(".csv.gz");
-}
 
 /// The fields of a line of CSV, quotes taken off.
 std::vector<std::string> FieldsOf(std::string_view line) {
@@ -120,33 +116,12 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   return {};
 }
 
-/// Every log in a folder and below; where a recording.yaml is, it stands for what is there.
 Status AddFolder(const fs::path& folder, std::vector<UnitOrder>* units) {
-  std::error_code failure;
   const std::size_t before = units->size();
-  const auto add = [&](const fs::path& path) { units->push_back({.log = path.string()}); };
-  if (fs::exists(folder / "recording.yaml", failure)) {
-    add(folder / "recording.yaml");
-    return {};
-  }
-  for (fs::recursive_directory_iterator at(folder, failure), end; !failure && at != end;
-       at.increment(failure)) {
-    const fs::path& path = at->path();
-    if (at->is_directory()) {
-      const bool is_hidden = path.filename().string().starts_with('.');
-      const bool is_result = path.extension() == ".truetriad";
-      if (fs::exists(path / "recording.yaml", failure)) add(path / "recording.yaml");
-      if (is_hidden || is_result || fs::exists(path / "recording.yaml", failure)) {
-        at.disable_recursion_pending();
-      }
-    } else if (IsTable(path) && !path.filename().string().starts_with('.')) {
-      add(path);
-    }
-  }
-  if (failure) {
-    return Error(
-        ErrorCode::kUnreadableFile, {folder.string()}, "cannot be read: " + failure.message());
-  }
+  TRUETRIAD_RETURN_IF_ERROR(ForEachLog(
+      folder,
+      [](const fs::path&) { return true; },
+      [&](const fs::path& log) { units->push_back({.log = log.string()}); }));
   if (units->size() == before) {
     return Error(ErrorCode::kNoReadings,
                  {folder.string()},
@@ -229,35 +204,41 @@ bool IsUtf8(std::string_view text) {
 
 }  // namespace
 
+Status CheckSerialPattern(const std::string& pattern) {
+  if (pattern.empty() || pattern.find("{serial}") != std::string::npos) return {};
+  return Error(ErrorCode::kInvalidArgument,
+               "--serial=" + pattern +
+                   ": expected how files are named, with {serial} in it, as in {serial}-*.csv");
+}
+
+Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
+  if (!IsUtf8(unit->log)) {
+    return Error(ErrorCode::kInvalidValue,
+                 "a log's name is no UTF-8, and cannot be kept in a store; rename it");
+  }
+  if (pattern.empty() || !unit->serial.empty()) return {};
+  fs::path path = unit->log;
+  if (path.filename() == kManifestName) path = path.parent_path();
+  const std::optional<std::string> serial = SerialIn(path.filename().string(), pattern);
+  if (!serial) {
+    return Error(ErrorCode::kDoesNotMatch, {unit->log}, "is not named like --serial=" + pattern);
+  }
+  unit->serial = *serial;
+  return {};
+}
+
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern) {
-  if (!serial_pattern.empty() && serial_pattern.find("{serial}") == std::string::npos) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--serial=" + serial_pattern +
-                     ": expected how files are named, with {serial} in it, as in "
-                     "{serial}-*.csv");
-  }
+  TRUETRIAD_RETURN_IF_ERROR(CheckSerialPattern(serial_pattern));
   std::vector<UnitOrder> units;
   for (const std::string& word : words) TRUETRIAD_RETURN_IF_ERROR(AddWord(word, &units));
   std::set<std::string> seen;
   for (UnitOrder& unit : units) {
-    if (!IsUtf8(unit.log)) {
-      return Error(ErrorCode::kInvalidValue,
-                   "a log's name is no UTF-8, and cannot be kept in a store; rename it");
-    }
+    TRUETRIAD_RETURN_IF_ERROR(TakeSerial(serial_pattern, &unit));
     if (!seen.insert(fs::absolute(unit.log).lexically_normal().string()).second) {
       return Error(
           ErrorCode::kDuplicateKey, {unit.log}, "is there twice; name each log of a fleet once");
     }
-    if (serial_pattern.empty() || !unit.serial.empty()) continue;
-    fs::path path = unit.log;
-    if (path.filename() == "recording.yaml") path = path.parent_path();
-    const std::optional<std::string> serial = SerialIn(path.filename().string(), serial_pattern);
-    if (!serial) {
-      return Error(
-          ErrorCode::kDoesNotMatch, {unit.log}, "is not named like --serial=" + serial_pattern);
-    }
-    unit.serial = *serial;
   }
   return units;
 }

@@ -22,6 +22,13 @@ namespace truetriad::fleet {
 Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
                                          const std::string& serial_pattern);
 
+/// Error (usage): a pattern of serial numbers without {serial}. None: empty.
+Status CheckSerialPattern(const std::string& pattern);
+
+/// Takes a unit's serial number from its log's name, unless it is known or `pattern` is empty.
+/// Errors (bad input): the name does not match, or is no UTF-8.
+Status TakeSerial(const std::string& pattern, UnitOrder* unit);
+
 /// The part of `units` that shard `index` of `count` does: by a hash of their logs' names, so that
 /// each belongs to one shard whatever else is in the list.
 std::vector<UnitOrder> ShardOf(std::vector<UnitOrder> units, int index, int count);

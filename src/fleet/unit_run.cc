@@ -100,34 +100,6 @@ LimitCheck LimitCheckFrom(const Json& json) {
   return check;
 }
 
-Finding FindingFrom(const Json& json) {
-  Finding finding;
-  finding.code =
-      FindingCodeFromName(json.at("code").get<std::string>()).value_or(FindingCode::kMessage);
-  finding.severity =
-      SeverityFromName(json.at("severity").get<std::string>()).value_or(Severity::kNote);
-  if (json.contains("sensor")) finding.sensor = TriadFromName(json["sensor"].get<std::string>());
-  if (json.contains("axis")) finding.axis = json["axis"].get<std::string>().at(0) - 'x';
-  if (json.contains("pose")) finding.pose = json["pose"].get<int>();
-  if (json.contains("values")) {
-    for (const auto& [name, item] : json["values"].items()) {
-      FindingValue value;
-      value.name = name;
-      const Json& number = item.at("value");
-      value.value =
-          number.is_null() ? std::numeric_limits<double>::quiet_NaN() : number.get<double>();
-      if (item.contains("sigma") && !item["sigma"].is_null())
-        value.sigma = item["sigma"].get<double>();
-      value.unit = item.value("unit", "");
-      finding.values.push_back(std::move(value));
-    }
-  }
-  finding.treatment = TreatmentFromName(json.value("treatment", "")).value_or(Treatment::kNone);
-  finding.text = json.at("text");
-  finding.remedy = json.value("remedy", "");
-  return finding;
-}
-
 /// The fields that are text, under their names in a line.
 constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts = {
     {{"run", &UnitRun::id},
@@ -186,6 +158,34 @@ UnitRun UnitRunFrom(const Json& json) {
 }
 
 }  // namespace
+
+Finding FindingFrom(const Json& json) {
+  Finding finding;
+  finding.code =
+      FindingCodeFromName(json.at("code").get<std::string>()).value_or(FindingCode::kMessage);
+  finding.severity =
+      SeverityFromName(json.at("severity").get<std::string>()).value_or(Severity::kNote);
+  if (json.contains("sensor")) finding.sensor = TriadFromName(json["sensor"].get<std::string>());
+  if (json.contains("axis")) finding.axis = json["axis"].get<std::string>().at(0) - 'x';
+  if (json.contains("pose")) finding.pose = json["pose"].get<int>();
+  if (json.contains("values")) {
+    for (const auto& [name, item] : json["values"].items()) {
+      FindingValue value;
+      value.name = name;
+      const Json& number = item.at("value");
+      value.value =
+          number.is_null() ? std::numeric_limits<double>::quiet_NaN() : number.get<double>();
+      if (item.contains("sigma") && !item["sigma"].is_null())
+        value.sigma = item["sigma"].get<double>();
+      value.unit = item.value("unit", "");
+      finding.values.push_back(std::move(value));
+    }
+  }
+  finding.treatment = TreatmentFromName(json.value("treatment", "")).value_or(Treatment::kNone);
+  finding.text = json.at("text");
+  finding.remedy = json.value("remedy", "");
+  return finding;
+}
 
 std::string_view VerdictName(Verdict verdict) { return kVerdicts.Name(verdict); }
 

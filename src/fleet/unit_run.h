@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "json/json.h"
 #include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/calibration.h"
@@ -77,5 +78,8 @@ void Fill(const Error& error, UnitRun* run);
 std::string LineOf(const UnitRun& run);
 /// Error (bad input): no such line.
 Result<UnitRun> ReadLine(std::string_view line);
+
+/// A finding from what ToJson makes of it. An exception of the JSON library: it is none.
+Finding FindingFrom(const Json& json);
 
 }  // namespace truetriad::fleet

@@ -8,10 +8,12 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <optional>
+#include <system_error>
 #include <utility>
 
-#include <sys/stat.h>
-
+#include "fleet/log_files.h"
+#include "fleet/unit_folders.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
@@ -57,7 +59,7 @@ Result<Experiment> ExperimentFor(const WorkPlan& plan, const UnitOrder& order) {
 
 /// The files of a usable calibration, and of one that is not: what says why. All or an error.
 Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const std::string& folder) {
-  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(folder));
+  TRUETRIAD_RETURN_IF_ERROR(BeginFolder(folder));
   const auto path = [&](std::string_view name) { return (fs::path(folder) / name).string(); };
   if (calibration.IsUsable()) {
     for (const std::string& format : plan.formats) {
@@ -73,8 +75,11 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
     }
   }
   if (plan.has_report) {
+    // From SERIAL/RUN in the folder.
+    const std::string style =
+        plan.shares_assets ? "../../" + std::string(kSharedStyleSheet) : std::string();
     TRUETRIAD_RETURN_IF_ERROR(
-        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration)));
+        WriteFileAtomically(path("report.html"), CalibrationHtml(calibration, style)));
   }
   const std::string yaml = CalibrationToYaml(calibration);
   TRUETRIAD_RETURN_IF_ERROR(
@@ -91,7 +96,12 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   Fill(calibration, run);
   if (plan.folder.empty()) return {};
   const std::string folder = (fs::path(plan.folder) / FolderNameOf(run->serial) / run->id).string();
-  TRUETRIAD_RETURN_IF_ERROR(WriteFiles(plan, calibration, folder));
+  const Status written = WriteFiles(plan, calibration, folder);
+  if (!written) {
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    return written;
+  }
   run->folder = folder;
   return {};
 }
@@ -137,6 +147,7 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
   }
   for (const std::string& format : plan.formats) text += "\nto: " + format;
   text += plan.has_report ? "\nreport" : "";
+  text += plan.shares_assets ? "\nassets: shared" : "";
   text += plan.folder.empty() ? "" : "\nfiles";
   return Sha256Hex(text);
 }
@@ -149,17 +160,15 @@ UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order) {
   if (run.serial.empty()) {
     // Of a recording of several files, its folder's.
     const fs::path log = fs::absolute(order.log).lexically_normal();
-    run.serial = log.filename() == "recording.yaml" ? log.parent_path().filename().string()
-                                                    : log.stem().string();
+    run.serial = log.filename() == kManifestName ? log.parent_path().filename().string()
+                                                 : log.stem().string();
   }
   run.shard = plan.shard;
   run.created = TimestampUtc();
   run.software_version = Version();
-  struct stat about {};
-  if (stat(order.log.c_str(), &about) == 0) {
-    run.log_bytes = about.st_size;
-    run.log_modified_ns =
-        std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec;
+  if (const std::optional<LogStamp> stamp = StampOf(order.log)) {
+    run.log_bytes = stamp->bytes;
+    run.log_modified_ns = stamp->modified_ns;
   }
   return run;
 }
@@ -210,6 +219,7 @@ std::string LineOf(const WorkPlan& plan) {
                      {"overrides", ListOf(plan.overrides)},
                      {"formats", ListOf(plan.formats)},
                      {"has_report", plan.has_report},
+                     {"shares_assets", plan.shares_assets},
                      {"folder", plan.folder},
                      {"shard", plan.shard}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
@@ -228,6 +238,7 @@ Result<WorkPlan> ReadPlan(std::string_view line) {
                     .overrides = json.at("overrides").get<std::vector<std::string>>(),
                     .formats = json.at("formats").get<std::vector<std::string>>(),
                     .has_report = json.at("has_report"),
+                    .shares_assets = json.at("shares_assets"),
                     .folder = json.at("folder"),
                     .shard = json.at("shard")};
   });

@@ -12,6 +12,9 @@
 
 namespace truetriad::fleet {
 
+/// What the reports of a fleet share, in WorkPlan::folder.
+inline constexpr std::string_view kSharedStyleSheet = "assets/report.css";
+
 /// What is wanted of every unit.
 struct WorkPlan {
   std::string config_path;  ///< For messages and paths in it; empty: no experiment is given.
@@ -19,8 +22,9 @@ struct WorkPlan {
   std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
   bool has_report = true;
-  std::string folder;  ///< Units' folders are made in it; empty: no files are written.
-  std::string shard;   ///< UnitRun::shard.
+  bool shares_assets = false;  ///< Reports link to kSharedStyleSheet, which is in `folder`.
+  std::string folder;          ///< Units' folders are made in it; empty: no files are written.
+  std::string shard;           ///< UnitRun::shard.
 };
 
 /// One unit to be calibrated.

@@ -7,7 +7,9 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <new>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -20,6 +22,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "fleet/log_files.h"
 #include "io/input_guard.h"
 
 namespace truetriad::fleet {
@@ -65,22 +68,24 @@ class LineReader {
   std::string text_;
 };
 
-/// What a unit's log may be called in tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker
-/// crash at a unit whose log has PART in its name; hang and memory likewise.
+/// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log has PART
+/// in its name; hang and memory likewise. Several with commas between them.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
-  const std::string_view fault(stated);
-  const std::size_t colon = fault.find(':');
-  if (colon == std::string_view::npos ||
-      order.log.find(fault.substr(colon + 1)) == std::string::npos) {
-    return;
+  std::istringstream faults(stated);
+  for (std::string fault; std::getline(faults, fault, ',');) {
+    const std::size_t colon = fault.find(':');
+    if (colon == std::string::npos ||
+        order.log.find(fault.substr(colon + 1)) == std::string::npos) {
+      continue;
+    }
+    if (fault.starts_with("crash")) std::abort();
+    if (fault.starts_with("hang")) {
+      for (;;) pause();
+    }
+    if (fault.starts_with("memory")) throw std::bad_alloc();
   }
-  if (fault.starts_with("crash")) std::abort();
-  if (fault.starts_with("hang")) {
-    for (;;) pause();
-  }
-  if (fault.starts_with("memory")) throw std::bad_alloc();
 }
 
 void LimitMemory() {
@@ -128,6 +133,8 @@ struct WorkerPool::Worker {
   int stream = -1;
   std::string text;  ///< Read, and not a whole line yet.
   std::optional<UnitOrder> order;
+  std::optional<LogStamp> stamp;  ///< Of its log when it was given.
+  int units = 0;                  ///< Done.
   Clock::time_point since;
 };
 
@@ -218,14 +225,28 @@ Status WorkerPool::Give(const UnitOrder& order) {
     }
     if (worker->process == 0) return Error(ErrorCode::kSystemFailure, "workers end at once");
     worker->order = order;
+    worker->stamp = StampOf(order.log);
     worker->since = Clock::now();
     return {};
   }
   return Error(ErrorCode::kSystemFailure, "all workers are busy");
 }
 
+bool WorkerPool::HasGrown(const Worker& worker) const {
+  // The program itself, and what one unit has left, is no growth.
+  constexpr int kFewUnits = 10;
+  if (worker.process == 0 || worker.units < kFewUnits) return false;
+  std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
+  std::int64_t pages = 0;
+  statm >> pages;
+  return 2 * pages * sysconf(_SC_PAGESIZE) > limits_.bytes;
+}
+
 UnitRun WorkerPool::RunWithout(const Worker& worker, Verdict verdict, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
+  // Its log as it was then: what has come since is to be calibrated, too.
+  if (worker.stamp) run.log_bytes = worker.stamp->bytes;
+  if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.verdict = verdict;
   run.code = VerdictName(verdict);
   run.message = worker.order->log + ": " + std::move(message);
@@ -245,6 +266,7 @@ Result<std::optional<UnitRun>> WorkerPool::Take(Worker* worker) {
                                ReadLine(std::string_view(worker->text).substr(0, end)));
     worker->text.clear();
     worker->order.reset();
+    ++worker->units;
     return std::optional(std::move(run));
   }
   int status = 0;
@@ -275,7 +297,8 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
     if ((streams[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
       if (!run) continue;
-      if (run->verdict == Verdict::kMemoryLimit) End(worker);  // A fresh one has all of it again.
+      // A fresh one has all of it again.
+      if (run->verdict == Verdict::kMemoryLimit || HasGrown(*worker)) End(worker);
       runs.push_back(std::move(*run));
     } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
                limits_.seconds) {

@@ -25,7 +25,8 @@ struct UnitLimits {
 };
 
 /// Processes that calibrate units. One that dies of a unit, takes too long over it or needs too
-/// much memory costs that unit's run, which says so; another takes its place.
+/// much memory costs that unit's run, which says so; another takes its place. One that has grown to
+/// half of what a unit may have is renewed.
 class WorkerPool {
  public:
   /// `command`: a program and its arguments that end in ServeAsWorker(kStream).
@@ -52,6 +53,7 @@ class WorkerPool {
   void End(Worker* worker);
   /// Takes what a worker has written; the run, once it is whole or the worker is dead.
   Result<std::optional<UnitRun>> Take(Worker* worker);
+  bool HasGrown(const Worker& worker) const;
   UnitRun RunWithout(const Worker& worker, Verdict verdict, std::string message) const;
 
   std::vector<std::string> command_;

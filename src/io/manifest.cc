@@ -354,6 +354,16 @@ bool IsFace(std::string_view text) {
   return text.size() == 2 && (text[0] == '+' || text[0] == '-') && text[1] >= 'x' && text[1] <= 'z';
 }
 
+Result<std::vector<std::string>> TablesOfManifest(const std::string& path) {
+  TRUETRIAD_ASSIGN_OR_RETURN(const Manifest manifest, ReadManifest(path));
+  std::vector<std::string> tables;
+  for (const ManifestStream& stream : manifest.streams) {
+    const std::string& table = stream.layout.info.file;
+    if (std::find(tables.begin(), tables.end(), table) == tables.end()) tables.push_back(table);
+  }
+  return tables;
+}
+
 Result<RecordingLayout> OpenManifest(const std::string& path, const std::string& pose_column) {
   TRUETRIAD_ASSIGN_OR_RETURN(Manifest manifest, ReadManifest(path));
   RecordingLayout layout;

@@ -116,6 +116,10 @@ std::string TemporaryNameBeside(const std::string& path) {
   return path + std::string(kTemporary) + WriterName(getpid()) + std::to_string(count++);
 }
 
+bool IsTemporaryName(std::string_view name) {
+  return name.find(kTemporary) != std::string_view::npos;
+}
+
 WholeFile::WholeFile(std::string path) : path_(std::move(path)) {
   std::error_code ignored;
   const fs::file_status target = fs::status(path_, ignored);

@@ -14,6 +14,8 @@ namespace truetriad {
 /// when it is whole. What writers left in that folder that were killed, on this machine, is removed
 /// first.
 std::string TemporaryNameBeside(const std::string& path);
+/// Whether `name` is one of those: what has it is not whole yet.
+bool IsTemporaryName(std::string_view name);
 
 /// A file that appears under its name only when it is whole, and is then on the disk: written
 /// beside it, flushed, renamed, and its folder flushed. A power cut or a kill leaves the file that

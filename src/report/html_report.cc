@@ -97,7 +97,7 @@ std::string PoseDetails(const Quality& quality) {
 
 }  // namespace
 
-std::string CalibrationHtml(const Calibration& calibration) {
+std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet) {
   const Verdict verdict = VerdictOf(calibration);
   const std::string device =
       calibration.serial.empty() ? "unit without serial number" : calibration.serial;
@@ -115,7 +115,7 @@ std::string CalibrationHtml(const Calibration& calibration) {
                                          calibration.quality.rests.temperature_settings.empty()
                                      ? std::string_view()
                                      : kFitStyle;
-  return HtmlPage(title, verdict, html + "</section>\n", style);
+  return HtmlPage(title, verdict, html + "</section>\n", style, style_sheet);
 }
 
 }  // namespace truetriad

@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "report/chart_frame.h"
 #include "report/svg.h"
 
 namespace truetriad {
@@ -88,6 +89,10 @@ std::string_view CssClass(Grade grade) {
 
 }  // namespace
 
+std::string ReportStyleSheet() {
+  return std::string(kStyle.substr(1)) + std::string(kFitStyle) + '\n';
+}
+
 std::string SectionText(const std::string& title, const std::vector<Block>& blocks) {
   std::string text = Underlined(title);
   for (const Block& block : blocks) text += TextOfBlock(block);
@@ -118,21 +123,28 @@ std::string Element(std::string_view tag, std::string_view content) {
 
 std::string HtmlOf(const Table& table, std::string_view css_class) {
   if (table.rows.empty()) return "";
-  const auto row_of = [&](const std::vector<std::string>& cells, const std::string& tag) {
-    std::string row = "<tr>";
-    for (std::size_t c = 0; c < cells.size(); ++c) {
-      std::string style = table.alignment[c] == 'r' ? "r" : "";
-      if (tag == "td" && cells[c] == "FAIL") style = "fail";
-      if (tag == "td" && cells[c] == "pass") style = "pass";
-      row += '<' + tag + (style.empty() ? "" : " class=\"" + style + '"') + '>' +
-             EscapeMarkup(cells[c]) + "</" + tag + '>';
-    }
-    return row + "</tr>\n";
-  };
+  const auto append_row =
+      [&](const std::vector<std::string>& cells, std::string_view tag, std::string* html) {
+        *html += "<tr>";
+        for (std::size_t c = 0; c < cells.size(); ++c) {
+          std::string_view style = table.alignment[c] == 'r' ? "r" : "";
+          if (tag == "td" && cells[c] == "FAIL") style = "fail";
+          if (tag == "td" && cells[c] == "pass") style = "pass";
+          html->append("<").append(tag);
+          if (!style.empty()) html->append(" class=\"").append(style).append("\"");
+          html->append(">").append(EscapeMarkup(cells[c]));
+          html->append("</").append(tag).append(">");
+        }
+        *html += "</tr>\n";
+      };
   std::string html = "<div class=\"scroll\"><table class=\"" + std::string(css_class) + "\">\n";
-  if (!table.header.empty()) html += "<thead>" + row_of(table.header, "th") + "</thead>\n";
+  if (!table.header.empty()) {
+    html += "<thead>";
+    append_row(table.header, "th", &html);
+    html += "</thead>\n";
+  }
   html += "<tbody>\n";
-  for (const auto& row : table.rows) html += row_of(row, "td");
+  for (const auto& row : table.rows) append_row(row, "td", &html);
   return html + "</tbody></table></div>\n";
 }
 
@@ -160,14 +172,22 @@ std::string Details(std::string_view summary, const std::string& html) {
 std::string HtmlPage(std::string_view title,
                      const Verdict& verdict,
                      const std::string& body,
-                     std::string_view style) {
+                     std::string_view style,
+                     std::string_view style_sheet) {
+  // Drawings say how wide they are in an attribute.
+  const std::string looks =
+      style_sheet.empty()
+          ? "<style>" + std::string(kStyle) + std::string(style) + "</style>\n"
+          : "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+            "'self' 'unsafe-inline'; img-src data:\">\n<link rel=\"icon\" href=\"data:,\">\n<link "
+            "rel=\"stylesheet\" href=\"" +
+                EscapeMarkup(style_sheet) + "\">\n";
   return "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n" +
-         Element("title", std::string(title) + ": " + verdict.headline) + "<style>" +
-         std::string(kStyle) + std::string(style) + "</style>\n</head>\n<body>\n<main>\n" +
-         Element("h1", title) + "<div class=\"verdict " + std::string(CssClass(verdict.grade)) +
-         "\">" + Element("b", verdict.headline) + Element("span", verdict.explanation) +
-         "</div>\n" + body + "</main>\n</body>\n</html>\n";
+         Element("title", std::string(title) + ": " + verdict.headline) + looks +
+         "</head>\n<body>\n<main>\n" + Element("h1", title) + "<div class=\"verdict " +
+         std::string(CssClass(verdict.grade)) + "\">" + Element("b", verdict.headline) +
+         Element("span", verdict.explanation) + "</div>\n" + body + "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace truetriad

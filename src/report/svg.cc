@@ -6,12 +6,62 @@
 namespace truetriad {
 namespace {
 
-std::string Attribute(std::string_view name, std::string_view value) {
-  return ' ' + std::string(name) + "=\"" + EscapeMarkup(value) + '"';
+void AppendMarkup(std::string_view text, std::string* to) {
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = begin;
+    std::string_view entity;
+    for (; end < text.size() && entity.empty(); ++end) {
+      switch (text[end]) {
+        case '&':
+          entity = "&amp;";
+          break;
+        case '<':
+          entity = "&lt;";
+          break;
+        case '>':
+          entity = "&gt;";
+          break;
+        case '"':
+          entity = "&quot;";
+          break;
+        case '\'':
+          entity = "&#39;";
+          break;
+        default:
+          break;
+      }
+      const auto byte = static_cast<unsigned char>(text[end]);
+      if (!entity.empty() || (byte < 0x20 && byte != '\n' && byte != '\t')) break;
+    }
+    to->append(text, begin, end - begin);
+    to->append(entity);
+    begin = end + 1;
+  }
 }
 
-std::string Attribute(std::string_view name, double value) {
-  return Attribute(name, std::string_view(Fixed(value, 1)));
+void AppendAttribute(std::string_view name, std::string_view value, std::string* to) {
+  *to += ' ';
+  *to += name;
+  *to += "=\"";
+  AppendMarkup(value, to);
+  *to += '"';
+}
+
+void AppendAttribute(std::string_view name, double value, std::string* to) {
+  AppendAttribute(name, std::string_view(Fixed(value, 1)), to);
+}
+
+std::string Attribute(std::string_view name, std::string_view value) {
+  std::string attribute;
+  AppendAttribute(name, value, &attribute);
+  return attribute;
+}
+
+/// The beginning of an element with a class.
+void Begin(std::string_view element, std::string_view style, std::string* to) {
+  *to += '<';
+  *to += element;
+  AppendAttribute("class", style, to);
 }
 
 }  // namespace
@@ -19,27 +69,7 @@ std::string Attribute(std::string_view name, double value) {
 std::string EscapeMarkup(std::string_view text) {
   std::string escaped;
   escaped.reserve(text.size());
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      case '\'':
-        escaped += "&#39;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') escaped += c;
-    }
-  }
+  AppendMarkup(text, &escaped);
   return escaped;
 }
 
@@ -55,18 +85,29 @@ std::string Svg::FinishAlone(std::string_view style_sheet) const {
 }
 
 void Svg::Line(double x1, double y1, double x2, double y2, std::string_view style) {
-  body_ += "<line" + Attribute("class", style) + Attribute("x1", x1) + Attribute("y1", y1) +
-           Attribute("x2", x2) + Attribute("y2", y2) + "/>\n";
+  Begin("line", style, &body_);
+  AppendAttribute("x1", x1, &body_);
+  AppendAttribute("y1", y1, &body_);
+  AppendAttribute("x2", x2, &body_);
+  AppendAttribute("y2", y2, &body_);
+  body_ += "/>\n";
 }
 
 void Svg::Rectangle(double x, double y, double width, double height, std::string_view style) {
-  body_ += "<rect" + Attribute("class", style) + Attribute("x", x) + Attribute("y", y) +
-           Attribute("width", width) + Attribute("height", height) + "/>\n";
+  Begin("rect", style, &body_);
+  AppendAttribute("x", x, &body_);
+  AppendAttribute("y", y, &body_);
+  AppendAttribute("width", width, &body_);
+  AppendAttribute("height", height, &body_);
+  body_ += "/>\n";
 }
 
 void Svg::Circle(double x, double y, double radius, std::string_view style) {
-  body_ += "<circle" + Attribute("class", style) + Attribute("cx", x) + Attribute("cy", y) +
-           Attribute("r", radius) + "/>\n";
+  Begin("circle", style, &body_);
+  AppendAttribute("cx", x, &body_);
+  AppendAttribute("cy", y, &body_);
+  AppendAttribute("r", radius, &body_);
+  body_ += "/>\n";
 }
 
 void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::string_view style) {
@@ -74,8 +115,9 @@ void Svg::Polyline(const std::vector<std::pair<double, double>>& points, std::st
   for (const auto& [x, y] : points) {
     list += (list.empty() ? "" : " ") + Fixed(x, 1) + ',' + Fixed(y, 1);
   }
-  body_ += "<polyline" + Attribute("class", style) + Attribute("points", std::string_view(list)) +
-           "/>\n";
+  Begin("polyline", style, &body_);
+  AppendAttribute("points", std::string_view(list), &body_);
+  body_ += "/>\n";
 }
 
 void Svg::Cross(double x, double y, double size, std::string_view style) {
@@ -84,14 +126,24 @@ void Svg::Cross(double x, double y, double size, std::string_view style) {
 }
 
 void Svg::Text(double x, double y, std::string_view text, std::string_view style) {
-  body_ += "<text" + Attribute("class", style) + Attribute("x", x) + Attribute("y", y) + '>' +
-           EscapeMarkup(text) + "</text>\n";
+  Begin("text", style, &body_);
+  AppendAttribute("x", x, &body_);
+  AppendAttribute("y", y, &body_);
+  body_ += '>';
+  AppendMarkup(text, &body_);
+  body_ += "</text>\n";
 }
 
 void Svg::Cell(double x, double y, double size, std::string_view colour, std::string_view tooltip) {
-  body_ += "<rect" + Attribute("x", x) + Attribute("y", y) + Attribute("width", size) +
-           Attribute("height", size) + Attribute("fill", colour) + "><title>" +
-           EscapeMarkup(tooltip) + "</title></rect>\n";
+  body_ += "<rect";
+  AppendAttribute("x", x, &body_);
+  AppendAttribute("y", y, &body_);
+  AppendAttribute("width", size, &body_);
+  AppendAttribute("height", size, &body_);
+  AppendAttribute("fill", colour, &body_);
+  body_ += "><title>";
+  AppendMarkup(tooltip, &body_);
+  body_ += "</title></rect>\n";
 }
 
 void Svg::RotatedText(

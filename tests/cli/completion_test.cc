@@ -77,8 +77,9 @@ TEST(Completion, OffersEveryFlagOfEachVerb) {
 }
 
 TEST(Completion, OffersVerbsOfTwoWords) {
-  EXPECT_THAT(Completed({"fleet", ""}), ElementsAre("run", "query", "summary", "dispose"));
-  EXPECT_THAT(Completed({"fleet", "r"}), ElementsAre("run"));
+  EXPECT_THAT(Completed({"fleet", ""}),
+              ElementsAre("run", "watch", "query", "summary", "report", "export", "collect", "dispose"));
+  EXPECT_THAT(Completed({"fleet", "r"}), ElementsAre("run", "report"));
   EXPECT_THAT(Completed({"fleet", "run", "--"}), IsSupersetOf({"--resume=", "--store=", "--help"}));
   EXPECT_THAT(Completed({"fleet", "query", "--"}), IsSupersetOf({"--sql=", "--store="}));
 }

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
@@ -118,6 +119,24 @@ TEST_F(Fleet, LosesOneRunToWhatACrashHangOrMemoryCosts) {
   }
 }
 
+// The disk is full for a while: no unit is blamed for it, none is lost.
+TEST_F(Fleet, EndsOnAFullDiskAndLosesNothing) {
+  WriteUnits(6);
+  const std::string disk = folder_.Path("fleet");
+  fs::create_directory(disk);
+  if (RunShell("mount -t tmpfs -o size=1m tmpfs '" + disk + "'").exit_code != 0) {
+    GTEST_SKIP() << "mounting a file system is not allowed here";
+  }
+  RunShell("head -c 800k /dev/zero > '" + disk + "/ballast'");
+  const Finished full = Run("");
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, ::testing::AnyOf(HasSubstr("No space left"), HasSubstr("disk is full")));
+  fs::remove(disk + "/ballast");
+  EXPECT_EQ(Run("--report=false --resume").exit_code, 0);
+  EXPECT_THAT(Ask("SELECT DISTINCT serial FROM run WHERE verdict = 'usable'"), SizeIs(6));
+  RunShell("umount '" + disk + "'");
+}
+
 TEST_F(Fleet, ResumesWithWhatIsMissingOrHasChanged) {
   WriteUnits(5);
   ASSERT_EQ(Run("--report=false").exit_code, 0);
@@ -128,24 +147,6 @@ TEST_F(Fleet, ResumesWithWhatIsMissingOrHasChanged) {
   // Runs of before are kept.
   EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(11));
   EXPECT_THAT(Ask("SELECT run FROM latest"), SizeIs(5));
-}
-
-// The whole process group dies at some moment, again and again; what is there in the end is what an
-// uninterrupted run gives.
-TEST_F(Fleet, IsWholeAfterItWasKilledAndResumed) {
-  WriteUnits(24);
-  ASSERT_EQ(Run("--report=false -o whole --jobs=2").exit_code, 0);
-  for (int i = 0; i < 8; ++i) {
-    const std::string seconds = "0." + std::string(i % 2 == 0 ? "0" : "1") + std::to_string(i + 1);
-    Run("--report=false -o cut --jobs=2 --resume --quiet", "timeout -s KILL " + seconds);
-  }
-  ASSERT_EQ(Run("--report=false -o cut --jobs=2 --resume").exit_code, 0);
-  EXPECT_EQ(Parameters("cut"), Parameters("whole"));
-  EXPECT_THAT(Ask("SELECT run FROM run", "cut"), SizeIs(24));
-  // What the store names is there.
-  for (const std::string& folder : Ask("SELECT folder FROM run", "cut")) {
-    EXPECT_TRUE(fs::exists(folder_.Path(folder + "/calibration.yaml"))) << folder;
-  }
 }
 
 TEST_F(Fleet, FinishesTheUnitsInHandWhenItIsStopped) {
@@ -171,17 +172,65 @@ TEST_F(Fleet, IsSharedAmongShards) {
   EXPECT_THAT(other.err, HasSubstr("shared among 3"));
 }
 
-// A serial number stays one: in SQL, in names and in CSV.
+// A serial number stays one: in SQL, in names, in CSV, JSON and HTML.
 TEST_F(Fleet, TakesAnySerialNumber) {
-  WriteUnits(1);
-  const std::string list =
-      folder_.Write("list.csv", "log,serial\nline/u000.csv,\"../a'; \"\"b\"\"\"\n");
-  const Finished run =
-      RunShell("'" TRUETRIAD_BINARY "' fleet run list.csv --report=false", folder_.Path(""));
+  WriteUnits(2);
+  folder_.Write("list.csv",
+                "log,serial\nline/u000.csv,\"../a'; \"\"b\"\"\"\n"
+                "line/u001.csv,<script>1</script>\n");
+  fs::copy_file(folder_.Path("line/u000.csv"), folder_.Path("line/c\nd.csv"));
+  const Finished run = RunShell("'" TRUETRIAD_BINARY "' fleet run list.csv && '" TRUETRIAD_BINARY
+                                "' fleet run line/c*d.csv '--serial={serial}.csv' --progress=jsonl",
+                                folder_.Path(""));
   ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
-  EXPECT_THAT(Ask("SELECT serial FROM unit"), ::testing::ElementsAre("\"../a'; \"\"b\"\"\""));
+  EXPECT_THAT(Ask("SELECT serial FROM unit ORDER BY serial"),
+              ::testing::ElementsAre("\"../a'; \"\"b\"\"\"", "<script>1</script>", "\"c", "d\""));
+  EXPECT_THAT(run.err, HasSubstr("\"serial\":\"c\\nd\""));
   EXPECT_TRUE(fs::exists(folder_.Path("fleet/units/%2E.%2Fa%27%3B%20%22b%22")));
   EXPECT_FALSE(fs::exists(folder_.Path("fleet/a'; \"b\"")));
+  const std::string page = TemporaryFolder::Read(
+      folder_.Path(Ask("SELECT folder FROM run WHERE serial LIKE '<%'").front() + "/report.html"));
+  EXPECT_THAT(page, HasSubstr("&lt;script&gt;1"));
+  EXPECT_THAT(page, ::testing::Not(HasSubstr("<script>1")));
+}
+
+// Its reports are those of a run without, but for where the style is.
+TEST_F(Fleet, SharesTheStyleOfItsReports) {
+  WriteUnits(1);
+  ASSERT_EQ(Run("-o own").exit_code, 0);
+  ASSERT_EQ(Run("-o shared --assets=shared").exit_code, 0);
+  const auto report = [&](const std::string& output) {
+    const std::string folder = Ask("SELECT folder FROM run", output).front();
+    return TemporaryFolder::Read(folder_.Path(folder + "/report.html"));
+  };
+  const std::string own = report("own"), shared = report("shared");
+  EXPECT_THAT(shared,
+              AllOf(HasSubstr("href=\"../../assets/report.css\""), Not(HasSubstr("<style"))));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("shared/units/assets/report.css")),
+              HasSubstr("--ink:"));
+  // Down to the moment that they were made at.
+  const auto body = [](const std::string& html) {
+    return html.substr(html.find("<section>"), html.find("<pre>") - html.find("<section>"));
+  };
+  EXPECT_EQ(body(shared), body(own));
+  EXPECT_EQ(Run("--assets=none").exit_code, 1);
+}
+
+TEST_F(Fleet, WritesAPageOfItsUnits) {
+  WriteUnits(3);
+  ASSERT_EQ(Run("-o day --assets=shared --tag=lot=L17").exit_code, 0);
+  const std::string report = "'" TRUETRIAD_BINARY "' fleet report --store=day/fleet.db ";
+  const Finished page = RunShell(report + "-o day/page", folder_.Path(""));
+  EXPECT_EQ(page.exit_code, 0) << page.err;
+  EXPECT_THAT(page.out, AllOf(StartsWith("day/page/index.html\n"), HasSubstr("3 of 3 runs")));
+  EXPECT_TRUE(fs::exists(folder_.Path("day/page/lots/L17.html")));
+  EXPECT_EQ(RunShell(report + "-o day/page --where=\"lot = 'L17'\"", folder_.Path("")).exit_code,
+            0);
+  const Finished refused = RunShell(report + "-o day", folder_.Path(""));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("name another folder"));
+  EXPECT_EQ(RunShell(report + "-o other --where=nonsense", folder_.Path("")).exit_code, 1);
+  EXPECT_FALSE(fs::exists(folder_.Path("other")));
 }
 
 TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
@@ -201,6 +250,7 @@ TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
     EXPECT_THAT(run.exit_code, ::testing::AnyOf(1, 2)) << flags;
     EXPECT_THAT(run.err, HasSubstr(message)) << flags;
   }
+  EXPECT_EQ(Run("--progress=x").exit_code, 1);
   EXPECT_THAT(RunTruetriad({"fleet"}).err, HasSubstr("needs a second word"));
 }
 

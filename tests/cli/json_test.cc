@@ -2,6 +2,7 @@
 //
 // --json of every verb against share/truetriad/schema.
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,7 @@ constexpr char kValidate[] = R"py(
 import json, pathlib, sys
 import jsonschema
 folder = pathlib.Path(sys.argv[1])
-schemas = {n: json.loads((folder / n).read_text()) for n in ("calibration.json", "output.json")}
+schemas = {n: json.loads((folder / n).read_text()) for n in ("calibration.json", "output.json", "fleet-progress.json")}
 for name, file in zip(sys.argv[2::2], sys.argv[3::2]):
     schema = schemas[name]
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -135,6 +136,30 @@ TEST_F(JsonOutput, OfEveryOtherVerbIsWhatItsSchemaSays) {
   Run({"check", configs_ + "experiments/joint.yaml"}, 0);
   Run({"version"}, 0);
   Run({"help", "calibrate"}, 0);
+  const std::string store = folder_.Path("fleet/fleet.db"), runs = folder_.Path("runs.csv");
+  Run({"fleet", "run", log_, "-o", folder_.Path("fleet"), "--report=false"}, 0);
+  Run({"fleet", "collect", store, "--store=" + folder_.Path("all.db")}, 0);
+  Run({"fleet", "export", "--store=" + store, "--to=csv", "-o", runs}, 0);
+}
+
+TEST_F(JsonOutput, OfAFleetIsWhatItsSchemaSays) {
+  folder_.Write("few.csv", LogText({.rests = 4}));
+  const std::string out = "--output=" + folder_.Path("fleet"), store = folder_.Path("fleet/fleet.db");
+  const json run = Run({"fleet", "run", folder_.Path("log.csv"), folder_.Path("few.csv"), out}, 0);
+  EXPECT_EQ(run["result"]["done"], 2);
+  EXPECT_EQ(run["result"]["yield"]["final"], 1);
+  folder_.Write("less.csv", LogText({.rests = 3}));
+  Run({"fleet", "watch", folder_.Path(""), out, "--until-idle=0.1", "--fail-on=unit"}, 4);
+  const json table = Run({"fleet", "query", "--store=" + store}, 0);
+  EXPECT_EQ(table["result"]["rows"].size(), 3u);
+  const Finished lines = RunTruetriad(
+      {"fleet", "run", folder_.Path("few.csv"), out, "--progress=jsonl", "--retest-most=0"});
+  std::istringstream text(lines.err);
+  int count = 0;
+  for (std::string line; std::getline(text, line); ++count) {
+    Validate("fleet-progress.json", folder_.Write(std::to_string(count) + ".line", line));
+  }
+  EXPECT_EQ(count, 2);  // The run, and that it does not count.
 }
 
 // Of every verb that can end so: 3 refused, 4 outside of limits, 2 and 1 errors.
@@ -184,7 +209,10 @@ TEST_F(JsonOutput, OfRefusalsLimitsAndErrorsOfEveryVerbIsWhatItsSchemaSays) {
            {"convert", missing, "--from=euroc", out},
            {"export", missing, "--to=px4", out},
            {"import", missing, "--from=px4", out},
-           {"report", missing, out + ".html"}}) {
+           {"report", missing, out + ".html"},
+           {"fleet", "run", missing, out},
+           {"fleet", "watch", missing, out},
+           {"fleet", "query", "--store=" + missing}}) {
     const json object = Run(call, 2);
     EXPECT_EQ(code(object), "unreadable-file") << object;
     EXPECT_EQ(object["error"]["file"], missing) << object;

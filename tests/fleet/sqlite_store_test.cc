@@ -62,7 +62,7 @@ TEST_F(SqliteStoreTest, BringsAnOlderStoreUpToDate) {
   }
   const Result<std::unique_ptr<Store>> store = OpenStore(path_);
   ASSERT_TRUE(store);
-  EXPECT_FALSE((*store)->StateShards(5));
+  EXPECT_FALSE((*store)->StateShard({0, 5}));
   ASSERT_TRUE((*store)->Add(RunOf("2", Verdict::kPass)));
   EXPECT_THAT(Ask(**store, "SELECT run FROM standing"), ElementsAre(ElementsAre("2")));
 }

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "fleet/rows.h"
+#include "fleet/run_samples.h"
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 #include "support/private_postgres.h"
@@ -101,9 +102,9 @@ TEST_P(StoreTest, AnswersQuestionsAndNothingElse) {
 TEST_P(StoreTest, HasTheSameNumberOfShardsEveryTime) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
-  EXPECT_TRUE((*store)->StateShards(4));
-  EXPECT_TRUE((*store)->StateShards(4));
-  const Status other = (*store)->StateShards(5);
+  EXPECT_TRUE((*store)->StateShard({0, 4}));
+  EXPECT_TRUE((*store)->StateShard({0, 4}));
+  const Status other = (*store)->StateShard({0, 5});
   ASSERT_FALSE(other);
   EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
 }
@@ -163,6 +164,7 @@ TEST_P(StoreTest, SaysWhichRunOfAUnitCounts) {
 TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
   Result<std::unique_ptr<Store>> store = OpenStore(url_);
   ASSERT_TRUE(store);
+  EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, -1}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_TRUE((*store)->StateRetestPolicy({RetestCounts::kBest, 2}));
   EXPECT_FALSE((*store)->StateRetestPolicy({RetestCounts::kBest, 3}));
@@ -241,6 +243,31 @@ TEST_P(StoreTest, KeepsTheChecksOfStations) {
   ASSERT_TRUE(other && *other);
   EXPECT_FALSE((*other)->agrees);
   EXPECT_TRUE(std::isnan((*other)->p));
+}
+
+TEST_P(StoreTest, GivesWholeRunsBack) {
+  Result<std::unique_ptr<Store>> store = OpenStore(url_);
+  ASSERT_TRUE(store) << store.error().message;
+  std::vector<std::string> expected, found;
+  std::vector<UnitRun> runs;
+  for (int i = 0; i < 120; ++i) {
+    runs.push_back(SampleRun("r" + std::to_string(i), "unit '" + std::to_string(i % 110)));
+    expected.push_back(LineOf(runs.back()));
+  }
+  ASSERT_TRUE((*store)->AddAll(runs));
+  ASSERT_TRUE((*store)->ForEachRun({}, [&](const UnitRun& run) -> Status {
+    found.push_back(LineOf(run));
+    return {};
+  }));
+  EXPECT_THAT(found, ::testing::UnorderedElementsAreArray(expected));
+  found.clear();
+  ASSERT_TRUE(
+      (*store)->ForEachRun({true, "serial < 'unit ''2'"}, [&](const UnitRun& run) -> Status {
+        found.push_back(run.id);
+        return {};
+      }));
+  // 0, 1, 10 to 19 and 100 to 109, of which ten have been calibrated again.
+  EXPECT_EQ(found.size(), 22u);
 }
 
 }  // namespace

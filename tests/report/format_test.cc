@@ -1,7 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/format.h"
 
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <limits>
+#include <random>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,6 +16,32 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Its way for everyday numbers is that of the library, also where a tie is near.
+TEST(Fixed, RoundsAsTheLibraryDoes) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> exponent(-6.0, 9.0), sign(-1.0, 1.0);
+  std::vector<double> values = {
+      0.0, -0.0, 0.05, -0.05, 0.25, 0.35, 0.125, 1.005, 2.5, -3.5, 99999.95};
+  for (int i = 0; i < 20000; ++i) values.push_back(sign(random) * std::pow(10.0, exponent(random)));
+  for (int i = 0; i < 2000; ++i) values.push_back((i - 1000) / 8.0 + 0.05);
+  for (const double value : values) {
+    for (int decimals = 0; decimals < 6; ++decimals) {
+      std::array<char, 64> buffer{};
+      const auto end = std::to_chars(buffer.data(),
+                                     buffer.data() + buffer.size(),
+                                     value,
+                                     std::chars_format::fixed,
+                                     decimals)
+                           .ptr;
+      std::string expected(buffer.data(), end);
+      if (expected.find_first_of("123456789") == std::string::npos && expected[0] == '-') {
+        expected.erase(0, 1);
+      }
+      ASSERT_EQ(Fixed(value, decimals), expected) << value;
+    }
+  }
+}
 
 TEST(WithSigma, ShowsTwoDigitsOfSigmaAndTheValueToTheSamePlace) {
   EXPECT_EQ(WithSigma(0.0512345, 0.00045), "0.05123 ± 0.00045");

@@ -84,8 +84,12 @@ const std::vector<Command>& Commands() {
                                                           ImportCommand(),
                                                           ReportCommand(),
                                                           FleetRunCommand(),
+                                                          FleetWatchCommand(),
                                                           FleetQueryCommand(),
                                                           FleetSummaryCommand(),
+                                                          FleetReportCommand(),
+                                                          FleetExportCommand(),
+                                                          FleetCollectCommand(),
                                                           FleetDisposeCommand(),
                                                           HelpCommand(),
                                                           VersionCommand()};

@@ -18,8 +18,21 @@ bool ProgressLine::is_quiet_ = false;
 ProgressLine::ProgressLine(std::string what)
     : what_(std::move(what)), is_terminal_(!is_quiet_ && isatty(STDERR_FILENO) == 1) {}
 
-ProgressLine::~ProgressLine() {
+ProgressLine::~ProgressLine() { Wipe(); }
+
+void ProgressLine::Wipe() {
   if (shown_percent_ >= 0) std::fputs(kWipeLine, stderr);
+  shown_percent_ = -1;
+  next_text_ = {};
+}
+
+void ProgressLine::ShowText(const std::string& text) {
+  constexpr auto kPause = std::chrono::milliseconds(200);
+  const auto now = std::chrono::steady_clock::now();
+  if (!is_terminal_ || now < next_text_) return;
+  next_text_ = now + kPause;
+  shown_percent_ = 0;
+  std::fprintf(stderr, "%s%s", kWipeLine, text.c_str());
 }
 
 ProgressCallback ProgressLine::callback() {

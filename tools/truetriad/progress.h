@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include "truetriad/data/pose_collection.h"
@@ -22,6 +23,11 @@ class ProgressLine {
   /// To be called with the share of the work done; valid as long as the line.
   ProgressCallback callback();
 
+  /// Shows a line instead of the share, several times a second at most.
+  void ShowText(const std::string& text);
+  /// Takes the line away, for something else to be written.
+  void Wipe();
+
  private:
   void Show(int percent);
 
@@ -30,6 +36,7 @@ class ProgressLine {
   std::string what_;
   bool is_terminal_;
   int shown_percent_ = -1;
+  std::chrono::steady_clock::time_point next_text_;
 };
 
 }  // namespace truetriad

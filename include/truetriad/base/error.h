@@ -67,6 +67,7 @@ enum class ErrorCode {
   kNotInRecording,
   kDoesNotMatch,
   kOtherDevice,
+  kStationNotChecked,
   // Of calibrations.
   kCalibrationNotUsable,
   kNotRepresentable,

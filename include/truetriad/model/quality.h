@@ -121,7 +121,7 @@ struct LimitCheck {
   /// were independent), each at its worst temperature.
   double outside = 0.0;
   bool pass = false;
-  std::vector<LimitComponent> components;  ///< All of them; not in files.
+  std::vector<LimitComponent> components = {};  ///< All of them; not in files.
 
   std::string FullName() const { return component.empty() ? name : name + "." + component; }
 };

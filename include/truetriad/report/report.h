@@ -23,8 +23,11 @@ Grade GradeOf(const Comparison& comparison);
 std::string CalibrationText(const Calibration& calibration);
 
 /// One self-contained HTML page (inline CSS and SVG, no network, no script): the same order.
-/// Same input, same bytes.
-std::string CalibrationHtml(const Calibration& calibration);
+/// Same input, same bytes. `style_sheet`: where ReportStyleSheet is, as seen from the page, instead
+/// of in it.
+std::string CalibrationHtml(const Calibration& calibration, const std::string& style_sheet = "");
+/// The looks of such pages, for a file that many share.
+std::string ReportStyleSheet();
 
 /// What other verbs say, on the terminal and as a page. `inspect`: rates, gaps, poses found,
 /// coverage, noise, temperature range. `tried`: what a calibration with defaults makes of it, or

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -6,9 +7,11 @@
 
 #include <gflags/gflags.h>
 
+#include "fleet/store.h"
 #include "json/verb_json.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
 #include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
@@ -57,11 +60,41 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
                      ": does not say by which experiment it was made (it was imported, "
                      "or simulated); give one with --config");
   }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
   TRUETRIAD_ASSIGN_OR_RETURN(
       Experiment experiment,
-      ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, Overrides()));
+      ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, overrides));
+  if (!FLAGS_store.empty() && experiment.tags.station.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "--store keeps the check of a station, and none is named; give "
+                 "--tag=station=NAME");
+  }
   experiment.inputs = std::move(inputs);
   return experiment;
+}
+
+/// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
+/// was refused, which does not agree either.
+Status KeepCheck(const Experiment& experiment,
+                 const Calibration& golden,
+                 const Comparison* comparison) {
+  if (FLAGS_store.empty()) return {};
+  fleet::StationCheck check;
+  check.id = fleet::NewRunId();
+  check.station = experiment.tags.station;
+  check.serial = golden.serial;
+  check.created = TimestampUtc();
+  check.log = experiment.inputs.front();
+  if (comparison != nullptr) {
+    check.agrees = AgreementOf(*comparison) == Agreement::kAgree;
+    check.p = comparison->p_value;
+    check.largest = comparison->largest_in_sigmas;
+    const ComparisonEntry* const largest = LargestOf(*comparison);
+    if (largest != nullptr) check.parameter = largest->parameter;
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
+                             fleet::OpenStore(FLAGS_store));
+  return store->AddStationCheck(check);
 }
 
 Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
@@ -91,6 +124,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
   result.findings = today->findings;
   result.outcome = today->outcome;
   if (!today->IsUsable()) {
+    TRUETRIAD_RETURN_IF_ERROR(KeepCheck(experiment, golden, nullptr));
     result.exit_code = static_cast<int>(ErrorKind::kNotEnough);
     result.text = CalibrationText(*today);
     result.grade = Grade::kBad;
@@ -113,6 +147,7 @@ Result<VerbResult> RunCheckStation(const std::vector<std::string>& words) {
     result.result = {{"agrees", nullptr}};
     return result;
   }
+  TRUETRIAD_RETURN_IF_ERROR(KeepCheck(experiment, golden, &comparison));
   const bool agrees = AgreementOf(comparison) == Agreement::kAgree;
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
   result.grade = agrees ? Grade::kGood : Grade::kBad;
@@ -143,12 +178,17 @@ Command CheckStationCommand() {
           "was made\nby, and compares the two. Exit code 4: they do not agree (p of all "
           "differences together below\n0.01), or it is the recording of the reference itself; 3: "
           "today's recording was refused. What the\nunit does by itself between two days, above "
-          "all its biases, is no fault of the station: state it\nwith --repeatability.\n",
+          "all its biases, is no fault of the station: state it\nwith --repeatability. With "
+          "--store and "
+          "--tag=station=NAME the store keeps the outcome, for --require-golden\nof fleet run and "
+          "fleet watch.\n",
       .flags = {{"golden", "FILE", true},
                 {"input", "LOG,..."},
                 {"config", "EXPERIMENT.yaml"},
                 {"repeatability", "SENSOR.bias=SIGMA,..."},
-                {"set", "KEY=VALUE,...", false, {}, true}},
+                {"store", "FILE|URL"},
+                {"set", "KEY=VALUE,...", false, {}, true},
+                {"tag", "KEY=VALUE", false, {}, true}},
       .more_words = "input",
       .run = RunCheckStation};
 }

@@ -1,29 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include <gflags/gflags.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "base/companion.h"
 #include "base/spelling.h"
 #include "io/mapping.h"
 #include "io/whole_file.h"
 #include "tools/truetriad/command.h"
+#include "tools/truetriad/companion_program.h"
 #include "tools/truetriad/flags.h"
 #include "tools/truetriad/format_flags.h"
 #include "tools/truetriad/mappings.h"
@@ -72,31 +66,15 @@ const LogFormat* FindFormat(std::string_view name) {
   return found == kLogFormats.end() ? nullptr : found;
 }
 
-bool IsInPath(std::string_view program) {
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (access((fs::path(folder) / program).c_str(), X_OK) == 0) return true;
-  }
-  return false;
-}
-
 /// The converter of `format`. Error (usage): it is not there; says what to install.
 Result<std::string> FindConverter(const LogFormat& format) {
   const std::string program = "truetriad-convert-" + std::string(format.name);
+  if (format.is_script) return FindNodeProgram(program, "--from=" + std::string(format.name));
   const std::optional<std::string> found = FindCompanion(program);
-  if (format.is_script && !IsInPath("node")) {
-    return Error(ErrorCode::kMissingProgram,
-                 "--from=" + std::string(format.name) +
-                     ": needs Node.js, which is not in PATH; install nodejs (and npm to set up "
-                     "tools/convert-node)");
-  }
   if (found) return *found;
   std::string what =
       "--from=" + std::string(format.name) + ": " + program + " is not beside truetriad; ";
-  if (format.is_script) {
-    what += "build it with tools/build.sh programs (it needs nodejs 18 or newer, and npm)";
-  } else if (!format.needs.empty()) {
+  if (!format.needs.empty()) {
     what += "build it with tools/build.sh programs (it needs " + std::string(format.needs) + ")";
   } else {
     what += "build it with tools/build.sh programs, or install truetriad again";
@@ -104,80 +82,8 @@ Result<std::string> FindConverter(const LogFormat& format) {
   return Error(ErrorCode::kMissingProgram, what);
 }
 
-/// A stream of a child process, read once that has ended.
-class Captured {
- public:
-  int descriptor() const { return fileno(file_.get()); }
-  bool usable() const { return file_ != nullptr; }
-  std::string Text() const {
-    std::string text;
-    std::rewind(file_.get());
-    std::array<char, 4096> part{};
-    for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), file_.get())) > 0;) {
-      text.append(part.data(), n);
-    }
-    return text;
-  }
-
- private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, Close> file_{std::tmpfile()};
-};
-
-/// How a converter ended, and what it said, where that was captured: else it has been shown.
-struct Conversion {
-  int exit_code = 0;
-  std::string out, err;
-};
-
-/// Runs a converter to its end, or says why it did not run. `captures` what it says.
-Result<Conversion> RunConverter(const std::string& program,
-                                const std::vector<std::string>& arguments,
-                                bool captures) {
-  std::vector<std::string> words = {program};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  std::fflush(stdout);
-  pid_t child = 0;
-  posix_spawn_file_actions_t streams;
-  posix_spawn_file_actions_init(&streams);
-  std::optional<Captured> out, err;
-  if (captures) {
-    out.emplace();
-    err.emplace();
-    if (!out->usable() || !err->usable()) {
-      return Error(ErrorCode::kSystemFailure,
-                   std::string("no temporary file: ") + std::strerror(errno));
-    }
-    posix_spawn_file_actions_adddup2(&streams, out->descriptor(), STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&streams, err->descriptor(), STDERR_FILENO);
-  }
-  const int failure =
-      posix_spawn(&child, program.c_str(), &streams, nullptr, pointers.data(), environ);
-  posix_spawn_file_actions_destroy(&streams);
-  if (failure != 0)
-    return Error(ErrorCode::kSystemFailure,
-                 {program},
-                 std::string("cannot be started: ") + std::strerror(failure));
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return Error(ErrorCode::kSystemFailure, {program}, std::strerror(errno));
-  }
-  if (WIFEXITED(status)) {
-    return Conversion{WEXITSTATUS(status), out ? out->Text() : "", err ? err->Text() : ""};
-  }
-  return Error(ErrorCode::kDamagedFile,
-               program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
-                   "; nothing was written");
-}
-
 /// The error that a converter wrote as JSON.
-Error ErrorFrom(const Conversion& conversion) {
+Error ErrorFrom(const ProgramRun& conversion) {
   const Json json = Json::parse(conversion.out, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object() || !json.contains("error")) {
     return Error(ErrorCode::kDamagedFile, conversion.err);
@@ -205,8 +111,8 @@ Result<VerbResult> ConvertLog(const LogFormat& format) {
   pass("units", FLAGS_units);
   if (FLAGS_list) arguments.push_back("--list");
   if (FLAGS_json) arguments.push_back("--json");
-  TRUETRIAD_ASSIGN_OR_RETURN(const Conversion conversion,
-                             RunConverter(program, arguments, FLAGS_json));
+  TRUETRIAD_ASSIGN_OR_RETURN(const ProgramRun conversion,
+                             RunProgram(program, arguments, FLAGS_json));
   if (FLAGS_json && conversion.exit_code != kExitGood) return ErrorFrom(conversion);
   std::fputs(conversion.err.c_str(), stderr);
   return VerbResult{.exit_code = conversion.exit_code,

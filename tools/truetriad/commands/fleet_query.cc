@@ -107,19 +107,20 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetQueryCommand() {
-  return {.name = "fleet query",
-          .summary = "What does the store say? In SQL, or of runs with some property.",
-          .examples =
-              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
-              "build/truetriad fleet run out/line -o out/day --report=false\n"
-              "build/truetriad fleet query --store=out/day/fleet.db --where=\"verdict = 'usable'\"",
-          .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
-          .flags = {{"store", "FILE|URL", true},
-                    {"sql", "SELECT"},
-                    {"where", "CONDITION"},
-                    {"csv", "true|false"}},
-          .words = {"sql"},
-          .run = RunFleetQuery};
+  return {
+      .name = "fleet query",
+      .summary = "What does the store say? In SQL, or of runs with some property.",
+      .examples =
+          "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+          "build/truetriad fleet run out/line -o out/day --report=false\n"
+          "build/truetriad fleet query --store=out/day/fleet.db --where=\"verdict = 'usable'\"",
+      .details = "Nothing can be changed. Without a question: of every unit the run that counts.\n",
+      .flags = {{"store", "FILE|URL", true},
+                {"sql", "SELECT"},
+                {"where", "CONDITION"},
+                {"csv", "true|false"}},
+      .words = {"sql"},
+      .run = RunFleetQuery};
 }
 
 }  // namespace truetriad

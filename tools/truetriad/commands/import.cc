@@ -49,7 +49,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
                     .result = {{"output", file.string()}, {"notes", result.notes}}};
 }
 
-std::vector<std::string> FormatNames() {
+std::vector<std::string> ImportedFormatNames() {
   std::vector<std::string> names;
   for (const FormatInfo& format : Formats()) {
     if (format.can_import) names.emplace_back(format.name);
@@ -57,7 +57,7 @@ std::vector<std::string> FormatNames() {
   return names;
 }
 
-std::string FormatList() {
+std::string ImportedFormatList() {
   std::string text = "Formats:\n";
   for (const FormatInfo& format : Formats()) {
     if (!format.can_import) continue;
@@ -72,7 +72,7 @@ std::string FormatList() {
 
 Command ImportCommand() {
   static const std::string& details = *new std::string(
-      FormatList() +
+      ImportedFormatList() +
       "\nWrites a calibration.yaml for `compare`, `evaluate` and `apply`; every sigma is zero. "
       "If\n--output ends in .yaml it names the file, otherwise the folder for calibration.yaml.\n");
   return {.name = "import",
@@ -85,7 +85,7 @@ Command ImportCommand() {
               "build/truetriad evaluate --calibration=out/carried.yaml "
               "--input=datasets/demo/recording.csv",
           .details = details,
-          .flags = {{"from", "FORMAT", true, FormatNames()},
+          .flags = {{"from", "FORMAT", true, ImportedFormatNames()},
                     {"input", "FILE[,FILE]", true},
                     {"output", "FILE|DIR", true},
                     {"units", "UNIT[,UNIT]"},

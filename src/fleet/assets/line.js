@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the line's statistics say: how values lie within their limits, control charts of each station
+// with their alarms, effects of fixtures and the like, golden units.
+'use strict';
+(() => {
+  const { units, text, element, charts, overview } = window.fleet;
+  const { tableOf, heading, cell } = overview;
+  const line = units.line;
+  const kAlarms = 50; // Shown, the last ones.
+
+  const kinds = {
+    ewma: 'EWMA of units',
+    individuals: 'single units',
+    'moving-range': 'moving range',
+    'x-bar': 'means of subgroups',
+    s: 'spread within subgroups',
+    t2: 'all parameters together (Hotelling T²)',
+    mewma: 'all parameters together (multivariate EWMA)',
+  };
+  const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
+  const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
+  const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
+  const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
+  const unitLink = (serial) => element('a', { href: `#unit=${encodeURIComponent(serial)}` }, text.flat(serial));
+  const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
+  const interval = (estimate, digits = 3) =>
+    !estimate || !known(estimate.value) ? '–' : `${text.number(estimate.value, digits)} (${text.number(estimate.lower, digits)} … ${text.number(estimate.upper, digits)})`;
+  const share = (value) => (known(value) ? `${text.number(100 * value, 2)} %` : '–');
+
+  const yieldOf = () => {
+    const { good_share: good, good_at_first_share: first } = line.yield;
+    const percent = (estimate) => (known(estimate?.value) ? `${(100 * estimate.value).toFixed(1)} % (${(100 * estimate.lower).toFixed(1)} … ${(100 * estimate.upper).toFixed(1)})` : '–');
+    return element('p', {}, `Of ${text.count(line.yield.units)} units ${percent(good)} are good, ${percent(first)} were at the first run; in brackets, here and below, 95 % intervals.`);
+  };
+
+  // The index that matters: of the process itself where calibrations say their σ, else as measured.
+  const limitsOf = () => {
+    if (!line.limits?.length) return [];
+    const rows = [...line.limits].map((each) => {
+      const pair = known(each.process?.overall?.ppk?.value) ? each.process : each.observed;
+      return { each, pair, ppk: pair?.overall?.ppk?.value ?? Infinity };
+    }).sort((a, b) => a.ppk - b.ppk).map(({ each, pair, ppk }) =>
+      row(each.name, cell(`${text.number(each.lower)} to ${text.number(each.upper)} ${each.unit.replace('^2', '²').replace('uT', 'µT')}`), cell(text.number(each.mean), 'r'),
+        cell(interval(pair?.within?.cpk), 'r'),
+        cell(element('span', { class: ppk < 1 ? 'badge is-bad' : '' }, `${ppk < 1 ? '✕ ' : ''}${interval(pair?.overall?.ppk)}`), 'r'),
+        cell(share(each.outside), 'r')));
+    return [section('Within the limits', scroll('Capability', tableOf([heading('limit'), heading('allowed'), heading('mean', 'r'), heading('Cpk', 'r'), heading('Ppk', 'r'), heading('outside', 'r')], rows)),
+      element('p', { class: 'soft' }, 'The least capable first; the variance of the calibrations is taken out where it is known. Below 1 the process is wider than its limits.'))];
+  };
+
+  const drawChart = (place, caption, chart) => {
+    const n = chart.value.length;
+    const isOut = (k) => (known(chart.upper[k]) && chart.value[k] > chart.upper[k]) || (known(chart.lower[k]) && chart.value[k] < chart.lower[k]);
+    const name = nameOf(chart.kind, chart.parameter);
+    const out = chart.value.filter((value, k) => isOut(k)).length;
+    const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
+    caption.replaceChildren(`${name}, in σ of the process${known(chart.sigma) && chart.parameter ? ` (${text.number(chart.sigma, 3)})` : ''}: the last ${text.count(n)} points, ${text.count(out)} beyond the limits.`, hover);
+    charts.draw(place, {
+      x: chart.value.map((value, k) => k + 1),
+      isTime: false,
+      lines: [
+        { values: chart.upper, kind: 'dashed', colour: 'cross', bare: true },
+        { values: chart.lower, kind: 'dashed', colour: 'cross', bare: true },
+      ],
+      points: { values: chart.value.map((value) => value ?? NaN), isBad: isOut },
+      marks: [{ value: chart.line, label: '', colour: 'soft' }],
+      label: `${name}. ${out} of ${n} points are beyond the limits.`,
+      onHover: (k) => {
+        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(chart.serial[k])}: ${text.number(chart.value[k], 4)}`;
+      },
+      onPick: (k) => {
+        location.hash = `unit=${encodeURIComponent(chart.serial[k])}`;
+      },
+    });
+  };
+
+  // Charts of a station, chosen from lists; that of its last alarm first.
+  const chartsOf = () => {
+    if (!line.stations?.length) return [];
+    const station = element('select', {}, ...line.stations.map((each, k) => element('option', { value: k }, each.station || 'no station')));
+    const which = element('select', {});
+    const place = element('div', { class: 'chart' });
+    const caption = element('figcaption', { role: 'status' });
+    const alarms = element('div', {});
+    let list = [];
+    const draw = () => {
+      if (list.length > 0) drawChart(place, caption, list[Number(which.value)]);
+      else caption.textContent = line.stations[Number(station.value)].note || 'There are no charts of this station.';
+    };
+    const change = async () => {
+      const at = Number(station.value);
+      const about = line.stations[at];
+      const loaded = await units.loadStation(at).catch(() => []);
+      if (at !== Number(station.value)) return;
+      list = loaded;
+      which.replaceChildren(...list.map((chart, k) => element('option', { value: k }, nameOf(chart.kind, chart.parameter))));
+      const last = about.alarms[about.alarms.length - 1];
+      const isOfAlarm = (chart) => last && chart.kind === last.kind && chart.parameter === last.parameter;
+      const first = list.findIndex(isOfAlarm);
+      if (first >= 0) which.value = String(first);
+      const rows = about.alarms.slice(-kAlarms).reverse().map((alarm) => {
+        const show = element('button', { type: 'button', class: 'link', onclick: () => {
+          which.value = String(list.findIndex((chart) => chart.kind === alarm.kind && chart.parameter === alarm.parameter));
+          draw();
+          place.scrollIntoView({ block: 'nearest' });
+        } }, nameOf(alarm.kind, alarm.parameter));
+        return row(alarm.created.replace('T', ' ').replace(/(:\d\d)?Z$/, ''), cell(unitLink(alarm.serial)), cell(show), cell(alarm.most || '–'), cell(`${text.number(alarm.value, 3)} (${text.number(alarm.limit, 3)})`, 'r'));
+      });
+      alarms.replaceChildren(...(rows.length === 0
+        ? [element('p', {}, `No alarm in ${text.count(about.units)} units.`)]
+        : [element('p', {}, `${text.count(about.alarms.length)} alarms in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
+          scroll('Alarms', tableOf([heading('since, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
+      draw();
+    };
+    station.addEventListener('change', change);
+    which.addEventListener('change', draw);
+    change();
+    return [section('Control charts',
+      element('p', { class: 'controls' }, element('label', {}, 'Station ', station), ' ', element('label', {}, 'Chart ', which)),
+      element('figure', {}, place, caption), alarms)];
+  };
+
+  const effectsOf = () => {
+    if (!line.effects?.length) return [];
+    const rows = line.effects.map((effect) => {
+      const levels = [...effect.levels].filter((level) => known(level.effect)).sort((a, b) => Math.abs(b.effect) - Math.abs(a.effect)).slice(0, 3);
+      return row(effect.factor, cell(effect.parameter), cell(levels.map((level) => `${level.level || 'none'} ${text.number(level.effect, 3)} ± ${text.number(level.sigma, 2)}`).join(', '), 'words'), cell(effect.p < 1e-6 ? '< 1e-6' : text.number(effect.p, 2), 'r'));
+    });
+    return [section('Effects', scroll('Effects', tableOf([heading('of'), heading('upon'), heading('largest, against their mean'), heading('p', 'r')], rows)))];
+  };
+
+  const goldenOf = () => {
+    if (!line.golden?.length) return [];
+    const rows = line.golden.map((each) => row(each.station || 'no station', cell(each.state === 'good' ? '✓ good' : `✕ ${each.state}`), cell(text.number(each.age_h, 3), 'r'), cell(String(each.checks.length), 'r'), cell(String(each.disagreed), 'r')));
+    return [section('Golden units', scroll('Golden units', tableOf([heading('station'), heading('state'), heading('last check, h before the last unit', 'r'), heading('checks', 'r'), heading('disagreed', 'r')], rows)))];
+  };
+
+  window.fleet.line = {
+    show: () => {
+      // Of the whole line, on its own page alone.
+      if (!line || document.body.dataset.lot) return;
+      document.getElementById('line').hidden = false;
+      document.getElementById('line-content').replaceChildren(yieldOf(), ...limitsOf(), ...chartsOf(), ...effectsOf(), ...goldenOf());
+    },
+  };
+})();

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// One number over the units that are shown, with its limits.
+'use strict';
+(() => {
+  const { units, text, element, charts, overview } = window.fleet;
+  const section = document.getElementById('parameter');
+  const select = document.getElementById('column');
+  const over = document.getElementById('over');
+  const caption = document.getElementById('parameter-caption');
+  const ends = document.getElementById('parameter-ends');
+  let shown = units.all;
+  let asked = 0;
+
+  const group = (label, isMember) => {
+    const options = units.columns
+      .map((column, k) => [column, k])
+      .filter(([column]) => isMember(column))
+      .map(([column, k]) => element('option', { value: k }, column.name));
+    if (options.length > 0) select.append(element('optgroup', { label }, ...options));
+  };
+  group('Judged by limits', (column) => column.judged);
+  group('Parameters, as calibrated', (column) => !column.judged);
+  units.hasColumns = units.columns.length > 0;
+
+  const limitsOf = (column) => {
+    const marks = [];
+    if (column.differ) return marks;
+    for (const [name, colour] of [['lower', 'cross'], ['upper', 'cross'], ['target', 'soft']]) {
+      if (column[name] !== null) marks.push({ value: column[name], label: `${name === 'target' ? 'target' : `${name} limit`} ${text.number(column[name])}`, colour });
+    }
+    return marks;
+  };
+
+  const statisticsOf = (values) => {
+    let n = 0;
+    let mean = 0;
+    let squares = 0;
+    for (const value of values) {
+      if (!Number.isFinite(value)) continue;
+      const step = value - mean;
+      mean += step / ++n;
+      squares += step * (value - mean);
+    }
+    return { n, mean, deviation: n > 1 ? Math.sqrt(squares / (n - 1)) : NaN };
+  };
+
+  const linkTo = (i) => element('a', { href: `#unit=${encodeURIComponent(units.serials[i])}` }, text.flat(units.serials[i]));
+
+  const draw = async () => {
+    const mine = ++asked;
+    const column = units.columns[Number(select.value)];
+    let all;
+    try {
+      all = await units.loadColumn(Number(select.value));
+    } catch (failure) {
+      caption.textContent = failure.message;
+      return;
+    }
+    if (mine !== asked) return;
+    const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]))
+      .sort((a, b) => units.created[a] - units.created[b] || a - b);
+    const values = Float64Array.from(order, (i) => all[i]);
+    const isTime = over.value === 'time';
+    const { n, mean, deviation } = statisticsOf(values);
+    const words = `${text.count(n)} units: mean ${text.number(mean)}, standard deviation ${text.number(deviation, 3)}`;
+    const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
+    caption.replaceChildren(
+      overview.swatch('dot', 'round'), ' good ', element('span', { class: 'cross-sign', 'aria-hidden': 'true' }, '✕'), ' not good. ',
+      `${words}.${column.differ ? ' Limits differ among these units; none is drawn.' : ''}`, hover);
+    charts.draw(document.getElementById('parameter-chart'), {
+      x: Float64Array.from(order, (i, k) => (isTime ? units.created[i] : k + 1)),
+      isTime,
+      xLabel: isTime ? undefined : 'units, in the order of time',
+      points: { values, isBad: (k) => !units.isGood(order[k]) },
+      marks: limitsOf(column),
+      label: `${column.name} over ${isTime ? 'time' : 'units'}. ${words}.`,
+      onHover: (k) => {
+        hover.textContent = k === null || k === undefined || k >= n ? '' : ` ${text.flat(units.serials[order[k]])}: ${text.number(values[k], 6)}`;
+      },
+      onPick: (k) => {
+        location.hash = `unit=${encodeURIComponent(units.serials[order[k]])}`;
+      },
+    });
+    ends.replaceChildren();
+    if (n === 0) return;
+    let least = 0;
+    let most = 0;
+    values.forEach((value, k) => {
+      if (value < values[least]) least = k;
+      if (value > values[most]) most = k;
+    });
+    ends.append('Least: ', linkTo(order[least]), ` ${text.number(values[least], 6)}; greatest: `, linkTo(order[most]), ` ${text.number(values[most], 6)}.`);
+  };
+  select.addEventListener('change', draw);
+  over.addEventListener('change', draw);
+
+  window.fleet.parameter = {
+    show: (chosen) => {
+      shown = chosen;
+      section.hidden = !units.hasColumns;
+      if (units.hasColumns) draw();
+    },
+  };
+})();

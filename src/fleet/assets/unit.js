@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// One unit: its runs, what people decided, what it was judged by, findings, parameters over its runs.
+'use strict';
+(() => {
+  const { units, text, element, badge, charts, overview } = window.fleet;
+  const { tableOf, heading, cell } = overview;
+  const dialog = document.getElementById('unit');
+  const title = document.getElementById('unit-title');
+  const content = document.getElementById('unit-content');
+  const kRunsInTable = 5;
+  let back = null;
+
+  const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
+  const scroll = (label, table) => element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, table);
+  const time = (run) => run.created.replace('T', ' ').replace(/(:\d\d)?Z$/, '');
+
+  const runsOf = (runs) => {
+    const rows = [...runs].reverse().map((run) => {
+      const links = run.report ? element('a', { href: units.root + run.report }, 'report') : '–';
+      const tags = run.tags.map(([name, value]) => `${name} ${value}`).join(', ');
+      return element('tr', {}, element('th', { scope: 'row' }, time(run), run.counts && runs.length > 1 ? element('small', {}, ' counts') : ''),
+        cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(run.message, 'words'));
+    });
+    return section(runs.length === 1 ? 'Its run' : `Its ${runs.length} runs`,
+      scroll('Runs', tableOf(['time, UTC', 'verdict', 'reason', 'page', 'tags', 'why'].map((name) => heading(name)), rows)));
+  };
+
+  const dispositionsOf = (runs) => {
+    const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why]) =>
+      element('tr', {}, element('th', { scope: 'row' }, created.replace('T', ' ')), cell(who), cell(verdict), cell(why, 'words'))));
+    return rows.length === 0 ? [] : [section('What people decided', scroll('Dispositions', tableOf(['when', 'who', 'verdict', 'why'].map((name) => heading(name)), rows)))];
+  };
+
+  const allowed = (lower, upper) => {
+    if (lower === null) return upper === null ? 'anything' : `at most ${text.number(upper)}`;
+    if (upper === null) return `at least ${text.number(lower)}`;
+    return `${text.number(lower)} to ${text.number(upper)}`;
+  };
+
+  const judgedOf = (run) => {
+    if (run.judged.length === 0) return [];
+    const rows = run.judged.map(([column, lower, , upper, value, sigma, pass]) =>
+      element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
+        cell(allowed(lower, upper)), cell(text.number(value), 'r'), cell(sigma > 0 ? `± ${text.number(sigma, 2)}` : '', 'r'),
+        cell(element('span', { class: `badge ${pass ? 'is-good' : 'is-bad'}` }, pass ? '✓ inside' : '✕ outside'))));
+    return [section('Judged by', scroll('Limits', tableOf([heading('limit'), heading('allowed'), heading('value', 'r'), heading('σ', 'r'), heading('')], rows)))];
+  };
+
+  const findingsOf = (run) =>
+    run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words, remedy]) =>
+      element('li', {}, words, remedy ? ` ${remedy}` : '', ' ', element('small', {}, `${severity}, ${code}`)))))];
+
+  // By column of the parameters of a run: [value, sigma].
+  const numbersOf = (run) => {
+    const numbers = new Map();
+    for (let k = 0; k < run.parameters.length; k += 3) {
+      numbers.set(run.parameters[k], [run.parameters[k + 1], run.parameters[k + 2]]);
+    }
+    return numbers;
+  };
+
+  const drawOver = (place, runs, numbers, column) => {
+    const at = runs.map((run, k) => k).filter((k) => numbers[k].has(column));
+    charts.draw(place, {
+      x: at.map((k) => k + 1),
+      isTime: false,
+      xLabel: 'run',
+      points: { values: at.map((k) => numbers[k].get(column)[0]), sigmas: at.map((k) => 2 * numbers[k].get(column)[1]), isBad: () => false },
+      range: undefined,
+      label: `${units.columns[column].name} over the runs of this unit`,
+    });
+  };
+
+  const parametersOf = (runs) => {
+    const numbers = runs.map(numbersOf);
+    const names = [...new Set(numbers.flatMap((map) => [...map.keys()]))].sort((a, b) => a - b);
+    if (names.length === 0) return [];
+    const inTable = runs.map((run, k) => k).filter((k) => numbers[k].size > 0).slice(-kRunsInTable);
+    const rows = names.map((column) => element('tr', {}, element('th', { scope: 'row' }, units.columns[column].name),
+      ...inTable.map((k) => {
+        const [value, sigma] = numbers[k].get(column) ?? [null, 0];
+        return cell(value === null ? '–' : `${text.number(value, 6)}${sigma > 0 ? ` ± ${text.number(sigma, 2)}` : ' fixed'}`, 'r');
+      })));
+    const table = tableOf([heading('parameter'), ...inTable.map((k) => heading(time(runs[k]), 'r'))], rows);
+    const parts = [scroll('Parameters', table)];
+    if (inTable.length > 1) {
+      const chart = element('div', { class: 'chart' });
+      const select = element('select', { onchange: () => drawOver(chart, runs, numbers, Number(select.value)) },
+        ...names.map((column) => element('option', { value: column }, units.columns[column].name)));
+      parts.unshift(element('p', { class: 'controls' }, element('label', {}, 'Over its runs ', select)),
+        element('figure', {}, chart, element('figcaption', {}, 'Values with ±2 σ.')));
+      requestAnimationFrame(() => drawOver(chart, runs, numbers, names[0]));
+    }
+    return [section('Parameters', ...parts)];
+  };
+
+  const open = async (serial) => {
+    const i = units.serials.indexOf(serial);
+    title.textContent = serial || 'no serial number';
+    if (i < 0) {
+      content.replaceChildren(element('p', {}, 'There is no such unit on this page.'));
+    } else {
+      content.replaceChildren(element('p', { class: 'soft' }, '…'));
+      try {
+        const runs = await units.loadRuns(i);
+        const last = runs.find((run) => run.counts) ?? runs[runs.length - 1];
+        content.replaceChildren(
+          element('p', {}, badge(units.verdict.words[units.verdict.of[i]]), ` ${last.message}`),
+          runsOf(runs), ...dispositionsOf(runs), ...judgedOf(last), ...findingsOf(last), ...parametersOf(runs));
+      } catch (failure) {
+        content.replaceChildren(element('p', {}, failure.message));
+      }
+    }
+    if (!dialog.open) {
+      back = document.activeElement;
+      dialog.showModal();
+    }
+    title.focus();
+  };
+
+  document.getElementById('unit-close').addEventListener('click', () => dialog.close());
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  dialog.addEventListener('close', () => {
+    window.fleet.closeUnit();
+    if (back && back.isConnected) back.focus();
+    else window.fleet.table.focus();
+  });
+  window.fleet.unit = { open, close: () => dialog.open && dialog.close() };
+})();

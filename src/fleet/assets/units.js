@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// The units of data.js: looking up, choosing and sorting. Words (verdicts, codes, tags) are numbers
+// into sorted lists, so all of it is arithmetic on typed arrays.
+'use strict';
+window.fleet = {};
+(() => {
+  const data = window.truetriadFleet;
+  const count = data.serials.length;
+  const root = document.body.dataset.root;
+
+  const words = (of) => ({ name: of.name, words: of.words, of: Uint32Array.from(of.of) });
+  const created = new Float64Array(count);
+  for (let i = 0; i < count; ++i) created[i] = data.created.base + data.created.of[i];
+  const units = {
+    count,
+    serials: data.serials,
+    created, // s since 1970, UTC
+    verdict: words(data.verdict),
+    first: words(data.first),
+    code: words(data.code),
+    tags: data.tags.map(words),
+    runs: Uint32Array.from(data.runs),
+    columns: data.columns,
+    line: data.line,
+  };
+  const isGoodWord = (word) => word === 'pass' || word === 'usable';
+  const flags = (of) => Uint8Array.from(of.words, (word) => (isGoodWord(word) ? 1 : 0));
+  const good = flags(units.verdict);
+  const firstGood = flags(units.first);
+  units.isGood = (i) => good[units.verdict.of[i]] === 1;
+  units.isFirstGood = (i) => firstGood[units.first.of[i]] === 1;
+  units.isGoodWord = isGoodWord;
+
+  // --- what is shown
+
+  const lot = document.body.dataset.lot;
+  const lots = units.tags.find((tag) => tag.name === 'lot');
+  const all = []; // All that this page is about.
+  for (let i = 0; i < count; ++i) {
+    if (!lot || (lots && lots.words[lots.of[i]] === lot)) all.push(i);
+  }
+  units.all = Uint32Array.from(all);
+
+  let order = units.all;
+  let lowercase = null;
+
+  // Sorted by `key(i)`, a number; equal ones by serial number.
+  units.sortBy = (key, descending) => {
+    const keys = new Float64Array(count);
+    for (const i of units.all) keys[i] = key(i);
+    const sign = descending ? -1 : 1;
+    order = Uint32Array.from(units.all).sort((a, b) => sign * (keys[a] - keys[b]) || a - b);
+  };
+
+  // By word which of them hold the text.
+  const matching = (of, text) =>
+    Uint8Array.from(of.words, (word) => (word.toLowerCase().includes(text) ? 1 : 0));
+
+  // A test of one unit, or null where every unit is meant.
+  const textTest = (text) => {
+    const terms = text.toLowerCase().split(/\s+/).filter(Boolean);
+    if (terms.length === 0) return null;
+    lowercase ??= data.serials.map((serial) => serial.toLowerCase());
+    const fields = [units.verdict, units.code, ...units.tags];
+    const tests = terms.map((term) => {
+      const found = fields.map((of) => matching(of, term));
+      const worded = fields.filter((of, k) => found[k].includes(1));
+      const hits = found.filter((list) => list.includes(1));
+      return (i) => lowercase[i].includes(term) || worded.some((of, k) => hits[k][of.of[i]] === 1);
+    });
+    return (i) => tests.every((test) => test(i));
+  };
+
+  const wordTest = (of, word) => {
+    const at = of.words.indexOf(word);
+    return (i) => of.of[i] === at;
+  };
+
+  // What `filter` {text, verdict, code, tags: {name: word}} lets through, in the order of sortBy.
+  units.choose = (filter) => {
+    const tests = [];
+    if (filter.verdict === 'good') tests.push(units.isGood);
+    else if (filter.verdict === 'not-good') tests.push((i) => !units.isGood(i));
+    else if (filter.verdict) tests.push(wordTest(units.verdict, filter.verdict));
+    if (filter.code) tests.push(wordTest(units.code, filter.code));
+    for (const tag of units.tags) {
+      if (filter.tags[tag.name]) tests.push(wordTest(tag, filter.tags[tag.name]));
+    }
+    const text = textTest(filter.text);
+    if (text) tests.push(text);
+    return tests.length === 0 ? order : order.filter((i) => tests.every((test) => test(i)));
+  };
+
+  // --- what is loaded when it is wanted
+
+  const waiting = new Map();
+  const loaded = new Map();
+  const arrive = (name, content) => {
+    loaded.set(name, content);
+    for (const take of waiting.get(name) ?? []) take(content);
+    waiting.delete(name);
+  };
+  window.truetriadPart = (part, content) => arrive(`part-${part}`, content);
+  window.truetriadColumn = (column, content) =>
+    arrive(`column-${column}`, Float64Array.from(content, (value) => value ?? NaN));
+  window.truetriadStation = (station, content) => arrive(`station-${station}`, content);
+  const load = (name) =>
+    new Promise((take, fail) => {
+      if (loaded.has(name)) return take(loaded.get(name));
+      if (waiting.has(name)) return waiting.get(name).push(take);
+      waiting.set(name, [take]);
+      const script = document.createElement('script');
+      script.src = `${root}data/${name}.js`;
+      script.onerror = () => {
+        waiting.delete(name);
+        fail(new Error(`data/${name}.js is missing`));
+      };
+      document.head.append(script);
+    });
+
+  // Its control charts.
+  units.loadStation = (station) => load(`station-${station}`);
+  units.loadColumn = (column) => load(`column-${column}`);
+  // The runs of a unit, the oldest first.
+  units.loadRuns = async (i) =>
+    (await load(`part-${Math.floor(i / data.part)}`))[i % data.part];
+  units.root = root;
+
+  window.fleet.units = units;
+
+  // --- words for people
+
+  const pad = (number) => String(number).padStart(2, '0');
+  const day = (seconds) => {
+    const date = new Date(1000 * seconds);
+    return `${date.getUTCFullYear()}-${pad(date.getUTCMonth() + 1)}-${pad(date.getUTCDate())}`;
+  };
+  window.fleet.text = {
+    day,
+    minute: (seconds) => {
+      const date = new Date(1000 * seconds);
+      return `${day(seconds)} ${pad(date.getUTCHours())}:${pad(date.getUTCMinutes())}`;
+    },
+    count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
+    percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
+    // On one line, whatever is in it.
+    flat: (words) => words.replace(/[\u0000-\u001f\u007f\u2028\u2029]/g, '⏎'),
+    number: (value, digits = 5) =>
+      value === null || !Number.isFinite(value)
+        ? '–'
+        : String(Number(value.toPrecision(digits))).replace(/^-/, '\u2212'),
+  };
+
+  // An element with attributes and children; text stays text, whatever is in it.
+  window.fleet.element = (tag, attributes = {}, ...children) => {
+    const made = document.createElement(tag);
+    for (const [name, value] of Object.entries(attributes)) {
+      if (name.startsWith('on')) made.addEventListener(name.slice(2), value);
+      else if (value !== null && value !== undefined) made.setAttribute(name, value);
+    }
+    made.append(...children);
+    return made;
+  };
+
+  // `name` that may break after its dots and colons, where there is little room.
+  window.fleet.breakable = (name) =>
+    name.split(/(?<=[.:])/).flatMap((part, k) => (k === 0 ? [part] : [document.createElement('wbr'), part]));
+
+  // ✓ or ✕ before it: not told by colour alone.
+  window.fleet.badge = (verdict) =>
+    window.fleet.element(
+      'span',
+      { class: `badge ${isGoodWord(verdict) ? 'is-good' : 'is-bad'}` },
+      `${isGoodWord(verdict) ? '✓' : '✕'} ${verdict}`,
+    );
+})();

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// What has been brought together.
+struct Collected {
+  std::size_t runs = 0;   ///< In all sources.
+  std::size_t added = 0;  ///< Of them those that the store did not have.
+  int shards = 1;
+  std::vector<int> missing;  ///< Shards that neither a source nor the store is of, nor any run.
+};
+
+/// Adds all runs of `sources`, stores of any kind, to the store `target`; those that are there, by
+/// their name, are left as they are, so that it may be done again. All sources are read before the
+/// first run is added: where one is spoilt, the store stays as it was.
+/// Errors (bad input): a source that cannot be read, with file and line where it has such. (Usage):
+/// sources or store are of different numbers of shards; a source is the store; the store cannot
+/// tell which runs it has (JSON lines).
+Result<Collected> Collect(const std::vector<std::string>& sources, const std::string& target);
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/fleet_engine.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "fleet/unit_folders.h"
+
+namespace truetriad::fleet {
+
+std::optional<double> FleetProgress::SecondsLeft() const {
+  const double rate = Rate();
+  if (!units || !(rate > 0.0)) return std::nullopt;
+  return static_cast<double>(*units - std::min(done, *units)) / rate;
+}
+
+FleetEngine::FleetEngine(const FleetOptions& options,
+                         std::string config_sha256,
+                         OrderSource* source,
+                         Store* store,
+                         FleetListener listener)
+    : options_(options),
+      config_sha256_(std::move(config_sha256)),
+      source_(source),
+      store_(store),
+      listener_(std::move(listener)),
+      workers_(options.worker_command, options.plan, options.jobs, options.limits) {}
+
+Result<FleetProgress> FleetEngine::Run(FleetProgress progress,
+                                       const std::function<bool()>& is_stopped) {
+  constexpr double kLookS = 0.2;
+  progress_ = std::move(progress);
+  const Clock::time_point begin = Clock::now();
+  const auto count_time = [&] {
+    progress_.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  };
+  for (;;) {
+    const bool is_ending = is_stopped();
+    if (!is_ending) {
+      TRUETRIAD_RETURN_IF_ERROR(source_->Look());
+      TRUETRIAD_RETURN_IF_ERROR(GiveWork());
+    }
+    const bool is_done = is_ending || (source_->HasEnded() && !next_ && ended_.empty());
+    if (!workers_.IsBusy() && is_done) break;
+    TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, workers_.Wait(kLookS));
+    // First something to do for those that are free, then what they have done.
+    if (!is_stopped()) TRUETRIAD_RETURN_IF_ERROR(GiveWork());
+    const Status taken = Take(std::move(runs));
+    count_time();
+    TRUETRIAD_RETURN_IF_ERROR(Keep());
+    TRUETRIAD_RETURN_IF_ERROR(taken);
+  }
+  if (!ended_.empty()) {  // The store has failed, and this is the last time to try.
+    store_retry_ = Retry();
+    TRUETRIAD_RETURN_IF_ERROR(Keep());
+    if (!ended_.empty()) {
+      return Error(ErrorCode::kCannotWrite,
+                   std::to_string(ended_.size()) +
+                       " runs could not be stored, their logs will be calibrated again: " +
+                       store_retry_.why);
+    }
+  }
+  count_time();
+  progress_.is_stopped = next_.has_value() || !source_->HasEnded();
+  return progress_;
+}
+
+Status FleetEngine::GiveWork() {
+  // While runs wait for the store there are no more of them.
+  while (ended_.empty() && workers_.HasFree() && worker_retry_.IsDue() && disk_retry_.IsDue()) {
+    if (!next_) next_ = source_->Next();
+    if (!next_) return {};
+    if (next_->refusal) {
+      UnitRun run = RunOf(options_.plan, next_->order);
+      Fill(*next_->refusal, &run);
+      ended_.push_back(std::move(run));
+      next_.reset();
+      return {};
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(const bool may_begin, MayBegin());
+    if (!may_begin) return {};
+    const Status given = workers_.Give(next_->order);
+    if (!given) return Failed(given.error(), &worker_retry_);
+    worker_retry_ = Retry();
+    next_.reset();
+  }
+  return {};
+}
+
+Result<bool> FleetEngine::MayBegin() {
+  if (!options_.hold) return true;
+  if (!hold_retry_.IsDue()) return false;
+  const Result<std::optional<std::string>> why = options_.hold();
+  if (!why && !options_.is_patient) return why.error();
+  const std::string text = why ? why->value_or("") : why.error().message;
+  if (text.empty()) {
+    if (!hold_retry_.why.empty()) Tell("units go on");
+    hold_retry_ = Retry();
+    return true;
+  }
+  if (text != hold_retry_.why) Tell("units wait: " + text);
+  hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
+  return false;
+}
+
+Status FleetEngine::Take(std::vector<UnitRun> runs) {
+  Status status;
+  for (UnitRun& run : runs) {
+    if (run.code != InfoOf(ErrorCode::kCannotWrite).name) {
+      if (!run.folder.empty()) disk_retry_ = Retry();
+      ended_.push_back(std::move(run));
+      continue;
+    }
+    // A full disk says nothing about the unit.
+    const Error error(ErrorCode::kCannotWrite, run.message);
+    if (const Status failed = Failed(error, &disk_retry_); !failed) status = failed;
+    source_->Again(run);
+  }
+  return status;
+}
+
+Status FleetEngine::Keep() {
+  while (!ended_.empty() && store_retry_.IsDue()) {
+    UnitRun& run = ended_.front();
+    run.config_sha256 = config_sha256_;
+    const Status status = store_->Add(run);
+    if (!status) return Failed(status.error(), &store_retry_);
+    if (store_retry_.wait_s > 0.0) Tell("the store works again");
+    store_retry_ = Retry();
+    FinishFolder(run.folder);
+    Count(run);
+    ended_.pop_front();
+  }
+  return {};
+}
+
+void FleetEngine::Count(const UnitRun& run) {
+  source_->Finish(run);
+  ++progress_.done;
+  ++progress_.verdicts[run.verdict];
+  progress_.cpu_s += run.cpu_s;
+  if (IsRed(run.verdict)) {
+    ++progress_.red;
+    ++progress_.codes[run.code];
+  }
+  CountYield(run);
+  if (listener_.on_run) listener_.on_run(run, progress_);
+}
+
+void FleetEngine::CountYield(const UnitRun& run) {
+  const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
+  if (!standing || !*standing) return;  // It cannot say.
+  const Standing& unit = **standing;
+  if (unit.most && unit.attempts > *unit.most + 1) {
+    Tell(run.serial + ": run " + std::to_string(unit.attempts) +
+         " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
+  }
+  Yield& yield = progress_.yield;
+  const bool is_good = !IsRed(unit.final_verdict);
+  const auto [item, is_new] = is_final_good_.emplace(std::hash<std::string>()(run.serial), is_good);
+  if (is_new) {
+    ++yield.units;
+    if (!IsRed(unit.first_verdict)) ++yield.first_good;
+  } else if (item->second) {
+    --yield.final_good;
+  }
+  if (is_good) ++yield.final_good;
+  item->second = is_good;
+}
+
+Status FleetEngine::Failed(const Error& error, Retry* retry) const {
+  constexpr double kFirstS = 1.0, kMostS = 60.0;
+  if (!options_.is_patient) return error;
+  if (retry->wait_s == 0.0) Tell(error.message + "; it is tried again until it works");
+  retry->why = error.message;
+  retry->wait_s = retry->wait_s == 0.0 ? kFirstS : std::min(kMostS, 2.0 * retry->wait_s);
+  retry->at = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * retry->wait_s));
+  return {};
+}
+
+void FleetEngine::Tell(const std::string& note) const {
+  if (listener_.on_note) listener_.on_note(note);
+}
+
+}  // namespace truetriad::fleet

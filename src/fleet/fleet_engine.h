@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "fleet/store.h"
+#include "fleet/unit_run.h"
+#include "fleet/unit_work.h"
+#include "fleet/worker.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// How a fleet is calibrated.
+struct FleetOptions {
+  WorkPlan plan;
+  int jobs = 1;
+  UnitLimits limits;
+  bool resumes = false;  ///< Leaves out what has a run of the same log, experiment and program.
+  /// A store or a machine that fails is tried again, ever more rarely, until it works: for a watch
+  /// of days. Else that is an error.
+  bool is_patient = false;
+  std::vector<std::string> worker_command;
+  /// Asked before each unit: why none may be begun now; unset: it may. May be empty.
+  std::function<Result<std::optional<std::string>>()> hold;
+};
+
+/// How many units are good, each counted once however often it was measured.
+struct Yield {
+  std::size_t units = 0;
+  std::size_t first_good = 0;  ///< By their first run ever.
+  std::size_t final_good = 0;  ///< By the run that counts, or what somebody has decided.
+
+  double FirstPercent() const { return Percent(first_good); }
+  double FinalPercent() const { return Percent(final_good); }
+
+ private:
+  double Percent(std::size_t good) const {
+    return 100.0 * static_cast<double>(good) / static_cast<double>(units);
+  }
+};
+
+/// What has become of it so far.
+struct FleetProgress {
+  std::optional<std::size_t> units;  ///< To be calibrated, without those left out; unset: unknown.
+  std::size_t skipped = 0;           ///< Left out: their run is there.
+  std::size_t done = 0, red = 0;
+  std::map<Verdict, std::size_t> verdicts;
+  std::map<std::string, std::size_t> codes;  ///< Of red ones.
+  Yield yield;                               ///< Of these units.
+  double seconds = 0.0, cpu_s = 0.0;         ///< The workers' processor time.
+  bool is_stopped = false;                   ///< Before all were done.
+
+  /// Units a second; 0 before the first.
+  double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
+  /// Until all are done at this rate, s; unset where that is not known.
+  std::optional<double> SecondsLeft() const;
+};
+
+/// Who is told of it; each may be empty.
+struct FleetListener {
+  std::function<void(const UnitRun&, const FleetProgress&)> on_run;  ///< Once it is in the store.
+  std::function<void(const std::string&)> on_note;  ///< What people should know, one line.
+};
+
+/// A unit to be calibrated, or why it cannot be.
+struct Arrival {
+  UnitOrder order;
+  std::optional<Error> refusal = {};
+};
+
+/// Where units come from.
+class OrderSource {
+ public:
+  virtual ~OrderSource() = default;
+  /// Looks for what has come; called several times a second. Error (bad input): it can no longer.
+  virtual Status Look() { return {}; }
+  /// The next unit; unset: none for now.
+  virtual std::optional<Arrival> Next() = 0;
+  /// There will not be another.
+  virtual bool HasEnded() const = 0;
+  /// The run of a unit that was given is in the store.
+  virtual void Finish(const UnitRun& /*run*/) {}
+  /// The run of a unit that was given came to nothing through no fault of its own; where the
+  /// options have patience.
+  virtual void Again(const UnitRun& /*run*/) {}
+};
+
+/// Calibrates units of a source in processes, and adds every run to a store once its files are on
+/// the disk.
+class FleetEngine {
+ public:
+  FleetEngine(const FleetOptions& options,
+              std::string config_sha256,
+              OrderSource* source,
+              Store* store,
+              FleetListener listener);
+
+  /// Until the source has ended, or `is_stopped` says so and the units in hand are done.
+  /// `progress`: what is known before. Error (bad input): the store or the workers fail and the
+  /// options have no patience; what is done is in the store.
+  Result<FleetProgress> Run(FleetProgress progress, const std::function<bool()>& is_stopped);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// When something that failed is tried again.
+  struct Retry {
+    double wait_s = 0.0;  ///< 0: it has not failed.
+    Clock::time_point at;
+    std::string why;
+
+    bool IsDue() const { return wait_s == 0.0 || Clock::now() >= at; }
+  };
+
+  Status GiveWork();
+  /// Why no unit may be begun, is told once.
+  Result<bool> MayBegin();
+  /// Takes runs that have ended, but for those whose files this machine could not write.
+  Status Take(std::vector<UnitRun> runs);
+  /// Adds runs that wait for it to the store.
+  Status Keep();
+  void Count(const UnitRun& run);
+  /// Of the run's unit, as the store has it now.
+  void CountYield(const UnitRun& run);
+  /// Notes a failure, to be tried again later; or returns it.
+  Status Failed(const Error& error, Retry* retry) const;
+  void Tell(const std::string& note) const;
+
+  const FleetOptions& options_;
+  std::string config_sha256_;
+  OrderSource* source_;
+  Store* store_;
+  FleetListener listener_;
+  WorkerPool workers_;
+  std::optional<Arrival> next_;  ///< Taken from the source and not begun yet.
+  std::deque<UnitRun> ended_;    ///< Not in the store yet.
+  Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
+  FleetProgress progress_;
+  std::unordered_map<std::size_t, bool> is_final_good_;  ///< By the serial number's hash.
+};
+
+}  // namespace truetriad::fleet

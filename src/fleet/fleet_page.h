@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "fleet/store.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// What of a store goes into the page.
+struct FleetPageOptions {
+  std::string store;   ///< Its name as it was given: where runs' files are looked for, too.
+  std::string folder;  ///< Of the page.
+  std::string where;   ///< As LineSelection::where; empty: all units.
+};
+
+/// What a page was made of.
+struct FleetPageSummary {
+  std::size_t units = 0, good = 0, runs = 0, lots = 0;
+  std::size_t reports = 0;    ///< Runs whose own report is linked.
+  bool draws_charts = false;  ///< This program has what draws them.
+};
+
+/// Writes the folder: index.html, a page a lot, data and assets. The folder appears whole or stays
+/// as it was. Nothing in it depends on when or where it is made, but for links to runs' reports,
+/// which lead from it to their place. Errors (bad input): the store cannot be read, has no such
+/// units, or the folder cannot be written or has files that no page has. Error (usage): `where` is
+/// not understood.
+Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options);
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/golden_hold.h"
+
+#include <array>
+#include <cstdio>
+#include <ctime>
+
+#include "truetriad/config/experiment.h"
+
+namespace truetriad::fleet {
+namespace {
+
+constexpr double kHourS = 3600.0;
+
+/// Seconds since 1970 of "2026-01-31T12:00:00Z"; unset: it is none.
+std::optional<std::time_t> SecondsOf(const std::string& created) {
+  std::tm utc{};
+  const char* const end = strptime(created.c_str(), "%Y-%m-%dT%H:%M:%S", &utc);
+  if (end == nullptr) return std::nullopt;
+  return timegm(&utc);
+}
+
+std::string HoursText(double seconds) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f h", seconds / kHourS);
+  return text.data();
+}
+
+}  // namespace
+
+Result<std::optional<std::string>> GoldenHold(Store& store,
+                                              const std::string& station,
+                                              double age_s) {
+  const std::string remedy =
+      "; measure it and run check-station with --store and --tag=station=" + station;
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<StationCheck> check,
+                             store.LastStationCheck(station));
+  if (!check) {
+    return std::optional("station " + station + " has no check of its golden unit" + remedy);
+  }
+  if (!check->agrees) {
+    return std::optional("station " + station + " did not agree with its golden unit at " +
+                         check->created + remedy);
+  }
+  const std::optional<std::time_t> created = SecondsOf(check->created);
+  const double old_s = created ? std::difftime(std::time(nullptr), *created) : age_s + 1.0;
+  if (old_s <= age_s) return std::optional<std::string>();
+  return std::optional("station " + station + " was checked with its golden unit at " +
+                       check->created + ", " + HoursText(age_s) + " ago or more" + remedy);
+}
+
+Result<std::string> StationOf(const WorkPlan& plan) {
+  // Without an experiment the tags alone are overrides of one that anything can be said of.
+  const std::string any = "experiment: 1\nsensors: { accelerometer: {} }\n";
+  const bool is_given = !plan.config_text.empty();
+  std::vector<std::string> overrides;
+  for (const std::string& item : plan.overrides) {
+    if (is_given || item.starts_with("run.station=")) overrides.push_back(item);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const Experiment experiment,
+      ReadExperimentText(is_given ? plan.config_text : any, plan.config_path, overrides));
+  if (!experiment.tags.station.empty()) return experiment.tags.station;
+  return Error(ErrorCode::kMissingArgument,
+               "no station is named whose golden unit is to be required; give --tag=station=NAME");
+}
+
+}  // namespace truetriad::fleet

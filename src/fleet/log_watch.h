@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_set>
+
+#include "fleet/done_logs.h"
+#include "fleet/fleet_engine.h"
+#include "fleet/folder_events.h"
+#include "truetriad/base/result.h"
+
+namespace truetriad::fleet {
+
+/// What is watched, and how.
+struct WatchOptions {
+  std::string folder = {};
+  std::string without = {};  ///< A folder, absolute, whose files are results, no logs; or empty.
+  std::string serial_pattern = {};  ///< As ListUnits.
+  /// Look so often instead of being told; set where nothing tells.
+  std::optional<double> poll_s = {};
+  std::optional<double> until_idle_s = {};  ///< Ends when nothing has happened for so long.
+};
+
+/// Logs of a folder and below as they arrive, and those that are there without a run; a log that
+/// arrives again changed is given again. Keeps in memory what waits, two numbers of each log that
+/// is done, and the names of folders.
+///
+/// Given at once: a table that was closed after writing or renamed. When nobody writes to it and
+/// two looks (1 s apart, or `poll_s`) have found it the same: what was there already or was linked,
+/// and any table where no event tells. In a folder that has not had a log yet the whole folder must
+/// have stayed so, since a recording.yaml may follow; that is given when it and all tables that it
+/// names are there and have stayed so.
+class LogWatch : public OrderSource {
+ public:
+  using Tell = std::function<void(const std::string&)>;
+
+  /// Error (bad input): the folder cannot be read. Error (usage): the serial pattern.
+  static Result<std::unique_ptr<LogWatch>> Open(WatchOptions options, DoneLogs done, Tell tell);
+
+  Status Look() override;
+  std::optional<Arrival> Next() override;
+  bool HasEnded() const override;
+  void Finish(const UnitRun& run) override;
+  void Again(const UnitRun& run) override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Path = std::filesystem::path;
+
+  LogWatch(WatchOptions options, DoneLogs done, Tell tell);
+  double LookS() const;
+  void Handle(const FolderEvents::Event& event);
+  void HandleFile(const Path& file, bool is_whole);
+  /// Takes all logs in a folder and below that have no run to be looked at. The status of reading
+  /// the folder.
+  Status Scan(const Path& folder);
+  /// Whether it is below `without`.
+  bool IsLeftOut(const Path& path) const;
+  /// The recording.yaml of the topmost folder on the way to `file` that has one; else `file`.
+  Path LogOf(const Path& file) const;
+  void LookAtWaiting();
+  /// What has to stay the same before a log is given; empty: something is missing.
+  std::string StateOf(const std::string& log, const LogStamp& stamp);
+  void Give(const std::string& log);
+  void TurnToPolling(const std::string& why);
+
+  WatchOptions options_;
+  DoneLogs done_;
+  Tell tell_;
+  std::unique_ptr<FolderEvents> events_;        ///< Null: looks for itself.
+  std::map<std::string, std::string> waiting_;  ///< By log, how the last look found it.
+  std::map<Path, std::string> folder_states_;   ///< As this look found them.
+  std::deque<std::string> ready_;
+  std::set<std::string> in_hand_;
+  std::unordered_set<std::size_t> table_folders_;  ///< Hashes of those that have given a log.
+  std::string failure_;                            ///< Why the folder cannot be read; or empty.
+  Clock::time_point next_look_, last_change_ = Clock::now();
+};
+
+}  // namespace truetriad::fleet

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/unit_folders.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace truetriad::fleet {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kUnfinished[] = ".unfinished";
+
+Error CannotWrite(const std::string& path) {
+  return Error(
+      ErrorCode::kCannotWrite, {path}, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+/// The name of a folder of NewRunId: nothing else is ever removed, or asked for.
+bool IsRunId(const std::string& name) {
+  constexpr std::size_t kSize = 32;  // 20261124T235959.123456Z-4f2a9c01.
+  return name.size() == kSize && name[8] == 'T' && name[15] == '.' && name[22] == 'Z' &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '.' || c == '-';
+         });
+}
+
+/// Folders of runs that are unfinished, in units' folders that have changed since.
+std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
+  std::vector<fs::path> found;
+  std::error_code failure, vanished;
+  for (fs::directory_iterator unit(units, failure), end; !failure && unit != end;
+       unit.increment(failure)) {
+    if (!unit->is_directory(vanished) || unit->last_write_time(vanished) < since) continue;
+    for (fs::directory_iterator run(unit->path(), vanished); !vanished && run != end;
+         run.increment(vanished)) {
+      std::error_code missing;
+      if (IsRunId(run->path().filename().string()) &&
+          fs::exists(run->path() / kUnfinished, missing))
+        found.push_back(run->path());
+    }
+  }
+  return found;
+}
+
+/// Removes those that have no run. A store that answers no questions keeps them.
+void Sweep(const std::vector<fs::path>& unfinished, Store& store) {
+  for (const fs::path& folder : unfinished) {
+    const Result<Table> runs =
+        store.Query("SELECT count(*) FROM run WHERE run = '" + folder.filename().string() + "'");
+    if (!runs) return;
+    if (runs->rows.at(0).at(0) != "0") {
+      FinishFolder(folder.string());
+      continue;
+    }
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
+  }
+}
+
+}  // namespace
+
+Status BeginFolder(const std::string& folder) {
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure) {
+    return Error(ErrorCode::kCannotWrite, {folder}, "cannot be created: " + failure.message());
+  }
+  const std::string mark = (fs::path(folder) / kUnfinished).string();
+  const int file = open(mark.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) return CannotWrite(mark);
+  close(file);
+  return {};
+}
+
+void FinishFolder(const std::string& folder) {
+  if (!folder.empty()) unlink((fs::path(folder) / kUnfinished).c_str());
+}
+
+Result<FolderClaim> FolderClaim::Share(const std::string& units, Store& store) {
+  const std::string path = (fs::path(units) / ".lock").string();
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) return CannotWrite(path);
+  FolderClaim claim(file);
+  if (flock(file, LOCK_EX | LOCK_NB) == 0) {
+    // Clocks of a folder's disk may be a little behind.
+    constexpr auto kClocksS = std::chrono::seconds(2);
+    struct stat about {};
+    std::error_code failure;
+    const bool is_first = fstat(file, &about) != 0 || about.st_size == 0;
+    const fs::file_time_type last = fs::last_write_time(path, failure);
+    Sweep(UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
+          store);
+    // What it says does not matter: when it was written does.
+    if (pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
+  }
+  if (flock(file, LOCK_SH) != 0 && errno != EINTR) return CannotWrite(path);
+  return claim;
+}
+
+Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const std::string& what) {
+  const std::string path = (fs::path(folder) / ".lock").string();
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file < 0) return CannotWrite(path);
+  FolderClaim claim(file);
+  if (flock(file, LOCK_EX | LOCK_NB) == 0) return claim;
+  return Error(ErrorCode::kOutputInTheWay,
+               {folder},
+               "is in the hands of another " + what + "; end that, or choose another --output");
+}
+
+FolderClaim::~FolderClaim() {
+  if (file_ >= 0) close(file_);
+}
+
+FolderClaim::FolderClaim(FolderClaim&& other) noexcept : file_(std::exchange(other.file_, -1)) {}
+
+}  // namespace truetriad::fleet

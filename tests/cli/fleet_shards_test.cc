@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fleets in shards, brought together, and given to other programs.
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class FleetShards : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::create_directories(folder_.Path("line"));
+    for (int i = 0; i < 6; ++i) {
+      LogOptions options;
+      options.magnetometer = false;
+      options.rests = i == 3 ? 2 : 12;  // One is refused.
+      options.seed = static_cast<std::uint64_t>(i + 1);
+      folder_.Write("line/u" + std::to_string(i) + ".csv", LogText(options));
+    }
+  }
+  /// `truetriad fleet LINE`, in the folder.
+  Finished Fleet(const std::string& line) const {
+    return RunShell("'" TRUETRIAD_BINARY "' fleet " + line, folder_.Path(""));
+  }
+  void RunShards(int count) const {
+    for (int i = 0; i < count; ++i) {
+      const std::string shard = std::to_string(i), n = std::to_string(count);
+      const Finished run = Fleet("run line -o out --report=false --shard=" + shard + "/" + n +
+                                 " --store=out/" + shard + ".jsonl");
+      ASSERT_EQ(run.exit_code, 0) << run.err;
+    }
+  }
+  /// What is in a store, without what differs from run to run.
+  std::string Content(const std::string& store) const {
+    std::string text;
+    for (const char* const sql :
+         {"SELECT serial, log, verdict, code, message, effective_dof, "
+          "covariance FROM run ORDER BY serial",
+          "SELECT serial, name, value, sigma FROM run JOIN parameter USING "
+          "(run) ORDER BY serial, place",
+          "SELECT serial, finding.code, text, remedy FROM run JOIN finding USING "
+          "(run) ORDER BY serial, place"}) {
+      const Finished run = Fleet("query --csv --store=" + store + " \"" + sql + "\"");
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      text += run.out;
+    }
+    return text;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(FleetShards, TogetherAreWhatASingleRunIs) {
+  ASSERT_EQ(Fleet("run line -o single --report=false").exit_code, 0);
+  RunShards(3);
+  const Finished collected = Fleet("collect out/0.jsonl out/1.jsonl out/2.jsonl --store=all.db");
+  EXPECT_EQ(collected.exit_code, 0) << collected.err;
+  EXPECT_THAT(collected.out, StartsWith("6 runs in 3 sources, 6 of them new"));
+  EXPECT_EQ(collected.err, "");
+  EXPECT_EQ(Content("all.db"), Content("single/fleet.db"));
+  // Nothing is missing, so nothing is done again.
+  EXPECT_THAT(Fleet("run line -o out --report=false --shard=1/3 --store=out/1.jsonl --resume").out,
+              StartsWith("NOTHING TO DO"));
+  // One SQLite store into another.
+  EXPECT_THAT(Fleet("collect single/fleet.db --store=copy.db").out, HasSubstr("6 of them new"));
+  EXPECT_EQ(Content("copy.db"), Content("single/fleet.db"));
+}
+
+TEST_F(FleetShards, ThatAreMissingAreNamed) {
+  RunShards(2);
+  const Finished collected = Fleet("collect out/1.jsonl --store=all.db --json");
+  EXPECT_EQ(collected.exit_code, 0);
+  EXPECT_THAT(collected.err, HasSubstr("no file and no run of shard 0 of 2"));
+  EXPECT_THAT(json::parse(collected.out)["result"]["missing"], ElementsAre(0));
+}
+
+TEST_F(FleetShards, SayWhatIsWrongWithTheCall) {
+  RunShards(2);
+  const Finished question = Fleet("query --store=out/0.jsonl \"SELECT 1\"");
+  EXPECT_EQ(question.exit_code, 2);
+  EXPECT_THAT(question.err, HasSubstr("truetriad fleet collect out/0.jsonl --store="));
+  EXPECT_THAT(Fleet("run line -o out --shard=1/2 --store=out/0.jsonl").err,
+              HasSubstr("give each shard a file of its own"));
+  EXPECT_EQ(Fleet("collect --store=all.db").exit_code, 1);
+  EXPECT_EQ(Fleet("collect out/0.jsonl --store=out/all.jsonl").exit_code, 1);
+  EXPECT_EQ(Fleet("collect missing.jsonl --store=all.db").exit_code, 2);
+  EXPECT_EQ(Fleet("collect line/u0.csv --store=all.db").exit_code, 2);
+  EXPECT_FALSE(fs::exists(folder_.Path("all.db")));
+  ASSERT_EQ(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").exit_code, 0);
+  for (const auto& [flags, message] : std::vector<std::pair<std::string, std::string>>{
+           {"--to=xlsx -o x", "--to"},
+           {"--to=csv -o x --runs=some", "--runs=some"},
+           {"--to=csv -o x --where='verdic = 1'", "not understood"},
+           {"--to=csv -o all.db", "would be overwritten, and it is an input"},
+           {"--to=parquet -o all.db", "would be overwritten, and it is an input"}}) {
+    const Finished run = Fleet("export --store=all.db " + flags);
+    EXPECT_THAT(run.exit_code, ::testing::AnyOf(1, 2)) << flags;
+    EXPECT_THAT(run.err, HasSubstr(message)) << flags;
+  }
+  EXPECT_FALSE(fs::exists(folder_.Path("x")));
+  EXPECT_EQ(Fleet("export --store=sqlite:all.db --to=csv -o all.db").exit_code, 1);
+}
+
+TEST_F(FleetShards, AreExportedAsTheyAre) {
+  RunShards(2);
+  ASSERT_EQ(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").exit_code, 0);
+  const Finished lines = Fleet("export --store=all.db --to=jsonl --runs=all -o all.jsonl");
+  EXPECT_EQ(lines.out, "all.jsonl: 6 runs\n") << lines.err;
+  ASSERT_EQ(Fleet("collect all.jsonl --store=again.db").exit_code, 0);
+  EXPECT_EQ(Content("again.db"), Content("all.db"));
+  const Finished csv =
+      Fleet("export --store=all.db --to=csv --where=\"verdict = 'usable'\" -o t.csv --json");
+  EXPECT_EQ(json::parse(csv.out)["result"],
+            json({{"file", "t.csv"}, {"format", "csv"}, {"runs", 5}}));
+  EXPECT_THAT(TemporaryFolder::Read(folder_.Path("t.csv")),
+              AllOf(StartsWith("run,serial,created,verdict,code,"),
+                    HasSubstr(",accelerometer.bias.x,accelerometer.bias.x.sigma,")));
+}
+
+}  // namespace
+}  // namespace truetriad

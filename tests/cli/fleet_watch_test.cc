@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// A fleet whose logs arrive, are measured again, and wait for a golden unit.
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_line_run.h"
+#include "support/log_writer.h"
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+// Waits, 20 s at most, until FILE has COUNT lines with TEXT.
+constexpr char kAwait[] =
+    "await() { for i in $(seq 400); do "
+    "[ \"$(grep -c -- \"$2\" \"$1\")\" -ge \"$3\" ] && return 0; sleep 0.05; done; return 1; }; ";
+
+class FleetWatch : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(folder_.Path("line")); }
+
+  std::string Log(const std::string& name, std::uint64_t seed, LogOptions options = {}) const {
+    options.magnetometer = false;
+    options.rests = 12;
+    options.seed = seed;
+    return folder_.Write(name + ".csv", LogText(options));
+  }
+  /// A line of shell in the folder, with `truetriad` in it.
+  Finished Run(const std::string& line) const {
+    return RunShell(std::string(kAwait) + "truetriad() { '" TRUETRIAD_BINARY "' \"$@\"; }; " + line,
+                    folder_.Path(""));
+  }
+  /// The lines of the answer below its header.
+  std::vector<std::string> Ask(const std::string& sql) const {
+    const Finished run = Run("truetriad fleet query --csv --store=out/fleet.db \"" + sql + "\"");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    std::istringstream text(run.out);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    if (!lines.empty()) lines.erase(lines.begin());
+    return lines;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(FleetWatch, CalibratesWhatIsThereWhatArrivesAndWhatArrivesAgain) {
+  Log("line/u0", 1);
+  Log("u1", 2);
+  Log("again", 3);
+  const Finished run =
+      Run("{ '" TRUETRIAD_BINARY
+          "' fleet watch line/ -o out --report=false --json --progress=jsonl 2>err & watch=$!; "
+          "await err '\"verdict\"' 1; cp u1.csv line/; await err '\"verdict\"' 2; "
+          "cp again.csv line/u0.csv; await err '\"verdict\"' 3; "
+          "truetriad fleet watch line -o out >/dev/null; echo $? >second; "
+          "kill -TERM $watch; wait $watch; }");
+  EXPECT_EQ(run.exit_code, 0) << run.err << TemporaryFolder::Read(folder_.Path("err"));
+  EXPECT_THAT(Ask("SELECT serial, count(*) FROM run GROUP BY serial ORDER BY serial"),
+              ElementsAre("u0,2", "u1,1"));
+  // One tool has the output.
+  EXPECT_EQ(TemporaryFolder::Read(folder_.Path("second")), "2\n");
+  EXPECT_THAT(run.err, HasSubstr("in the hands of another fleet watch"));
+  const auto result = nlohmann::json::parse(run.out, nullptr, false);
+  ASSERT_FALSE(result.is_discarded()) << run.out;
+  EXPECT_EQ(result["result"]["done"], 3);
+  EXPECT_TRUE(result["result"]["units"].is_null());
+  EXPECT_EQ(result["result"]["yield"]["units"], 2);
+  std::istringstream lines(TemporaryFolder::Read(folder_.Path("err")));
+  int done = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const auto object = nlohmann::json::parse(line, nullptr, false);
+    ASSERT_FALSE(object.is_discarded()) << line;
+    if (!object.contains("run")) continue;
+    EXPECT_EQ(object["done"], ++done);
+  }
+  EXPECT_EQ(done, 3);
+}
+
+TEST_F(FleetWatch, GoesOnWhereItEnded) {
+  Log("line/u0", 1);
+  const std::string watch = "truetriad fleet watch line -o out --report=false --until-idle=0.1";
+  EXPECT_THAT(Run(watch).out, StartsWith("ALL GOOD"));
+  EXPECT_THAT(Run(watch).out, StartsWith("NOTHING TO DO"));
+  Log("line/deep", 2);
+  EXPECT_THAT(Run(watch + " --poll=0.1").out, HasSubstr("1 units"));
+  EXPECT_THAT(Run("truetriad fleet run line -o out --report=false --resume").out,
+              StartsWith("NOTHING TO DO"));
+  EXPECT_THAT(Ask("SELECT run FROM run"), SizeIs(2));
+}
+
+TEST_F(FleetWatch, SaysWhatIsWrongWithTheCall) {
+  EXPECT_EQ(Run("truetriad fleet watch").exit_code, 1);
+  EXPECT_EQ(Run("truetriad fleet watch nowhere").exit_code, 2);
+  EXPECT_EQ(Run("truetriad fleet watch line --poll=0").exit_code, 1);
+  EXPECT_EQ(Run("truetriad fleet watch line --until-idle=x").exit_code, 1);
+  EXPECT_EQ(Run("truetriad fleet watch line --serial=x").exit_code, 1);
+  EXPECT_EQ(Run("truetriad fleet watch line --require-golden=8h").exit_code, 1);
+}
+
+TEST_F(FleetWatch, CountsRetestsAsThePolicyOfTheStoreSays) {
+  Log("line/u0", 1);
+  LogOptions poor;
+  poor.rest_s = 0.3;  // No rest is found in it.
+  Log("line/u1", 2, poor);
+  const std::string run = "truetriad fleet run line -o out --report=false ";
+  const Finished first = Run(run + "--retest-counts=best --retest-most=1");
+  EXPECT_THAT(first.out, HasSubstr("First-pass yield 50.0 %, final 50.0 % of 2 units"));
+  Log("line/u1", 2);
+  const Finished second = Run(run);
+  EXPECT_THAT(second.out, HasSubstr("First-pass yield 50.0 %, final 100.0 % of 2 units"));
+  EXPECT_THAT(second.err, IsEmpty());
+  const Finished third = Run(run);
+  EXPECT_THAT(third.err,
+              AllOf(HasSubstr("u0: run 3 of this unit is kept and does not count: 2 do"),
+                    HasSubstr("u1: run 3")));
+  const Finished other = Run(run + "--retest-counts=last");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("state the same"));
+  EXPECT_EQ(Run(run + "--retest-counts=some").exit_code, 1);
+  EXPECT_EQ(Run(run + "--retest-most=-1").exit_code, 1);
+}
+
+TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
+  Log("golden", 5);
+  Log("today", 6);
+  Log("line/u0", 1);
+  LogOptions bent;
+  bent.accelerometer.bias.x() += 0.2;
+  Log("bent", 7, bent);
+  ASSERT_EQ(Run("truetriad calibrate golden.csv -o ref").exit_code, 0);
+  const std::string check =
+      "truetriad check-station --golden=ref/calibration.yaml --store=out/fleet.db ";
+  const std::string run =
+      "truetriad fleet run line -o out --report=false --require-golden=8h --tag=station=S3 ";
+  EXPECT_THAT(Run(check + "today.csv").err, HasSubstr("--tag=station=NAME"));
+  const Finished missing = Run(run + "--json");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_THAT(missing.out,
+              AllOf(HasSubstr("station-not-checked"), HasSubstr("no check of its golden unit")));
+  EXPECT_EQ(Run(check + "bent.csv --tag=station=S3").exit_code, 4);
+  EXPECT_THAT(Run(run).err, HasSubstr("did not agree"));
+  // The watch waits until somebody has checked.
+  const Finished watched =
+      Run("{ '" TRUETRIAD_BINARY
+          "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
+          "watch=$!; await err 'units wait' 1; " +
+          check + "today.csv --tag=station=S3 >/dev/null; await err 'units go on' 1; " +
+          "for i in $(seq 100); do [ -e out/units/u0 ] && break; sleep 0.05; done; "
+          "kill -TERM $watch; wait $watch; }");
+  EXPECT_EQ(watched.exit_code, 0) << watched.err;
+  EXPECT_THAT(watched.out, StartsWith("ALL GOOD"));
+  EXPECT_EQ(Run(run).exit_code, 0);
+  EXPECT_THAT(Run(run + "--require-golden=0.0001s").err, HasSubstr("given twice"));
+  EXPECT_THAT(Ask("SELECT station, agrees FROM station_check ORDER BY station_check"),
+              ElementsAre("S3,0", "S3,1"));
+}
+
+}  // namespace
+}  // namespace truetriad

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/collect.h"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fleet/run_samples.h"
+#include "fleet/run_table.h"
+#include "fleet/store.h"
+#include "io/temporary_folder.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Collecting : public ::testing::Test {
+ protected:
+  /// A store of `shard` with these runs, of units of their own.
+  std::string Written(const std::string& name,
+                      const Shard& shard,
+                      const std::vector<std::string>& ids) {
+    const Result<std::unique_ptr<Store>> store = OpenStore(folder_.Path(name));
+    EXPECT_TRUE(store) << store.error().message;
+    EXPECT_TRUE((*store)->StateShard(shard));
+    for (const std::string& id : ids) {
+      UnitRun run = SampleRun(id, "unit '" + id);
+      run.shard = ShardText(shard);
+      EXPECT_TRUE((*store)->Add(run));
+    }
+    return folder_.Path(name);
+  }
+  /// All that is in a store, as lines.
+  std::vector<std::string> Lines(const std::string& url) {
+    std::vector<std::string> lines;
+    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(url);
+    EXPECT_TRUE(store) << store.error().message;
+    EXPECT_TRUE((*store)->ForEachRun({}, [&](const UnitRun& run) -> Status {
+      lines.push_back(LineOf(run));
+      return {};
+    }));
+    return lines;
+  }
+
+  const TemporaryFolder folder_;
+  const std::string target_ = folder_.Path("all.db");
+};
+
+TEST_F(Collecting, BringsWholeRunsTogetherAndDoesItAgain) {
+  const std::vector<std::string> sources = {Written("0.jsonl", {0, 3}, {"1", "4"}),
+                                            Written("1.jsonl", {1, 3}, {"2"}),
+                                            Written("2.db", {2, 3}, {"3"})};
+  const Result<Collected> first = Collect(sources, target_);
+  ASSERT_TRUE(first) << first.error().message;
+  EXPECT_EQ(first->runs, 4u);
+  EXPECT_EQ(first->added, 4u);
+  EXPECT_EQ(first->shards, 3);
+  EXPECT_THAT(first->missing, IsEmpty());
+  std::vector<std::string> expected;
+  for (const std::string& source : sources) {
+    for (const std::string& line : Lines(source)) expected.push_back(line);
+  }
+  EXPECT_THAT(Lines(target_), ::testing::UnorderedElementsAreArray(expected));
+  const Result<Collected> second = Collect(sources, target_);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(second->added, 0u);
+  EXPECT_EQ(Lines(target_).size(), 4u);
+}
+
+TEST_F(Collecting, NamesTheShardsThatAreMissing) {
+  const std::string one = Written("1.jsonl", {1, 4}, {"1"}),
+                    without_runs = Written("2.jsonl", {2, 4}, {});
+  const Result<Collected> some = Collect({one, without_runs}, target_);
+  ASSERT_TRUE(some) << some.error().message;
+  EXPECT_THAT(some->missing, ElementsAre(0, 3));
+  // What is in the store already is not missing.
+  const Result<Collected> more = Collect({Written("3.jsonl", {3, 4}, {"2"})}, target_);
+  ASSERT_TRUE(more);
+  EXPECT_THAT(more->missing, ElementsAre(0, 2));
+}
+
+TEST_F(Collecting, TakesShardsOfOneNumber) {
+  const std::string three = Written("a.jsonl", {0, 3}, {"1"}),
+                    four = Written("b.jsonl", {1, 4}, {"2"});
+  const Result<Collected> both = Collect({three, four}, target_);
+  ASSERT_FALSE(both);
+  EXPECT_THAT(both.error().message, HasSubstr("b.jsonl: is of 4 shards, and " + three + " of 3"));
+  EXPECT_FALSE(std::filesystem::exists(target_));
+  ASSERT_TRUE(Collect({three}, target_));
+  const Result<Collected> other = Collect({four}, target_);
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().message, HasSubstr("shared among 3, not 4"));
+}
+
+TEST_F(Collecting, AddsNothingWhereASourceIsSpoilt) {
+  const std::string good = Written("0.jsonl", {0, 2}, {"1"}),
+                    bad = Written("1.jsonl", {1, 2}, {"2"});
+  folder_.Write("1.jsonl", TemporaryFolder::Read(bad) + "{\n");
+  const Result<Collected> collected = Collect({good, bad}, target_);
+  ASSERT_FALSE(collected);
+  EXPECT_EQ(collected.error().place.file, bad);
+  EXPECT_EQ(collected.error().place.line, 3);
+  EXPECT_FALSE(std::filesystem::exists(target_));
+  // What a writer that was killed left is not.
+  folder_.Write("1.jsonl", TemporaryFolder::Read(bad) + "{");
+  folder_.Write("1.jsonl",
+                TemporaryFolder::Read(bad).substr(0, TemporaryFolder::Read(bad).size() - 3));
+  EXPECT_TRUE(Collect({good, bad}, target_));
+}
+
+TEST_F(Collecting, IsIntoAnotherStore) {
+  const std::string source = Written("0.jsonl", {}, {"1"});
+  EXPECT_THAT(Collect({source}, source).error().message, HasSubstr("cannot be collected into"));
+  ASSERT_TRUE(Collect({source}, target_));
+  std::filesystem::create_symlink("all.db", folder_.Path("link.db"));
+  EXPECT_THAT(Collect({folder_.Path("link.db")}, "sqlite:" + target_).error().message,
+              HasSubstr("is the store itself"));
+}
+
+TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
+  const std::string source = Written("a.db", {}, {"1"});
+  {
+    const Result<std::unique_ptr<Store>> store = OpenStore(source);
+    ASSERT_TRUE((*store)->Dispose(
+        {"d1", "unit '1", "2026-11-25T12:00:00Z", "me", "scratched", Verdict::kRefused}));
+    ASSERT_TRUE((*store)->AddStationCheck(
+        {"c1", "S1", "G", "2026", true, 0.1, 2.0, "accelerometer.bias.x", "golden.csv"}));
+  }
+  ASSERT_TRUE(Collect({source}, target_));
+  ASSERT_TRUE(Collect({source}, target_));
+  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target_);
+  const Result<Table> standing = (*store)->Query("SELECT final_verdict, disposed_by FROM standing");
+  EXPECT_THAT(standing->rows, ElementsAre(ElementsAre("refused", "me")));
+  const Result<std::optional<StationCheck>> check = (*store)->LastStationCheck("S1");
+  ASSERT_TRUE(check && *check);
+  EXPECT_EQ((*check)->p, 0.1);
+}
+
+TEST_F(Collecting, OfAnExportGivesTheStoreAgain) {
+  ASSERT_TRUE(
+      Collect({Written("0.jsonl", {0, 2}, {"1"}), Written("1.jsonl", {1, 2}, {"2"})}, target_));
+  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(target_);
+  const std::string exported = folder_.Path("exported.jsonl");
+  const Result<std::size_t> runs = ExportJsonLines(**store, {}, exported);
+  ASSERT_TRUE(runs) << runs.error().message;
+  EXPECT_EQ(*runs, 2u);
+  ASSERT_TRUE(Collect({exported}, folder_.Path("again.db")));
+  EXPECT_EQ(Lines(folder_.Path("again.db")), Lines(target_));
+}
+
+}  // namespace
+}  // namespace truetriad::fleet

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/fleet_engine.h"
+
+#include <chrono>
+#include <ctime>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fleet/fleet_run.h"
+#include "fleet/golden_hold.h"
+#include "fleet/unit_folders.h"
+#include "io/temporary_folder.h"
+#include "support/log_writer.h"
+
+namespace truetriad::fleet {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+/// A store that cannot be written to for a while, and remembers what it was given.
+class FailingStore : public Store {
+ public:
+  Status Add(const UnitRun& run) override {
+    if (failures > 0) {
+      --failures;
+      return Error(ErrorCode::kStoreFailure, "the store is away");
+    }
+    runs.push_back(run);
+    return {};
+  }
+  Result<std::vector<KnownRun>> LastRuns() override { return std::vector<KnownRun>(); }
+  Status StateShard(const Shard& /*shard*/) override { return {}; }
+  Status StateRetestPolicy(const RetestPolicy& /*policy*/) override { return {}; }
+  Result<std::string> Dispose(const Disposition& /*disposition*/) override { return std::string(); }
+  Status AddStationCheck(const StationCheck& added) override {
+    check = added;
+    return {};
+  }
+  Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override {
+    return check && check->station == station ? check : std::nullopt;
+  }
+  Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
+
+  int failures = 0;
+  std::vector<UnitRun> runs;
+  std::optional<StationCheck> check;
+};
+
+class Engine : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    options_.worker_command = {TRUETRIAD_BINARY, "fleet-worker"};
+    options_.plan.has_report = false;
+    options_.plan.folder = folder_.Path("units");
+    fs::create_directories(options_.plan.folder);
+    for (int i = 0; i < 3; ++i) {
+      LogOptions log{.rests = 12, .magnetometer = false};
+      log.seed = static_cast<std::uint64_t>(i + 1);
+      const std::string name = "u" + std::to_string(i) + ".csv";
+      units_.push_back({.log = folder_.Write(name, LogText(log))});
+    }
+  }
+  Result<FleetProgress> Run() {
+    FleetListener listener;
+    listener.on_note = [this](const std::string& note) { notes_.push_back(note); };
+    return RunFleet(units_, options_, store_, listener, [] { return false; });
+  }
+
+  const TemporaryFolder folder_;
+  FleetOptions options_;
+  std::vector<UnitOrder> units_;
+  FailingStore store_;
+  std::vector<std::string> notes_;
+};
+
+TEST_F(Engine, EndsWithTheErrorOfItsStore) {
+  store_.failures = 1;
+  const Result<FleetProgress> progress = Run();
+  ASSERT_FALSE(progress);
+  EXPECT_EQ(progress.error().code, ErrorCode::kStoreFailure);
+}
+
+TEST_F(Engine, WithPatienceTriesItsStoreAgainAndLosesNothing) {
+  options_.is_patient = true;
+  store_.failures = 1;
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress) << progress.error().message;
+  EXPECT_EQ(progress->done, 3u);
+  EXPECT_THAT(store_.runs, SizeIs(3));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("the store is away"), "the store works again"));
+}
+
+TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
+  int asked = 0;
+  options_.hold = [&]() -> Result<std::optional<std::string>> {
+    return ++asked == 1 ? std::optional<std::string>("overdue") : std::nullopt;
+  };
+  const Result<FleetProgress> progress = Run();
+  ASSERT_TRUE(progress);
+  EXPECT_EQ(progress->done, 3u);
+  EXPECT_THAT(notes_, ElementsAre("units wait: overdue", "units go on"));
+}
+
+TEST_F(Engine, DoesNotBlameAUnitForADiskThatCannotBeWritten) {
+  options_.plan.folder = "/proc/none";
+  const Result<FleetProgress> progress = Run();
+  ASSERT_FALSE(progress);
+  EXPECT_EQ(progress.error().code, ErrorCode::kCannotWrite);
+  EXPECT_THAT(store_.runs, IsEmpty());
+}
+
+TEST_F(Engine, SaysAtWhichRateAndForHowLong) {
+  FleetProgress progress;
+  progress.units = 300;
+  progress.done = 60;
+  progress.seconds = 20.0;
+  EXPECT_DOUBLE_EQ(progress.Rate(), 3.0);
+  EXPECT_DOUBLE_EQ(progress.SecondsLeft().value(), 80.0);
+  progress.units.reset();
+  EXPECT_FALSE(progress.SecondsLeft());
+}
+
+// Of a run that was ended before it was in the store.
+TEST(UnitFolders, OfHalfARunAreRemovedByTheNextWhoIsAlone) {
+  const TemporaryFolder folder;
+  const std::string units = folder.Path("units");
+  Result<std::unique_ptr<Store>> store = OpenStore(folder.Path("fleet.db"));
+  ASSERT_TRUE(store);
+  UnitRun kept;
+  kept.id = NewRunId();
+  kept.serial = "A1";
+  kept.folder = units + "/A1/" + kept.id;
+  ASSERT_TRUE(BeginFolder(kept.folder));
+  ASSERT_TRUE((*store)->Add(kept));
+  const std::string half = units + "/A1/" + NewRunId(), only = units + "/A2/" + NewRunId();
+  ASSERT_TRUE(BeginFolder(half));
+  ASSERT_TRUE(BeginFolder(only));
+  fs::create_directories(units + "/A1/of somebody else");
+  {
+    const Result<FolderClaim> claim = FolderClaim::Share(units, **store);
+    ASSERT_TRUE(claim) << claim.error().message;
+    EXPECT_TRUE(fs::exists(kept.folder));
+    EXPECT_TRUE(fs::exists(units + "/A1/of somebody else"));
+    EXPECT_FALSE(fs::exists(half));
+    EXPECT_FALSE(fs::exists(units + "/A2"));
+    // What is in hand is nobody else's to remove.
+    ASSERT_TRUE(BeginFolder(half));
+    EXPECT_TRUE(FolderClaim::Share(units, **store));
+    EXPECT_TRUE(fs::exists(half));
+  }
+  EXPECT_TRUE(FolderClaim::Share(units, **store));
+  EXPECT_FALSE(fs::exists(half));
+}
+
+TEST(UnitFolders, HaveOneWhoHasThemAlone) {
+  const TemporaryFolder folder;
+  {
+    const Result<FolderClaim> one = FolderClaim::TakeAlone(folder.Path(""), "fleet watch");
+    ASSERT_TRUE(one);
+    const Result<FolderClaim> other = FolderClaim::TakeAlone(folder.Path(""), "fleet watch");
+    ASSERT_FALSE(other);
+    EXPECT_THAT(other.error().message, HasSubstr("another fleet watch"));
+  }
+  EXPECT_TRUE(FolderClaim::TakeAlone(folder.Path(""), "fleet watch"));
+}
+
+std::string TimeBefore(double seconds) {
+  const std::time_t time = std::time(nullptr) - static_cast<std::time_t>(seconds);
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  char text[32];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc)};
+}
+
+StationCheck CheckBefore(double seconds, bool agrees) {
+  StationCheck check;
+  check.station = "S3";
+  check.created = TimeBefore(seconds);
+  check.agrees = agrees;
+  return check;
+}
+
+TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
+  FailingStore store;
+  const auto why = [&] {
+    const Result<std::optional<std::string>> hold = GoldenHold(store, "S3", 3600.0);
+    EXPECT_TRUE(hold);
+    return hold->value_or("");
+  };
+  EXPECT_THAT(why(), HasSubstr("no check of its golden unit"));
+  store.check = CheckBefore(10.0, true);
+  EXPECT_EQ(why(), "");
+  store.check = CheckBefore(3700.0, true);
+  EXPECT_THAT(why(), HasSubstr("1.0 h ago or more"));
+  store.check = CheckBefore(10.0, false);
+  EXPECT_THAT(why(), HasSubstr("did not agree"));
+  store.check->station = "S4";
+  EXPECT_THAT(why(), HasSubstr("no check"));
+}
+
+TEST(StationOf, IsThatOfTheTagsOrTheExperiment) {
+  WorkPlan plan;
+  EXPECT_FALSE(StationOf(plan));
+  plan.overrides = {"run.station=\"S3\"", "robust.loss=none"};
+  EXPECT_EQ(StationOf(plan).value(), "S3");
+  plan.config_text = "experiment: 1\nrun: { station: S4 }\nsensors: { accelerometer: {} }\n";
+  plan.overrides = {};
+  EXPECT_EQ(StationOf(plan).value(), "S4");
+}
+
+}  // namespace
+}  // namespace truetriad::fleet

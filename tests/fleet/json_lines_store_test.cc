@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/json_lines_store.h"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fleet/run_samples.h"
+#include "io/temporary_folder.h"
+
+namespace truetriad::fleet {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class JsonLines : public ::testing::Test {
+ protected:
+  std::unique_ptr<Store> Opened() {
+    Result<std::unique_ptr<Store>> store = OpenStore(path_);
+    EXPECT_TRUE(store) << store.error().message;
+    return store ? std::move(*store) : nullptr;
+  }
+  void Write(const std::vector<std::string>& ids, const Shard& shard = {}) {
+    const std::unique_ptr<Store> store = Opened();
+    ASSERT_TRUE(store->StateShard(shard));
+    for (const std::string& id : ids) {
+      UnitRun run = SampleRun(id, "unit " + id);
+      run.shard = ShardText(shard);
+      ASSERT_TRUE(store->Add(run));
+    }
+  }
+  /// The names of the runs that are read; or why they are not.
+  std::vector<std::string> Read() {
+    std::vector<std::string> ids;
+    const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
+    const Status status = store ? (*store)->ForEachRun({},
+                                                       [&](const UnitRun& run) -> Status {
+                                                         ids.push_back(run.id);
+                                                         return {};
+                                                       })
+                                : Status(store.error());
+    if (!status) ids = {status.error().message};
+    return ids;
+  }
+  std::string Text() const { return TemporaryFolder::Read(path_); }
+
+  const TemporaryFolder folder_;
+  const std::string path_ = folder_.Path("new/shard.jsonl");
+};
+
+TEST_F(JsonLines, KeepALineARunToTheLastBit) {
+  Write({"1", "2"}, {2, 8});
+  EXPECT_THAT(
+      Text(),
+      ::testing::StartsWith("{\"format\":\"truetriad/runs/1\",\"shards\":8,\"shard\":2}\n"));
+  UnitRun expected = SampleRun("2", "unit 2");
+  expected.shard = "2/8";
+  std::string found;
+  const Result<std::unique_ptr<Store>> store = OpenStoreToRead(path_);
+  ASSERT_TRUE(store);
+  ASSERT_TRUE((*store)->ForEachRun({}, [&](const UnitRun& run) -> Status {
+    found = LineOf(run);
+    return {};
+  }));
+  EXPECT_EQ(found, LineOf(expected));
+}
+
+TEST_F(JsonLines, PassOverWhatAKilledWriterLeftAndTheNextOneTakesItAway) {
+  Write({"1", "2"});
+  const std::string whole = Text();
+  // Wherever it was cut: in the header, in a line, at a line's end.
+  for (std::size_t size = 0; size <= whole.size(); size += size < 100 ? 3 : 1501) {
+    folder_.Write("new/shard.jsonl", whole.substr(0, size));
+    for (const std::string& id : Read()) ASSERT_THAT(id, ::testing::AnyOf("1", "2")) << size;
+    Write({"3"});
+    const std::string kept = whole.substr(0, whole.rfind('\n', size == 0 ? 0 : size - 1) + 1);
+    ASSERT_TRUE(Text().starts_with(kept)) << size;
+    ASSERT_EQ(Read().back(), "3") << size;
+  }
+}
+
+TEST_F(JsonLines, SayWhichLineIsSpoilt) {
+  Write({"1", "2"});
+  const std::string whole = Text();
+  folder_.Write("new/shard.jsonl", whole + "{\"run\": 3}\n");
+  EXPECT_THAT(Read(), ElementsAre(HasSubstr("shard.jsonl:4: is no line of a fleet's run")));
+  const std::unique_ptr<Store> store = Opened();
+  EXPECT_FALSE(store->LastRuns());
+}
+
+TEST_F(JsonLines, AreOfOneShard) {
+  Write({"1"}, {1, 3});
+  const std::unique_ptr<Store> store = Opened();
+  EXPECT_TRUE(store->StateShard({1, 3}));
+  EXPECT_THAT(store->StateShard({1, 4}).error().message, HasSubstr("shared among 3, not 4"));
+  EXPECT_THAT(store->StateShard({2, 3}).error().message, HasSubstr("shard 1 of 3, not of 2/3"));
+  // A line that was put in from elsewhere.
+  UnitRun other = SampleRun("2", "B");
+  for (const char* const shard : {"2/3", "3/3", "1/4", "", "x"}) {
+    other.shard = shard;
+    folder_.Write("other.jsonl", Text() + LineOf(other));
+    const Result<std::unique_ptr<Store>> read = OpenStoreToRead(folder_.Path("other.jsonl"));
+    ASSERT_TRUE(read);
+    const Status status = (*read)->ForEachRun({}, [](const UnitRun&) { return Status(); });
+    ASSERT_FALSE(status) << shard;
+    EXPECT_THAT(status.error().message, HasSubstr("other.jsonl:3: is a run of shard"));
+  }
+}
+
+TEST_F(JsonLines, HaveOneWriter) {
+  const std::unique_ptr<Store> store = Opened();
+  const auto second = OpenStore(path_);
+  ASSERT_FALSE(second);
+  EXPECT_THAT(second.error().message, HasSubstr("another run is writing to it"));
+  // Who reads does not mind.
+  EXPECT_TRUE(OpenStoreToRead(path_));
+  EXPECT_THAT(Read(), IsEmpty());
+}
+
+TEST_F(JsonLines, KnowTheLastRunOfEachLog) {
+  Write({"1", "3"});
+  const std::unique_ptr<Store> store = Opened();
+  UnitRun again = SampleRun("2", "unit 1");
+  again.config_sha256 = "def";
+  ASSERT_TRUE(store->Add(again));
+  const Result<std::vector<KnownRun>> runs = store->LastRuns();
+  ASSERT_TRUE(runs);
+  ASSERT_EQ(runs->size(), 2u);
+  EXPECT_EQ(runs->at(0).config_sha256, "def");
+  EXPECT_EQ(runs->at(1).config_sha256, "abc");
+}
+
+TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
+  const std::string header = "{\"format\":\"truetriad/runs/2\",\"shards\":1}\n";
+  struct Case {
+    std::string text, message;
+  };
+  for (const Case& one : {Case{header, "use the newer truetriad"},
+                          Case{"a log\n1,2\n", "is no file of runs"},
+                          Case{"one line without an end", "is no file of runs"},
+                          Case{"{}\n", "is no file of runs"},
+                          Case{"{\"format\":\"truetriad/runs/1\"}\n", "is no file of runs"},
+                          Case{"{\"format\":\"truetriad/runs/1\",\"shards\":0}\n", "is no file"},
+                          Case{"{\"format\":\"truetriad/runs/1\",\"shards\":2,\"shard\":2}\n",
+                               "is no file of runs"}}) {
+    const std::string path = folder_.Write("other.jsonl", one.text);
+    for (const auto& open : {OpenStore, OpenStoreToRead}) {
+      const auto store = open(path);
+      ASSERT_FALSE(store) << one.text;
+      EXPECT_THAT(store.error().message, AllOf(HasSubstr(path), HasSubstr(one.message)));
+    }
+    EXPECT_EQ(TemporaryFolder::Read(path), one.text);
+  }
+  EXPECT_FALSE(OpenStoreToRead(folder_.Path("missing.jsonl")));
+  EXPECT_FALSE(OpenStore(folder_.Path("")));
+}
+
+TEST_F(JsonLines, AnswerNoQuestions) {
+  Write({"1"});
+  const std::unique_ptr<Store> store = Opened();
+  const Result<Table> answer = store->Query("SELECT 1");
+  ASSERT_FALSE(answer);
+  EXPECT_THAT(answer.error().message, HasSubstr("truetriad fleet collect " + path_));
+  EXPECT_FALSE(store->ForEachRun({.only_standing = true}, [](const UnitRun&) { return Status(); }));
+}
+
+TEST(StoreUrl, OfRunsAsTextHasASchemeOrAnEnding) {
+  EXPECT_EQ(JsonLinesPath("a/b.jsonl"), "a/b.jsonl");
+  EXPECT_EQ(JsonLinesPath("jsonl:a/b"), "a/b");
+  EXPECT_EQ(JsonLinesPath("a/b.db"), std::nullopt);
+  EXPECT_EQ(JsonLinesPath("sqlite:a/b.db"), std::nullopt);
+}
+
+TEST(AShard, IsBelowItsCount) {
+  EXPECT_EQ(ShardFromText("2/8")->index, 2);
+  for (const char* const text : {"8/8", "-1/8", "1", "1/", "/8", "1/8x", "0/0", "1/2000000", ""}) {
+    EXPECT_FALSE(ShardFromText(text)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace truetriad::fleet

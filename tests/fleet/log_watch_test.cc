@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fleet/log_watch.h"
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fleet/log_files.h"
+#include "io/temporary_folder.h"
+
+namespace truetriad::fleet {
+namespace {
+
+namespace fs = std::filesystem;
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+constexpr char kRecording[] =
+    "recording: 1\napplied: none\nstreams:\n"
+    "  accelerometer: { file: imu.csv, time: { column: t, unit: s }, x: x, y: y, z: z, "
+    "unit: m/s^2 }\n"
+    "  magnetometer: { file: mag.csv, time: { column: t, unit: s }, x: x, y: y, z: z, unit: uT }\n";
+
+class Watch : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::create_directories(Path("")); }
+  std::string Path(const std::string& name) const {
+    const std::string path = (fs::path(folder_.Path("line")) / name).string();
+    return name.empty() ? folder_.Path("line") : path;
+  }
+  void Write(const std::string& name, const std::string& text = "time[s]\n") const {
+    fs::create_directories(fs::path(Path(name)).parent_path());
+    folder_.Write("line/" + name, text);
+  }
+  void Open(WatchOptions options = {}) {
+    options.folder = Path("");
+    Result<std::unique_ptr<LogWatch>> watch =
+        LogWatch::Open(options, {}, [this](const std::string& note) { notes_.push_back(note); });
+    ASSERT_TRUE(watch) << watch.error().message;
+    watch_ = std::move(*watch);
+  }
+  /// What is given within some time, as seen from the folder; and done with.
+  std::vector<std::string> Given(double seconds) {
+    std::vector<std::string> given;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    do {
+      EXPECT_TRUE(watch_->Look());
+      while (std::optional<Arrival> arrival = watch_->Next()) {
+        given.push_back(fs::relative(arrival->order.log, Path("")).string());
+        UnitRun run;
+        run.log = arrival->order.log;
+        const LogStamp stamp = StampOf(run.log).value_or(LogStamp());
+        run.log_bytes = stamp.bytes;
+        run.log_modified_ns = stamp.modified_ns;
+        watch_->Finish(run);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    } while (std::chrono::steady_clock::now() < end);
+    return given;
+  }
+
+  const TemporaryFolder folder_;
+  std::vector<std::string> notes_;
+  std::unique_ptr<LogWatch> watch_;
+};
+// Until a look has found something twice, a second apart.
+constexpr double kTwoLooksS = 2.5;
+
+TEST_F(Watch, GivesATableOnceItIsClosedOrRenamed) {
+  Open();
+  std::ofstream open_file(Path("a.csv"));
+  open_file << "time[s]\n" << std::flush;
+  std::ofstream hidden(Path(".b.part"));
+  hidden << "time[s]\n";
+  hidden.close();
+  EXPECT_THAT(Given(0.1), IsEmpty());
+  open_file.close();
+  EXPECT_THAT(Given(0.0), ElementsAre("a.csv"));
+  fs::rename(Path(".b.part"), Path("b.csv"));
+  EXPECT_THAT(Given(0.0), ElementsAre("b.csv"));
+  Write("c.txt");
+  Write(".d.csv");
+  Write("e.csv.tmp-1-2-0");
+  EXPECT_THAT(Given(0.1), IsEmpty());
+  EXPECT_THAT(notes_, IsEmpty());
+}
+
+TEST_F(Watch, GivesALogAgainOnlyIfItHasChanged) {
+  Open();
+  Write("a.csv");
+  EXPECT_THAT(Given(0.0), ElementsAre("a.csv"));
+  std::ofstream(Path("a.csv"), std::ios::app);  // Opened and closed.
+  EXPECT_THAT(Given(0.1), IsEmpty());
+  Write("a.csv", "time[s]\n0\n");
+  EXPECT_THAT(Given(0.0), ElementsAre("a.csv"));
+}
+
+TEST_F(Watch, GivesFirstWhatIsThereAndNotWhatSomebodyStillWrites) {
+  Write("a.csv");
+  Write("deep/er/b.csv");
+  Write("x.csv.truetriad/no.csv");
+  std::ofstream open_file(Path("c.csv"));
+  open_file << "time[s]\n" << std::flush;
+  Open();
+  EXPECT_THAT(Given(kTwoLooksS), UnorderedElementsAre("a.csv", "deep/er/b.csv"));
+  open_file.close();
+  EXPECT_THAT(Given(0.0), ElementsAre("c.csv"));
+}
+
+TEST_F(Watch, LooksIntoFoldersThatAreMadeOrRenamedIn) {
+  Open();
+  Write("new/a.csv");
+  fs::create_directories(folder_.Path("elsewhere/deep"));
+  folder_.Write("elsewhere/deep/b.csv", "time[s]\n");
+  fs::rename(folder_.Path("elsewhere"), Path("moved"));
+  EXPECT_THAT(Given(kTwoLooksS), UnorderedElementsAre("new/a.csv", "moved/deep/b.csv"));
+  // A folder that has given a log need not be waited for.
+  Write("new/c.csv");
+  EXPECT_THAT(Given(0.0), ElementsAre("new/c.csv"));
+  fs::rename(Path("new"), Path("newer"));
+  EXPECT_THAT(Given(kTwoLooksS), UnorderedElementsAre("newer/a.csv", "newer/c.csv"));
+}
+
+TEST_F(Watch, GivesARecordingOnceAllItsTablesAreThere) {
+  Open();
+  Write("unit/imu.csv");
+  EXPECT_THAT(Given(0.1), IsEmpty());
+  Write("unit/recording.yaml", kRecording);
+  EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
+  std::ofstream open_file(Path("unit/mag.csv"));
+  open_file << "t,x,y,z\n" << std::flush;
+  EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
+  open_file.close();
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+  Write("unit/mag.csv", "t,x,y,z\n0,1,2,3\n");
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+}
+
+TEST_F(Watch, LooksForItselfWhereNothingTells) {
+  Open({.poll_s = 0.2});
+  Write("a.csv");
+  Write("unit/recording.yaml", kRecording);
+  Write("unit/imu.csv");
+  Write("unit/mag.csv");
+  EXPECT_THAT(Given(1.0), UnorderedElementsAre("a.csv", "unit/recording.yaml"));
+  Write("a.csv", "time[s]\n0\n");
+  EXPECT_THAT(Given(1.0), ElementsAre("a.csv"));
+  fs::rename(Path(""), folder_.Path("away"));
+  EXPECT_THAT(Given(0.5), IsEmpty());
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("cannot be read")));
+  fs::rename(folder_.Path("away"), Path(""));
+  Write("b.csv");
+  EXPECT_THAT(Given(1.0), ElementsAre("b.csv"));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("cannot be read"), HasSubstr("can be read again")));
+}
+
+TEST_F(Watch, FindsWhatTheSystemHadNoRoomToTell) {
+  Open();
+  int room = 0;
+  std::ifstream("/proc/sys/fs/inotify/max_queued_events") >> room;
+  if (room > 20'000) GTEST_SKIP() << "the system keeps " << room << " events";
+  for (int i = 0; i <= room / 2; ++i) std::ofstream(Path("." + std::to_string(i)));
+  Write("a.csv");
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("a.csv"));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("more files came at once")));
+}
+
+TEST_F(Watch, WaitsForItsFolderToComeBack) {
+  Open();
+  fs::rename(Path(""), folder_.Path("away"));
+  EXPECT_THAT(Given(1.5), IsEmpty());
+  fs::rename(folder_.Path("away"), Path(""));
+  EXPECT_THAT(Given(1.5), IsEmpty());
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr("is gone"), HasSubstr("can be read again")));
+  Write("a.csv");
+  EXPECT_THAT(Given(0.0), ElementsAre("a.csv"));
+}
+
+TEST_F(Watch, RefusesALogThatIsNotNamedAsStated) {
+  Open({.serial_pattern = "U{serial}.csv"});
+  Write("U7.csv");
+  Write("V8.csv");
+  ASSERT_TRUE(watch_->Look());
+  const std::optional<Arrival> one = watch_->Next(), other = watch_->Next();
+  ASSERT_TRUE(one && other);
+  EXPECT_EQ(one->order.serial, "7");
+  EXPECT_FALSE(one->refusal);
+  ASSERT_TRUE(other->refusal);
+  EXPECT_EQ(other->refusal->code, ErrorCode::kDoesNotMatch);
+}
+
+TEST_F(Watch, LeavesOutItsOwnResults) {
+  fs::create_directories(Path("out/units"));
+  Open({.without = Path("out/units")});
+  Write("out/units/U1/x.csv");
+  EXPECT_THAT(Given(kTwoLooksS), IsEmpty());
+}
+
+}  // namespace
+}  // namespace truetriad::fleet

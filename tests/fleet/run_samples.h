@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "fleet/unit_run.h"
+#include "report/sample_calibration.h"
+
+namespace truetriad::fleet {
+
+/// A run of a usable unit with a finding that has all there is, inputs, tags and limits.
+inline UnitRun SampleRun(const std::string& id, const std::string& serial) {
+  UnitRun run;
+  Fill(SampleCalibration(), &run);
+  run.id = id;
+  run.serial = serial;
+  run.log = serial + ".csv";
+  run.log_bytes = 1'400'000;
+  run.log_modified_ns = 1'795'570'000'123'456'789;
+  run.created = "2026-11-25T12:00:00Z";
+  run.config_sha256 = "abc";
+  run.tags.lot = "L17";
+  run.tags.note = "=1+1, \"x\"";
+  run.wall_s = 0.1;
+  run.cpu_s = 1.0 / 3.0;
+  run.inputs = {{serial + ".csv", "0a1f", 4200}};
+  run.findings.push_back(Finding(FindingCode::kClockOffset, "the clock is late", "set time: auto")
+                             .About(Triad::kMagnetometer, 2)
+                             .AtPose(7)
+                             .With("offset", 0.1, 0.01, "s")
+                             .With("share", 1e-300));
+  LimitCheck check;
+  check.name = "accelerometer.bias";
+  check.component = "x";
+  check.limit.upper = 0.7;
+  check.worst = 0.1;
+  check.sigma = 1.0 / 7.0;
+  check.pass = true;
+  run.judgements.push_back(check);
+  return run;
+}
+
+}  // namespace truetriad::fleet

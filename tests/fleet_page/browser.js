@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the test and the measurement of the page share: packages, Chromium, a server on loopback.
+'use strict';
+const { execFileSync, spawnSync } = require('node:child_process');
+const fs = require('node:fs');
+const http = require('node:http');
+const os = require('node:os');
+const path = require('node:path');
+
+const kSkipped = 77;
+const skip = (why) => {
+  console.log(`skipped: ${why}`);
+  process.exit(kSkipped);
+};
+
+// The packages of the lock file, brought once into the folder PACKAGES.
+const packages = () => {
+  if (Number(process.versions.node.split('.')[0]) < 20) skip(`node ${process.versions.node} is older than 20`);
+  const folder = process.env.PACKAGES;
+  const lock = fs.readFileSync(path.join(__dirname, 'package-lock.json'));
+  const stamp = path.join(folder, 'installed.json');
+  if (!fs.existsSync(stamp) || !fs.readFileSync(stamp).equals(lock)) {
+    fs.mkdirSync(folder, { recursive: true });
+    for (const file of ['package.json', 'package-lock.json', '.npmrc']) {
+      fs.copyFileSync(path.join(__dirname, file), path.join(folder, file));
+    }
+    const npm = spawnSync('npm', ['ci', '--loglevel=error', '--prefer-offline', '--fetch-retries=0'], { cwd: folder, encoding: 'utf8' });
+    if (npm.error || npm.status !== 0) skip(`npm ci: ${npm.error?.message ?? npm.stderr}`);
+    fs.writeFileSync(stamp, lock);
+  }
+  const of = (name) => require(path.join(folder, 'node_modules', name));
+  return { chromium: of('playwright-core').chromium, axe: path.join(folder, 'node_modules/axe-core/axe.min.js') };
+};
+
+const chromiumPath = () => {
+  for (const name of ['chromium', 'chromium-browser', 'google-chrome']) {
+    const found = spawnSync('which', [name], { encoding: 'utf8' });
+    if (found.status === 0) return found.stdout.trim();
+  }
+  return skip('there is no Chromium');
+};
+
+// Calls use(browser, axe, folder) with a temporary folder, and cleans up.
+const withBrowser = async (use) => {
+  const executablePath = chromiumPath();
+  const { chromium, axe } = packages();
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'fleet-page-'));
+  const browser = await chromium.launch({
+    executablePath,
+    args: ['--headless', '--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+  });
+  try {
+    return await use(browser, axe, folder);
+  } finally {
+    await browser.close();
+    fs.rmSync(folder, { recursive: true, force: true });
+  }
+};
+
+const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
+const serve = (folder) =>
+  new Promise((take) => {
+    const server = http.createServer((request, response) => {
+      const file = path.join(folder, decodeURIComponent(new URL(request.url, 'http://x').pathname));
+      if (!file.startsWith(folder) || !fs.existsSync(file) || !fs.statSync(file).isFile()) {
+        response.writeHead(404).end();
+        return;
+      }
+      response.writeHead(200, { 'content-type': kTypes[path.extname(file)] ?? 'text/plain' });
+      fs.createReadStream(file).pipe(response);
+    });
+    server.listen(0, '127.0.0.1', () => take({ url: `http://127.0.0.1:${server.address().port}/`, close: () => server.close() }));
+  });
+
+const makePage = (folder, units) => {
+  const store = path.join(folder, 'fleet.db');
+  execFileSync(process.env.MAKE_FLEET, [store, String(units)]);
+  execFileSync(process.env.TRUETRIAD, ['fleet', 'report', `--store=${store}`, '-o', path.join(folder, 'page')]);
+};
+
+module.exports = { withBrowser, serve, makePage };

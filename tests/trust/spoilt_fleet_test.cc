@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Spoilt units among good ones in one fleet: each has a code, and no good one fails because of
+// them.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cli/command_line_run.h"
+#include "math/random.h"
+#include "support/nightly.h"
+#include "truetriad/config/scenario.h"
+#include "trust/faults.h"
+#include "trust/recording.h"
+
+namespace truetriad::trust {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Spoilt {
+  std::string_view fault;
+  std::optional<Triad> triad;
+  std::string_view code;  ///< Of its run, or of one of the run's findings.
+};
+
+const std::vector<Spoilt>& SpoiltUnits() {
+  using enum Triad;
+  static const std::vector<Spoilt> kSpoilt = {
+      {"few poses", {}, ""},
+      {"one-sided", {}, ""},
+      {"short rests", {}, ""},
+      {"drift", kAccelerometer, ""},
+      {"axis flipped", kAccelerometer, ""},
+      {"axes swapped", kGyroscope, ""},
+      {"tenfold", kMagnetometer, ""},
+      {"thousandfold", kAccelerometer, ""},
+      {"deg/s as rad/s", kGyroscope, ""},
+      {"g as m/s^2", kAccelerometer, ""},
+      {"normalised", kMagnetometer, ""},
+      {"kelvins", {}, ""},
+      {"hard iron moved", kMagnetometer, ""},
+      {"knocks", kAccelerometer, ""},
+      {"zero rows", kGyroscope, ""},
+      {"stuck axis", kMagnetometer, ""},
+      {"ms as s", {}, ""},
+      {"clock offset", kGyroscope, ""},
+      {"repeated stretch", {}, ""},
+      {"pieces exchanged", {}, ""},
+  };
+  return kSpoilt;
+}
+
+const Fault& FaultNamed(std::string_view name) {
+  return *std::ranges::find(Faults(), name, &Fault::name);
+}
+
+Status WriteUnit(const Scenario& clean, int unit, const Spoilt* spoilt, const std::string& folder) {
+  Scenario scenario = clean;
+  Random random(static_cast<std::uint64_t>(unit));
+  Strike strike{.random = &random};
+  if (spoilt != nullptr) {
+    const Fault& fault = FaultNamed(spoilt->fault);
+    strike.triad = spoilt->triad.value_or(Triad::kAccelerometer);
+    // Few poses are few where there are least of them.
+    strike.severity =
+        spoilt->fault == "few poses" || spoilt->fault == "short rests" ? fault.least : fault.most;
+    if (fault.before != nullptr) fault.before(strike, &scenario);
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(Recording recording, Play(scenario, unit));
+  if (spoilt != nullptr) {
+    const Fault& fault = FaultNamed(spoilt->fault);
+    if (fault.after != nullptr) fault.after(strike, &recording);
+  }
+  TRUETRIAD_RETURN_IF_ERROR(Write(recording, folder));
+  return {};
+}
+
+class SpoiltFleet : public testing::Test {
+ protected:
+  std::vector<std::string> Ask(const std::string& sql) const {
+    const Finished run =
+        RunShell("'" TRUETRIAD_BINARY "' fleet query --csv --store=out/fleet.db \"" + sql + "\"",
+                 folder_.Path(""));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    std::istringstream text(run.out);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    if (!lines.empty()) lines.erase(lines.begin());
+    return lines;
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
+  // 2 % of them at night.
+  const int units = IsNightly() ? 1000 : 40;
+  const auto& spoilt = SpoiltUnits();
+  const int stride = units / static_cast<int>(spoilt.size());
+  const auto scenario = ReadScenario(TRUETRIAD_SOURCE_DIR "/configs/scenarios/fleet.yaml",
+                                     {"count=" + std::to_string(units), "seed=1818"});
+  ASSERT_TRUE(scenario) << scenario.error().message;
+  const auto name = [](int unit) { return "unit" + std::to_string(10'000 + unit); };
+  for (int unit = 0; unit < units; ++unit) {
+    const bool is_spoilt = unit % stride == 1;
+    const Status written =
+        WriteUnit(*scenario,
+                  unit,
+                  is_spoilt ? &spoilt[static_cast<std::size_t>(unit / stride)] : nullptr,
+                  folder_.Path("line/" + name(unit)));
+    ASSERT_TRUE(written) << written.error().message;
+  }
+  // Three more that end their worker.
+  const Finished run = RunShell(
+      "TRUETRIAD_FLEET_FAULT=crash:" + name(0) + ",hang:" + name(2) + ",memory:" + name(4) +
+          " '" TRUETRIAD_BINARY
+          "' fleet run line -o out --report=false --time-limit=5 "
+          "'--serial={serial}' -c '" TRUETRIAD_SOURCE_DIR "/configs/experiments/nine-axis.yaml'",
+      folder_.Path(""));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  std::map<std::string, std::string> verdicts;
+  for (const std::string& line : Ask("SELECT serial, verdict FROM latest")) {
+    verdicts[line.substr(0, line.find(','))] = line.substr(line.find(',') + 1);
+  }
+  EXPECT_EQ(verdicts.size(), static_cast<std::size_t>(units));
+  const std::map<int, std::string> ended = {{0, "crashed"}, {2, "time-limit"}, {4, "memory-limit"}};
+  for (int unit = 0; unit < units; ++unit) {
+    SCOPED_TRACE(name(unit));
+    if (const auto found = ended.find(unit); found != ended.end()) {
+      EXPECT_EQ(verdicts[name(unit)], found->second);
+    } else if (unit % stride != 1) {
+      EXPECT_EQ(verdicts[name(unit)], "usable");
+    } else {
+      const Spoilt& one = spoilt[static_cast<std::size_t>(unit / stride)];
+      const std::string of_unit = "serial = '" + name(unit) + "'";
+      const std::vector<std::string> codes =
+          Ask("SELECT code FROM latest WHERE " + of_unit +
+              " UNION SELECT finding.code FROM finding JOIN latest USING (run) WHERE " + of_unit +
+              " AND severity <> 'note'");
+      EXPECT_THAT(codes, testing::Contains(std::string(one.code)))
+          << one.fault << ": " << verdicts[name(unit)];
+    }
+  }
+}
+
+}  // namespace
+}  // namespace truetriad::trust

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+'use strict';
+
+// A Parquet file from a typed table in JSON lines, as `truetriad fleet export` writes it: a line with
+// the columns, [{"name": …, "type": "STRING" | "INT64" | "DOUBLE" | "TIMESTAMP"}, …], then a list a
+// row. One row group is in memory at a time.
+
+const fs = require('fs');
+const readline = require('readline');
+const { BadInput, UsageError, printable } = require('./arguments.js');
+
+const kProgram = 'truetriad-export-parquet';
+const kCellsAGroup = 1 << 19;
+const kMostRows = 10_000; // Of a row group.
+const kValues = {
+  STRING: (value) => value,
+  DOUBLE: (value) => value,
+  INT64: (value) => BigInt(value), // As text: JSON's numbers do not hold them.
+  TIMESTAMP: (value) => new Date(value),
+};
+
+function parse(words) {
+  const found = { input: '', output: '' };
+  for (const word of words) {
+    if (word.startsWith('--output=')) found.output = word.slice('--output='.length);
+    else if (word.startsWith('-')) throw new UsageError(`${word} is not a flag`);
+    else found.input = word;
+  }
+  if (!found.input || !found.output) throw new UsageError(`expected ${kProgram} TABLE --output=FILE`);
+  return found;
+}
+
+function readColumns(line, file) {
+  let columns = null;
+  try {
+    columns = JSON.parse(line);
+  } catch {
+    // As one without columns.
+  }
+  const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
+  if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {
+    throw new BadInput(`${file}:1: is no list of columns`);
+  }
+  return columns;
+}
+
+/** The columns of `rows`, as the writer takes them. */
+function columnData(columns, rows) {
+  return columns.map(({ name, type }, place) => ({
+    name,
+    data: rows.map((row) => (row[place] === null || row[place] === undefined ? null : kValues[type](row[place]))),
+  }));
+}
+
+async function write(options, temporary) {
+  const { ParquetWriter, fileWriter, schemaFromColumnData } = await import('hyparquet-writer');
+  const lines = readline.createInterface({ input: fs.createReadStream(options.input), crlfDelay: Infinity });
+  let [columns, writer, rows, number, most] = [null, null, [], 0, kMostRows];
+  const flush = () => {
+    if (rows.length > 0) writer.write({ columnData: columnData(columns, rows), rowGroupSize: rows.length });
+    rows = [];
+  };
+  for await (const line of lines) {
+    ++number;
+    if (!columns) {
+      columns = readColumns(line, options.input);
+      most = Math.max(1, Math.min(kMostRows, Math.floor(kCellsAGroup / columns.length)));
+      const schema = schemaFromColumnData({ columnData: columns.map(({ name, type }) => ({ name, type, data: [] })) });
+      writer = new ParquetWriter({ writer: fileWriter(temporary), schema, createdBy: 'truetriad' });
+      continue;
+    }
+    const row = JSON.parse(line);
+    if (!Array.isArray(row) || row.length !== columns.length) {
+      throw new BadInput(`${options.input}:${number}: is no row of ${columns.length} fields`);
+    }
+    rows.push(row);
+    if (rows.length === most) flush();
+  }
+  if (!columns) throw new BadInput(`${options.input}: is empty`);
+  flush();
+  writer.finish();
+  const descriptor = fs.openSync(temporary, 'r');
+  fs.fsyncSync(descriptor);
+  fs.closeSync(descriptor);
+  fs.renameSync(temporary, options.output);
+}
+
+/** Exit code: 0 good, 1 usage, 2 bad input. */
+async function main() {
+  let temporary = '';
+  try {
+    const options = parse(process.argv.slice(2));
+    temporary = `${options.output}.tmp-${process.pid}`;
+    await write(options, temporary);
+  } catch (error) {
+    if (temporary) fs.rmSync(temporary, { force: true });
+    process.stderr.write(`${kProgram}: ${printable(error.message)}\n`);
+    process.exitCode = error instanceof UsageError ? 1 : 2;
+  }
+}
+
+module.exports = { main };

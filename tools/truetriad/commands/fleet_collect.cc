@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include <gflags/gflags.h>
+
+#include "fleet/collect.h"
+#include "fleet/store.h"
+#include "tools/truetriad/command.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
+
+namespace truetriad {
+namespace {
+
+/// "1, 4 and 7 further ones"
+std::string ShardList(const std::vector<int>& shards) {
+  constexpr std::size_t kMost = 20;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(shards.size(), kMost); ++i) {
+    text += (text.empty() ? "" : ", ") + std::to_string(shards[i]);
+  }
+  if (shards.size() > kMost) {
+    text += " and " + std::to_string(shards.size() - kMost) + " further ones";
+  }
+  return text;
+}
+
+Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
+  if (sources.empty()) {
+    return Error(ErrorCode::kMissingArgument,
+                 "nothing to collect; name the shards' files, as in day/*.jsonl, or stores");
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Collected collected,
+                             fleet::Collect(sources, FLAGS_store));
+  if (!collected.missing.empty()) {
+    Note("note: no file and no run of shard " + ShardList(collected.missing) + " of " +
+         std::to_string(collected.shards) + " (counted from 0)");
+  }
+  const std::string store = fleet::ShownStore(FLAGS_store);
+  Json shown = Json::array();
+  for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
+  return VerbResult{.text = std::to_string(collected.runs) + " runs in " +
+                            std::to_string(sources.size()) + " sources, " +
+                            std::to_string(collected.added) + " of them new\n  Store: " + store +
+                            '\n',
+                    .result = {{"sources", shown},
+                               {"runs", collected.runs},
+                               {"added", collected.added},
+                               {"shards", collected.shards},
+                               {"missing", collected.missing},
+                               {"store", store}}};
+}
+
+}  // namespace
+
+Command FleetCollectCommand() {
+  return {.name = "fleet collect",
+          .summary = "How do I bring the runs of several machines into one store?",
+          .examples =
+              "build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line\n"
+              "build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 "
+              "--store=out/day/0.jsonl\n"
+              "build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 "
+              "--store=out/day/1.jsonl\n"
+              "build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl "
+              "--store=out/day/all.db",
+          .details =
+              "Files of runs and stores, all of the same number of shards. Runs that are in the "
+              "store stay as they are:\ncollecting again adds what has come since. Nothing is "
+              "added where a source is spoilt.\n",
+          .flags = {{"store", "FILE", true}},
+          .more_words = "file",
+          .run = RunFleetCollect};
+}
+
+}  // namespace truetriad

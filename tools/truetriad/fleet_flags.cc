@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/fleet_flags.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <thread>
+#include <utility>
+
+#include "fleet/golden_hold.h"
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/format_flags.h"
+#include "truetriad/io/calibration_file.h"
+#include "truetriad/report/report.h"
+
+DECLARE_string(to);
+DECLARE_int32(jobs);
+DEFINE_string(
+    store,
+    "",
+    "where the runs are kept: a file for SQLite (default: fleet.db in the output folder), or "
+    "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` merges");
+DEFINE_string(assets,
+              "inline",
+              "where the looks of reports are: inline, in each page, or shared, once for all");
+DEFINE_string(serial,
+              "",
+              "how logs are named, to take serial numbers from there: {serial} and * for anything "
+              "else, as in {serial}-*.csv");
+DEFINE_string(time_limit, "120", "seconds that a unit may take");
+DEFINE_string(memory_limit, "2048", "MB of address space that a unit may take");
+DEFINE_string(retest_counts,
+              "",
+              "which run of a unit that is measured again counts: last (default), first or best; "
+              "said once, the store keeps it");
+DEFINE_string(retest_most,
+              "",
+              "how many runs of a unit count after its first (default: all); said once likewise");
+DEFINE_string(require_golden,
+              "",
+              "how old the station's last check-station may be, as in 8h, 30m or 1d; no unit is "
+              "calibrated where it is older, or did not agree");
+DEFINE_string(progress, "", "jsonl: a line of JSON about each run, on stderr");
+
+namespace truetriad {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<fleet::UnitLimits> StatedLimits() {
+  fleet::UnitLimits limits;
+  TRUETRIAD_ASSIGN_OR_RETURN(limits.seconds, ParseReal("time-limit", FLAGS_time_limit));
+  TRUETRIAD_ASSIGN_OR_RETURN(const double megabytes, ParseReal("memory-limit", FLAGS_memory_limit));
+  if (!(limits.seconds > 0.0)) {
+    return Error(ErrorCode::kInvalidArgument, "--time-limit: expected seconds, more than 0");
+  }
+  constexpr double kLeast = 64.0, kMost = 1e9;
+  if (!(megabytes >= kLeast && megabytes <= kMost)) {
+    return Error(ErrorCode::kInvalidArgument, "--memory-limit: expected MB, 64 or more");
+  }
+  limits.bytes = static_cast<std::int64_t>(megabytes * 1e6);
+  return limits;
+}
+
+Result<fleet::WorkPlan> StatedPlan() {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::vector<std::string> overrides, OverridesAndTags());
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      fleet::WorkPlan plan,
+      fleet::PlanWork(FLAGS_config, std::move(overrides), CommaSeparated(FLAGS_to)));
+  if (!FLAGS_report.empty() && FLAGS_report != "true" && FLAGS_report != "false") {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--report=" + FLAGS_report + " is invalid; expected true or false");
+  }
+  plan.has_report = FLAGS_report != "false";
+  if (FLAGS_assets != "inline" && FLAGS_assets != "shared") {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--assets=" + FLAGS_assets + " is invalid; expected inline or shared");
+  }
+  plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
+  plan.folder = (fs::path(FLAGS_output) / "units").string();
+  return plan;
+}
+
+Status StateRetestPolicy(fleet::Store& store) {
+  if (FLAGS_retest_counts.empty() && FLAGS_retest_most.empty()) return {};
+  fleet::RetestPolicy policy;
+  if (!FLAGS_retest_counts.empty()) {
+    const std::optional<fleet::RetestCounts> counts =
+        fleet::RetestCountsFromName(FLAGS_retest_counts);
+    if (!counts) {
+      return Error(ErrorCode::kInvalidArgument,
+                   "--retest-counts=" + FLAGS_retest_counts + ": expected last, first or best");
+    }
+    policy.counts = *counts;
+  }
+  if (!FLAGS_retest_most.empty()) {
+    TRUETRIAD_ASSIGN_OR_RETURN(policy.most, ParseInteger("retest-most", FLAGS_retest_most));
+    if (*policy.most < 0) {
+      return Error(ErrorCode::kInvalidArgument, "--retest-most: expected 0 or more");
+    }
+  }
+  return store.StateRetestPolicy(policy);
+}
+
+/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+Result<double> ParseDuration(const std::string& flag, const std::string& text) {
+  constexpr std::string_view kUnits = "smhd";
+  constexpr std::array<double, 4> kSeconds = {1.0, 60.0, 3600.0, 86400.0};
+  const std::size_t unit = text.empty() ? kUnits.npos : kUnits.find(text.back());
+  if (unit != kUnits.npos) {
+    const Result<double> number = ParseReal(flag, text.substr(0, text.size() - 1));
+    if (number && *number > 0.0) return *number * kSeconds[unit];
+  }
+  return Error(ErrorCode::kInvalidArgument,
+               "--" + flag + "=" + text + ": expected a duration, as in 8h, 30m or 1d");
+}
+
+}  // namespace
+
+Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& store) {
+  if (FLAGS_require_golden.empty()) return GoldenHold();
+  TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
+                             ParseDuration("require-golden", FLAGS_require_golden));
+  TRUETRIAD_ASSIGN_OR_RETURN(const std::string station, fleet::StationOf(plan));
+  return GoldenHold([=, &store] { return fleet::GoldenHold(store, station, age_s); });
+}
+
+Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(plan.folder));
+  if (!plan.shares_assets) return {};
+  const fs::path file = fs::path(plan.folder) / fleet::kSharedStyleSheet;
+  TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(file.parent_path().string()));
+  return WriteFileAtomically(file.string(), ReportStyleSheet());
+}
+
+std::string StatedStore() {
+  return FLAGS_store.empty() ? (fs::path(FLAGS_output) / "fleet.db").string() : FLAGS_store;
+}
+
+Result<std::unique_ptr<fleet::Store>> OpenStatedStore() {
+  TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
+  TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
+  return store;
+}
+
+Result<fleet::FleetOptions> StatedFleetOptions() {
+  TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
+  fleet::FleetOptions options;
+  TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
+  if (FLAGS_output.empty()) FLAGS_output = "fleet";
+  TRUETRIAD_ASSIGN_OR_RETURN(options.plan, StatedPlan());
+  if (FLAGS_jobs < 0) {
+    return Error(ErrorCode::kInvalidArgument, "--jobs: expected a number of processes, 0 or more");
+  }
+  options.jobs = FLAGS_jobs > 0
+                     ? FLAGS_jobs
+                     : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options.worker_command = {"/proc/self/exe", std::string(kFleetWorker)};
+  return options;
+}
+
+std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own) {
+  std::vector<CommandFlag> flags = std::move(own);
+  for (CommandFlag& flag : std::vector<CommandFlag>{
+           {"config", "EXPERIMENT.yaml"},
+           {"output", "DIR"},
+           {"store", "FILE|URL"},
+           {"jobs", "N"},
+           {"serial", "PATTERN"},
+           {"to", "FORMAT,..."},
+           {"report", "true|false", false, {"true", "false"}},
+           {"assets", "inline|shared", false, {"inline", "shared"}},
+           {"set", "KEY=VALUE,...", false, {}, true},
+           {"tag", "KEY=VALUE", false, {}, true},
+           {"retest-counts", "last|first|best", false, {"last", "first", "best"}},
+           {"retest-most", "N"},
+           {"require-golden", "AGE"},
+           {"time-limit", "SECONDS"},
+           {"memory-limit", "MB"},
+           {"progress", "jsonl", false, {"jsonl"}},
+           {"fail-on", "unit", false, {kFailOnUnit}}}) {
+    flags.push_back(std::move(flag));
+  }
+  return flags;
+}
+
+}  // namespace truetriad

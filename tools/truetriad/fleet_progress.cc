@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/truetriad/fleet_progress.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdarg>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "tools/truetriad/flags.h"
+#include "tools/truetriad/fleet_flags.h"
+
+DECLARE_string(progress);
+
+namespace truetriad {
+namespace {
+
+constexpr char kLines[] = "jsonl";
+
+/// As printf.
+[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
+  std::array<char, 128> text{};
+  std::va_list values;
+  va_start(values, format);
+  std::vsnprintf(text.data(), text.size(), format, values);
+  va_end(values);
+  return text.data();
+}
+
+Json OrNull(const auto& value) { return value ? Json(*value) : Json(nullptr); }
+
+/// "3 pass, 1 outside-limits".
+std::string CountsText(const fleet::FleetProgress& progress) {
+  std::string text;
+  for (const auto& [verdict, count] : progress.verdicts) {
+    text += (text.empty() ? "" : ", ") + std::to_string(count) + " " +
+            std::string(fleet::VerdictName(verdict));
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// What is red, the most frequent first.
+std::vector<std::pair<std::string, std::size_t>> Pareto(const fleet::FleetProgress& progress) {
+  std::vector<std::pair<std::string, std::size_t>> codes(progress.codes.begin(),
+                                                         progress.codes.end());
+  std::stable_sort(
+      codes.begin(), codes.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  return codes;
+}
+
+std::string SummaryText(const fleet::FleetProgress& progress) {
+  const double units = static_cast<double>(progress.done);
+  std::string text =
+      std::to_string(progress.red) + " OF " + std::to_string(progress.done) + " NOT GOOD\n";
+  if (progress.red == 0) text = progress.done == 0 ? "NOTHING TO DO\n" : "ALL GOOD\n";
+  text += "  " + std::to_string(progress.done) + " units" +
+          Format(" in %.1f s (%.1f a second; %.1f ms of processor time each): ",
+                 progress.seconds,
+                 progress.Rate(),
+                 1e3 * progress.cpu_s / std::max(units, 1.0)) +
+          CountsText(progress) + '\n';
+  if (progress.skipped > 0) {
+    text += "  " + std::to_string(progress.skipped) + " left out: their runs are there\n";
+  }
+  if (const fleet::Yield& yield = progress.yield; yield.units > 0) {
+    text += Format("  First-pass yield %.1f %%, final %.1f %% of %zu units\n",
+                   yield.FirstPercent(),
+                   yield.FinalPercent(),
+                   yield.units);
+  }
+  for (const auto& [code, count] : Pareto(progress)) {
+    text += "  " + std::to_string(count) + " x " + code + '\n';
+  }
+  return text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n';
+}
+
+Json SummaryJson(const fleet::FleetProgress& progress) {
+  Json json = {{"units", OrNull(progress.units)},
+               {"done", progress.done},
+               {"skipped", progress.skipped},
+               {"not_good", progress.red},
+               {"verdicts", Json::object()},
+               {"codes", Json::object()},
+               {"yield",
+                {{"units", progress.yield.units},
+                 {"first_pass", progress.yield.first_good},
+                 {"final", progress.yield.final_good}}},
+               {"seconds", progress.seconds},
+               {"cpu_s", progress.cpu_s},
+               {"store", fleet::ShownStore(StatedStore())}};
+  for (const auto& [verdict, count] : progress.verdicts) {
+    json["verdicts"][std::string(fleet::VerdictName(verdict))] = count;
+  }
+  for (const auto& [code, count] : Pareto(progress)) json["codes"][code] = count;
+  return json;
+}
+
+void PrintLine(const Json& json) {
+  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  std::fputs(text.c_str(), stderr);
+}
+
+}  // namespace
+
+FleetTalk::FleetTalk() : is_lines_(FLAGS_progress == kLines) {}
+
+fleet::FleetListener FleetTalk::Listener() {
+  return {.on_run = [this](const auto& run, const auto& progress) { OnRun(run, progress); },
+          .on_note = [this](const std::string& note) { OnNote(note); }};
+}
+
+void FleetTalk::OnRun(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
+  if (is_lines_) {
+    PrintLine({{"serial", run.serial},
+               {"run", run.id},
+               {"log", run.log},
+               {"verdict", fleet::VerdictName(run.verdict)},
+               {"code", run.code},
+               {"done", progress.done},
+               {"units", OrNull(progress.units)},
+               {"not_good", progress.red},
+               {"rate", progress.Rate()},
+               {"seconds_left", OrNull(progress.SecondsLeft())}});
+    return;
+  }
+  if (fleet::IsRed(run.verdict)) {
+    OnNote(run.serial + ": " + std::string(fleet::VerdictName(run.verdict)) + ", " + run.code +
+           " (" + run.log + ")");
+  }
+  line_.ShowText(ProgressText(progress));
+}
+
+void FleetTalk::OnNote(const std::string& note) {
+  if (is_lines_) {
+    PrintLine({{"note", note}});
+    return;
+  }
+  line_.Wipe();
+  Note(note);
+}
+
+std::string ProgressText(const fleet::FleetProgress& progress) {
+  std::string text = std::to_string(progress.done);
+  if (progress.units) text += " of " + std::to_string(*progress.units);
+  text += " units, " + std::to_string(progress.red) +
+          Format(" not good; %.1f a second", progress.Rate());
+  if (const std::optional<double> left = progress.SecondsLeft())
+    text += Format(", %.0f s left", *left);
+  return text;
+}
+
+VerbResult FleetResult(const fleet::FleetProgress& progress) {
+  const bool has_failed = FLAGS_fail_on == kFailOnUnit && progress.red > 0;
+  return {.exit_code = has_failed ? kExitOutsideLimits : kExitGood,
+          .text = SummaryText(progress),
+          .result = SummaryJson(progress),
+          .grade = progress.red == 0 ? Grade::kGood : Grade::kCaution};
+}
+
+}  // namespace truetriad
