@@ -127,7 +127,7 @@ TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
       {"--study=\"serial = 'u1'\" --reference=accelerometer.bias.w=1", "accelerometer.bias.w"},
       {"--study=\"serial = 'u1'\" --reference=accelerometer.bias.x", "expected a quantity"},
       {"--reference=accelerometer.bias.x=1", "--study"},
-      {"--golden-due=0", "--golden-due"},
+      {"--golden-due=0h", "--golden-due"},
       {"--points=-1", "--points"},
       {"--study=\"run IN (SELECT run FROM tag WHERE value IN ('Ann', 'Bo')) AND log <> "
        "'line/1.csv'\"",

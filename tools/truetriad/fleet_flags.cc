@@ -103,7 +103,8 @@ Status StateRetestPolicy(fleet::Store& store) {
   return store.StateRetestPolicy(policy);
 }
 
-/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+}  // namespace
+
 Result<double> ParseDuration(const std::string& flag, const std::string& text) {
   constexpr std::string_view kUnits = "smhd";
   constexpr std::array<double, 4> kSeconds = {1.0, 60.0, 3600.0, 86400.0};
@@ -115,8 +116,6 @@ Result<double> ParseDuration(const std::string& flag, const std::string& text) {
   return Error(ErrorCode::kInvalidArgument,
                "--" + flag + "=" + text + ": expected a duration, as in 8h, 30m or 1d");
 }
-
-}  // namespace
 
 Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan, fleet::Store& store) {
   if (FLAGS_require_golden.empty()) return GoldenHold();

@@ -40,6 +40,9 @@ std::string StatedStore();
 /// Opens it and states the retest policy there, where flags give one. Errors as OpenStore.
 Result<std::unique_ptr<fleet::Store>> OpenStatedStore();
 
+/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+Result<double> ParseDuration(const std::string& flag, const std::string& text);
+
 /// Asks the store whether --require-golden lets units be calibrated; empty without that flag.
 /// Error (usage): the flag, or no station is named.
 using GoldenHold = std::function<Result<std::optional<std::string>>()>;

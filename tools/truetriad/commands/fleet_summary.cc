@@ -27,9 +27,7 @@ DEFINE_string(
 DEFINE_string(study, "", "which runs are a gauge study, as in \"note = 'study'\"");
 DEFINE_string(by, "operator", "tag that says who or what measured, in a study");
 DEFINE_string(reference, "", "what the one unit of a type-1 study is known to be; a flag for each");
-DEFINE_double(golden_due,
-              24.0,
-              "age in hours at which a station's check of its golden unit is overdue");
+DEFINE_string(golden_due, "24h", "age at which a station's check of its golden unit is overdue");
 DEFINE_int32(points, 0, "last points of each control chart that --json holds");
 
 namespace truetriad {
@@ -61,9 +59,8 @@ Result<NamedNumbers> References() {
 }
 
 Result<fleet::SummaryOptions> Options() {
-  if (!(FLAGS_golden_due > 0.0)) {
-    return Error(ErrorCode::kInvalidArgument, "--golden-due: expected hours above 0");
-  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const double golden_due_s,
+                             ParseDuration("golden-due", FLAGS_golden_due));
   if (FLAGS_points < 0) {
     return Error(ErrorCode::kInvalidArgument, "--points: expected a number of 0 or more");
   }
@@ -80,7 +77,7 @@ Result<fleet::SummaryOptions> Options() {
                                .study = FLAGS_study,
                                .study_by = FLAGS_by,
                                .references = std::move(references),
-                               .golden_due_h = FLAGS_golden_due,
+                               .golden_due_h = golden_due_s / 3600.0,
                                .now = TimestampUtc(),
                                .chart_points = FLAGS_points};
 }
@@ -118,7 +115,7 @@ Command FleetSummaryCommand() {
                 {"study", "CONDITION"},
                 {"by", "TAG"},
                 {"reference", "QUANTITY=VALUE", false, {}, true},
-                {"golden-due", "HOURS"},
+                {"golden-due", "DURATION"},
                 {"points", "COUNT"},
                 {"csv", "true|false"}},
       .run = RunFleetSummary};
