@@ -36,9 +36,9 @@ const std::vector<Spoilt>& SpoiltUnits() {
   using enum Triad;
   static const std::vector<Spoilt> kSpoilt = {
       {"few poses", {}, "too-few-poses"},
-      {"one-sided", {}, "?"},
+      {"rad/s as deg/s", kGyroscope, "wrong-unit"},
       {"short rests", {}, "no-rest"},
-      {"drift", kAccelerometer, "?"},
+      {"drift", kAccelerometer, "left-out-term"},
       {"axis flipped", kAccelerometer, "mounting-contradicted"},
       {"axes swapped", kGyroscope, "mounting-contradicted"},
       {"tenfold", kMagnetometer, "odd-gain"},
@@ -48,13 +48,13 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"normalised", kMagnetometer, "not-raw"},
       {"kelvins", {}, "wrong-unit"},
       {"hard iron moved", kMagnetometer, "magnetometer-changed"},
-      {"knocks", kAccelerometer, "?"},
-      {"zero rows", kGyroscope, "?"},
+      {"axes cycled", kAccelerometer, "mounting-contradicted"},
+      {"zero rows", kGyroscope, "impossible-rows"},
       {"stuck axis", kMagnetometer, "constant-axis"},
       {"ms as s", {}, "wrong-unit"},
-      {"clock offset", kGyroscope, "?"},
-      {"repeated stretch", {}, "?"},
-      {"pieces exchanged", {}, "?"},
+      {"clipped", kAccelerometer, "stuck-sensor"},
+      {"repeated stretch", {}, "joined-recording"},
+      {"pieces exchanged", {}, "joined-recording"},
   };
   return kSpoilt;
 }

@@ -145,6 +145,10 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore() {
 
 Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
+  if (!FLAGS_progress.empty() && FLAGS_progress != kProgressLines) {
+    return Error(ErrorCode::kInvalidArgument,
+                 "--progress=" + FLAGS_progress + " is not known; expected " + kProgressLines);
+  }
   fleet::FleetOptions options;
   TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
   if (FLAGS_output.empty()) FLAGS_output = "fleet";
@@ -177,7 +181,7 @@ std::vector<CommandFlag> FleetFlags(std::vector<CommandFlag> own) {
            {"require-golden", "AGE"},
            {"time-limit", "SECONDS"},
            {"memory-limit", "MB"},
-           {"progress", "jsonl", false, {"jsonl"}},
+           {"progress", "jsonl", false, {kProgressLines}},
            {"fail-on", "unit", false, {kFailOnUnit}}}) {
     flags.push_back(std::move(flag));
   }

@@ -27,6 +27,8 @@ namespace truetriad {
 inline constexpr std::string_view kFleetWorker = "fleet-worker";
 /// What --fail-on of the verbs that calibrate takes.
 inline constexpr char kFailOnUnit[] = "unit";
+/// What --progress takes.
+inline constexpr char kProgressLines[] = "jsonl";
 
 /// How their flags say that units are to be calibrated; makes the output folder, `fleet` unless
 /// stated, and that of the units in it. Error (usage, bad input): a flag or the experiment.

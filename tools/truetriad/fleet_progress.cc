@@ -16,8 +16,6 @@ DECLARE_string(progress);
 namespace truetriad {
 namespace {
 
-constexpr char kLines[] = "jsonl";
-
 /// As printf.
 [[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
   std::array<char, 128> text{};
@@ -103,7 +101,7 @@ void PrintLine(const Json& json) {
 
 }  // namespace
 
-FleetTalk::FleetTalk() : is_lines_(FLAGS_progress == kLines) {}
+FleetTalk::FleetTalk() : is_lines_(FLAGS_progress == kProgressLines) {}
 
 fleet::FleetListener FleetTalk::Listener() {
   return {.on_run = [this](const auto& run, const auto& progress) { OnRun(run, progress); },
