@@ -15,7 +15,7 @@
 
 #include "fleet/fleet_page_script.h"
 #include "fleet/line_reader.h"
-#include "line/trend.h"
+#include "line/moment.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad::fleet {

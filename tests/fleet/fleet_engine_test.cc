@@ -48,6 +48,7 @@ class FailingStore : public Store {
   Result<std::optional<StationCheck>> LastStationCheck(const std::string& station) override {
     return check && check->station == station ? check : std::nullopt;
   }
+  Status AddDecisions(Store& /*from*/) override { return {}; }
   Result<Table> Query(const std::string& /*sql*/) override { return Table(); }
 
   int failures = 0;
