@@ -25,7 +25,7 @@ class ProcessTextWriter {
     for (const line::StationCharts& station : summary_.charts.stations) {
       const std::string name = station.station.empty() ? "(no station)" : station.station;
       if (station.charts.empty()) {
-        quiet += Wrapped(name + ": no charts" + (station.note.empty() ? "" : ", " + station.note));
+        quiet += Wrapped(name + ": " + (station.note.empty() ? "no charts" : station.note));
       } else if (station.alarms.empty()) {
         quiet += Wrapped(name + ": in control, " + std::to_string(station.units) + " units, " +
                          std::to_string(station.charts.size()) + " charts");

@@ -142,6 +142,9 @@
         x: {
           time: stated.isTime !== false,
           range: (chart, low, high) => {
+            // Where all are of one moment, uPlot adds years to it.
+            const all = chart.data[0];
+            if (all[0] === all[all.length - 1]) high = low;
             const air = stated.air ?? (0.015 * (high - low) || (stated.isTime === false ? 0.5 : 1800));
             return [low - air, high + air];
           },

@@ -84,6 +84,7 @@
     const alarms = element('div', {});
     let list = [];
     const draw = () => {
+      if (which.parentElement) which.parentElement.hidden = list.length === 0;
       if (list.length > 0) drawChart(place, caption, list[Number(which.value)]);
       else caption.textContent = line.stations[Number(station.value)].note || 'There are no charts of this station.';
     };
