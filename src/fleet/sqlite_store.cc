@@ -274,7 +274,7 @@ Result<std::unique_ptr<Store>> OpenSqlite(const std::string& path, Access access
   std::error_code failure;
   const bool to_read = access == Access::kRead;
   if (to_read && !fs::exists(path, failure)) {
-    return Error(ErrorCode::kStoreFailure, {path}, "there is no such store");
+    return Error(ErrorCode::kUnreadableFile, {path}, "there is no such store");
   }
   const fs::path folder = fs::absolute(path, failure).parent_path();
   if (!to_read) {

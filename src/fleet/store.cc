@@ -102,7 +102,9 @@ std::string NameOfStore(const std::string& url) {
   const std::optional<std::string> file = FileOfStore(url);
   if (!file) return ShownStore(url);
   std::error_code failure;
-  const std::filesystem::path path = std::filesystem::weakly_canonical(*file, failure);
+  // Absolute first: what is not there yet stays relative.
+  const std::filesystem::path path =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(*file), failure);
   return failure ? *file : path.string();
 }
 

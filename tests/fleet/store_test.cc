@@ -2,6 +2,7 @@
 #include "fleet/store.h"
 
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -268,6 +269,17 @@ TEST_P(StoreTest, GivesWholeRunsBack) {
       }));
   // 0, 1, 10 to 19 and 100 to 109, of which ten have been calibrated again.
   EXPECT_EQ(found.size(), 22u);
+}
+
+TEST(NameOfStore, IsTheSameBeforeThereIsOneAndAfter) {
+  const TemporaryFolder folder;
+  const std::string path =
+      std::filesystem::proximate(folder.Path("not/there/yet/../fleet.db")).string();
+  const std::string before = NameOfStore(path);
+  ASSERT_TRUE(OpenStore(path));
+  EXPECT_EQ(NameOfStore(path), before);
+  EXPECT_EQ(NameOfStore("sqlite:" + path), before);
+  EXPECT_TRUE(std::filesystem::path(before).is_absolute());
 }
 
 }  // namespace

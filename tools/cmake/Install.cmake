@@ -14,6 +14,8 @@ install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${doc} COMPONENT progra
 install(DIRECTORY docs examples DESTINATION ${doc} COMPONENT program
   # Of those who change the source.
   PATTERN code.md EXCLUDE)
+install(DIRECTORY tools/slurm tools/parallel DESTINATION ${doc}/tools COMPONENT program
+  USE_SOURCE_PERMISSIONS)
 install(CODE "include(${CMAKE_CURRENT_LIST_DIR}/InstalledTexts.cmake)
   rewrite_installed_texts(${share} ${doc}/*.md ${doc}/docs/*.md ${CMAKE_INSTALL_MANDIR}/man1/truetriad.1)"
   COMPONENT program)
