@@ -29,7 +29,8 @@ namespace fs = std::filesystem;
 struct Spoilt {
   std::string_view fault;
   std::optional<Triad> triad;
-  std::string_view code;  ///< Of its run, or of one of the run's findings.
+  std::string_view code;            ///< Of its run, or of one of the run's findings.
+  std::string_view or_code = code;  ///< Where the fault goes either way.
 };
 
 const std::vector<Spoilt>& SpoiltUnits() {
@@ -41,7 +42,8 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"drift", kAccelerometer, "left-out-term"},
       {"axis flipped", kAccelerometer, "mounting-contradicted"},
       {"axes swapped", kGyroscope, "mounting-contradicted"},
-      {"tenfold", kMagnetometer, "odd-gain"},
+      // A tenth, or ten times: which no field is.
+      {"tenfold", kMagnetometer, "odd-gain", "wrong-unit"},
       {"thousandfold", kAccelerometer, "wrong-unit"},
       {"deg/s as rad/s", kGyroscope, "wrong-unit"},
       {"g as m/s^2", kAccelerometer, "wrong-unit"},
@@ -146,7 +148,7 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
           Ask("SELECT code FROM latest WHERE " + of_unit +
               " UNION SELECT finding.code FROM finding JOIN latest USING (run) WHERE " + of_unit +
               " AND severity <> 'note'");
-      EXPECT_THAT(codes, testing::Contains(std::string(one.code)))
+      EXPECT_THAT(codes, testing::Contains(testing::AnyOf(one.code, one.or_code)))
           << one.fault << ": " << verdicts[name(unit)];
     }
   }
