@@ -54,7 +54,7 @@
     const name = nameOf(chart.kind, chart.parameter);
     const out = chart.value.filter((value, k) => isOut(k)).length;
     const hover = element('span', { class: 'hover', 'aria-hidden': 'true' });
-    caption.replaceChildren(`${name}, in σ of the process${known(chart.sigma) && chart.parameter ? ` (${text.number(chart.sigma, 3)})` : ''}: the last ${text.count(n)} points, ${text.count(out)} beyond the limits.`, hover);
+    caption.replaceChildren(`${name}${chart.parameter ? `, in σ of the process${known(chart.sigma) ? ` (${text.number(chart.sigma, 3)})` : ''}` : ''}: the last ${text.count(n)} points, ${text.count(out)} beyond the limits.`, hover);
     charts.draw(place, {
       x: chart.value.map((value, k) => k + 1),
       isTime: false,
@@ -109,7 +109,7 @@
       });
       alarms.replaceChildren(...(rows.length === 0
         ? [element('p', {}, `No alarm in ${text.count(about.units)} units.`)]
-        : [element('p', {}, `${text.count(about.alarms.length)} alarms in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
+        : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
           scroll('Alarms', tableOf([heading('since, UTC'), heading('unit'), heading('chart'), heading('most by'), heading('value (limit)', 'r')], rows))]));
       draw();
     };

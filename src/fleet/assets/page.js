@@ -88,7 +88,8 @@
     history.replaceState(null, '', address({ unit: serial }));
     unit.open(serial);
   });
-  window.fleet.refresh = refresh;
+  // The same units in another order.
+  window.fleet.showSorted = () => table.show(units.choose(filter));
   window.fleet.closeUnit = () => history.replaceState(null, '', address());
 
   for (const hidden of document.querySelectorAll('.scripted[hidden]')) hidden.hidden = false;

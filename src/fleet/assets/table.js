@@ -128,7 +128,7 @@
     state.sort = name;
     units.sortBy(columns.find((each) => each.name === name).key, state.descending);
     mark();
-    window.fleet.refresh();
+    window.fleet.showSorted();
   };
   const mark = () => {
     columns.forEach((each, k) => {
