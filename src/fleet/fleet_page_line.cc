@@ -111,12 +111,12 @@ Result<PageLine> LineOfPage(Store& store, const std::string& where) {
                             {"limits", json.at("limits")},
                             {"golden", json.at("golden")},
                             {"stations", Json::array()},
-                            {"effects", EffectsJson(summary.data, summary.effects)}}};
+                            {"effects", EffectsJson(summary.measured, summary.effects)}}};
   for (const line::StationCharts& station : charts.stations) {
-    page.summary["stations"].push_back(StationJson(summary.data, station));
+    page.summary["stations"].push_back(StationJson(summary.measured, station));
     Json& list = page.charts.emplace_back(Json::array());
     for (const line::Chart& chart : station.charts) {
-      list.push_back(ChartJson(summary.data, chart));
+      list.push_back(ChartJson(summary.measured, chart));
     }
   }
   return page;

@@ -110,8 +110,9 @@ class PageReader {
   Result<std::size_t> ReadUnits(const std::string& where) {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table table,
-        store_.Query("SELECT serial, run, created, final_verdict, code, first_verdict, attempts" +
-                     FromWhere("standing", {.where = where}) + " ORDER BY serial"));
+        store_.Query("SELECT serial, run, created, final_verdict, " + std::string(kReason) +
+                     ", first_verdict, attempts" + FromWhere("standing", {.where = where}) +
+                     " ORDER BY serial"));
     for (const TableRow& row : table.rows) {
       units_.serials.push_back(row[0].value_or(""));
       units_.runs.push_back(row[1].value_or(""));

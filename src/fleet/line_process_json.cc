@@ -18,7 +18,7 @@ class ProcessJsonWriter {
       Json charts = Json::array(), alarms = Json::array(), outliers = Json::array();
       for (const line::Chart& chart : station.charts) charts.push_back(OfChart(chart));
       for (const line::ChartAlarm& alarm : station.alarms) alarms.push_back(OfAlarm(alarm));
-      for (const int unit : station.baseline_outliers) outliers.push_back(Serial(unit));
+      for (const int unit : station.baseline_outliers) outliers.push_back(Measured(unit).serial);
       stations.push_back({{"station", station.station},
                           {"units", station.units},
                           {"baseline_units", station.baseline_units},
@@ -86,7 +86,8 @@ class ProcessJsonWriter {
                           {"deviation", share.deviation},
                           {"conditional", share.conditional}});
       }
-      outliers.push_back({{"serial", Serial(outlier.unit)},
+      const line::UnitRecord& unit = summary_.data.units[static_cast<std::size_t>(outlier.unit)];
+      outliers.push_back({{"serial", unit.serial},
                           {"distance", outlier.distance},
                           {"p", outlier.p},
                           {"p_adjusted", outlier.p_adjusted},
@@ -110,10 +111,9 @@ class ProcessJsonWriter {
     for (const int parameter : parameters) list.push_back(Name(parameter));
     return list;
   }
-  const line::UnitRecord& Unit(int unit) const {
-    return summary_.data.units[static_cast<std::size_t>(unit)];
+  const line::UnitRecord& Measured(int unit) const {
+    return summary_.measured.units[static_cast<std::size_t>(unit)];
   }
-  Json Serial(int unit) const { return Unit(unit).serial; }
   Json Factor(int factor) const {
     return summary_.effects.factors[static_cast<std::size_t>(factor)].name;
   }
@@ -121,8 +121,8 @@ class ProcessJsonWriter {
   Json OfChart(const line::Chart& chart) const {
     Json points = Json::array();
     for (const line::ChartPoint& point : chart.points) {
-      points.push_back({{"serial", Serial(point.unit)},
-                        {"created", Unit(point.unit).created},
+      points.push_back({{"serial", Measured(point.unit).serial},
+                        {"created", Measured(point.unit).created},
                         {"value", point.value},
                         {"lower", point.lower},
                         {"upper", point.upper}});
@@ -139,9 +139,9 @@ class ProcessJsonWriter {
   Json OfAlarm(const line::ChartAlarm& alarm) const {
     return {{"kind", line::NameOf(alarm.kind)},
             {"parameter", Name(alarm.parameter)},
-            {"serial", Serial(alarm.unit)},
-            {"created", Unit(alarm.unit).created},
-            {"last_serial", Serial(alarm.last_unit)},
+            {"serial", Measured(alarm.unit).serial},
+            {"created", Measured(alarm.unit).created},
+            {"last_serial", Measured(alarm.last_unit).serial},
             {"value", alarm.value},
             {"limit", alarm.limit},
             {"most", Name(alarm.most)}};

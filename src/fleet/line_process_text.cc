@@ -71,14 +71,24 @@ class ProcessTextWriter {
                             WithSigma(largest->effect, largest->sigma),
                             Probability(effect.p_adjusted)});
     }
-    return Section("Effects of stations, slots, fixtures, operators and lots", std::move(table)) +
-           Tilts();
+    const std::vector<std::string>& notes = summary_.effects.notes;
+    std::string text =
+        Section("Effects of " + Factors() + " (in the log's units)", std::move(table));
+    if (text.empty()) {
+      text = Sentence(summary_.effects.effects.empty()
+                          ? "Effects: none looked for; it takes a tag (station, slot, fixture, "
+                            "operator, lot) with two values at least, and more units than these"
+                          : "Effects of " + Factors() + ": none seen (p < 0.01)");
+    }
+    for (const std::string& note : notes) text += Wrapped(note);
+    return text + Tilts();
   }
 
   std::string Trends() const {
     const line::TrendReport& report = summary_.trends;
-    return Trends("Trends, a day", report.time) +
-           Trends("Trends with temperature, a °C", report.temperature);
+    if (report.time.empty()) return Sentence("Trends: none looked for; it takes more units");
+    return Trends(report.by_time ? "over time, a day" : "along the line, a unit", report.time) +
+           (report.temperature.empty() ? "" : Trends("with temperature, a °C", report.temperature));
   }
 
   std::string Outliers() const {
@@ -86,13 +96,19 @@ class ProcessTextWriter {
     for (const line::Outlier& outlier : summary_.outliers.outliers) {
       const bool is_known = !outlier.shares.empty();
       table.rows.push_back(
-          {Serial(outlier.unit),
+          {summary_.data.units[static_cast<std::size_t>(outlier.unit)].serial,
            Significant(outlier.distance, 3),
            is_known ? Name(outlier.shares.front().parameter) : "",
            is_known ? Significant(outlier.shares.front().conditional, 3) + " σ" : "",
            Probability(outlier.p_adjusted)});
     }
-    return Section("Units unlike the others, over all parameters", std::move(table));
+    if (!table.rows.empty()) {
+      return Section("Units unlike the others, over all parameters", std::move(table));
+    }
+    return Sentence(summary_.outliers.note.empty()
+                        ? "Outliers: none of " + std::to_string(summary_.outliers.units) +
+                              " units is unlike the others"
+                        : "Outliers: " + summary_.outliers.note);
   }
 
  private:
@@ -100,11 +116,21 @@ class ProcessTextWriter {
     return summary_.data.parameters[static_cast<std::size_t>(parameter)];
   }
   std::string Serial(int unit) const {
-    return summary_.data.units[static_cast<std::size_t>(unit)].serial;
+    return summary_.measured.units[static_cast<std::size_t>(unit)].serial;
   }
   std::string Factor(int factor) const {
     return summary_.effects.factors[static_cast<std::size_t>(factor)].name;
   }
+  /// "station, lot".
+  std::string Factors() const {
+    std::string names;
+    for (const line::FactorLevels& factor : summary_.effects.factors) {
+      names += (names.empty() ? "" : ", ") + factor.name;
+    }
+    return names;
+  }
+  /// In place of a table.
+  static std::string Sentence(const std::string& text) { return '\n' + text + '\n'; }
 
   std::string Tilts() const {
     truetriad::Table table{{"of", "at", "x", "y", "z", "p"}, "llrrrr", {}};
@@ -122,7 +148,7 @@ class ProcessTextWriter {
     return Section("Tilts that units share, mrad", std::move(table));
   }
 
-  std::string Trends(const std::string& heading, const std::vector<line::Trend>& trends) const {
+  std::string Trends(const std::string& where, const std::vector<line::Trend>& trends) const {
     truetriad::Table table{{"parameter", "slope", "in all", "p"}, "lrrr", {}};
     for (const line::Trend& trend : trends) {
       if (!(trend.p_adjusted < kDoubt)) continue;
@@ -131,7 +157,8 @@ class ProcessTextWriter {
                             Significant(trend.change, 3),
                             Probability(trend.p_adjusted)});
     }
-    return Section(heading, std::move(table));
+    return table.rows.empty() ? Sentence("Trends " + where + ": none seen (p < 0.01)")
+                              : Section("Trends " + where, std::move(table));
   }
 
   const LineSummary& summary_;

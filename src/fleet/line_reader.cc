@@ -41,8 +41,17 @@ class LineReader {
  public:
   explicit LineReader(Store& store) : store_(store) {}
 
-  Result<LineReading> Read(const std::string& select) {
-    TRUETRIAD_RETURN_IF_ERROR(ReadRuns(select));
+  /// `counting`, `measured`: statements that begin with OfUnit or kOfRun.
+  Result<LineReading> Read(const std::string& counting, const std::string& measured) {
+    TRUETRIAD_RETURN_IF_ERROR(ReadRuns(counting, &Record::counts));
+    if (!measured.empty()) {
+      TRUETRIAD_RETURN_IF_ERROR(ReadFirstTags());
+      TRUETRIAD_RETURN_IF_ERROR(ReadRuns(measured, &Record::is_measured));
+    }
+    std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
+      return std::tie(one.unit.created, one.unit.run) <
+             std::tie(other.unit.created, other.unit.run);
+    });
     for (std::size_t begin = 0; begin < records_.size(); begin += kRunsAtOnce) {
       const std::size_t end = std::min(begin + kRunsAtOnce, records_.size());
       TRUETRIAD_RETURN_IF_ERROR(ReadPiece(begin, end));
@@ -55,6 +64,8 @@ class LineReader {
     line::UnitRecord unit;
     UnitCourse course;
     std::vector<double> values, sigma;  // by parameter, as far as it has them
+    bool counts = false, is_measured = false;
+    int unit_place = -1;  // in LineReading::data
   };
   struct Judged {
     int record;
@@ -62,25 +73,43 @@ class LineReader {
     bool pass;
   };
 
-  Status ReadRuns(const std::string& select) {
+  /// Those that are there already have the property, too.
+  Status ReadRuns(const std::string& select, bool Record::*property) {
     TRUETRIAD_ASSIGN_OR_RETURN(const Table table, store_.Query(select));
-    records_.reserve(table.rows.size());
+    places_.clear();
+    for (std::size_t i = 0; i < records_.size(); ++i) places_[records_[i].unit.run] = i;
+    records_.reserve(records_.size() + table.rows.size());
     for (const std::vector<Field>& row : table.rows) {
+      if (const auto known = places_.find(row[0].value_or("")); known != places_.end()) {
+        records_[known->second].*property = true;
+        continue;
+      }
       const auto text = [&row](std::size_t column) { return row[column].value_or(""); };
       Record record;
       record.unit.run = text(0), record.unit.serial = text(1), record.unit.created = text(2);
       record.unit.verdict = text(3), record.unit.code = text(4);
-      record.course = {text(5),
-                       text(6),
-                       static_cast<int>(NumberOf(row[7], 1.0)),
-                       NumberOf(row[8], 0.0),
-                       NumberOf(row[9], 0.0)};
+      record.course = {.first_verdict = text(5),
+                       .final_verdict = text(6),
+                       .attempts = static_cast<int>(NumberOf(row[7], 1.0)),
+                       .wall_s = NumberOf(row[8], 0.0),
+                       .cpu_s = NumberOf(row[9], 0.0)};
+      record.*property = true;
       records_.push_back(std::move(record));
     }
-    std::sort(records_.begin(), records_.end(), [](const Record& one, const Record& other) {
-      return std::tie(one.unit.created, one.unit.run) <
-             std::tie(other.unit.created, other.unit.run);
-    });
+    return {};
+  }
+
+  Status ReadFirstTags() {
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table table,
+        store_.Query("SELECT serial, station, lot" + FromWhere("run", {}) +
+                     " AND run IN (SELECT min(run) FROM run GROUP BY serial)"));
+    std::unordered_map<std::string_view, const std::vector<Field>*> firsts;
+    for (const std::vector<Field>& row : table.rows) firsts[*row[0]] = &row;
+    for (Record& record : records_) {
+      const std::vector<Field>& row = *firsts.at(record.unit.serial);
+      record.course.first_tags = {{"station", row[1].value_or("")}, {"lot", row[2].value_or("")}};
+    }
     return {};
   }
 
@@ -141,6 +170,7 @@ class LineReader {
                      of_these));
     for (const std::vector<Field>& row : table.rows) {
       const std::string name = *row[1] + (row[2]->empty() ? "" : "." + *row[2]);
+      if (!records_[places_[*row[0]]].counts) continue;
       judged_[name].push_back({static_cast<int>(places_[*row[0]]),
                                NumberOf(row[3], -kInfinity),
                                NumberOf(row[4], kInfinity),
@@ -219,18 +249,23 @@ class LineReader {
         *to = Eigen::Map<Eigen::VectorXd>(from->data(), size);
         from->clear(), from->shrink_to_fit();
       }
+      if (record.is_measured) reading.measured.units.push_back(record.unit);
+      if (!record.counts) continue;
+      record.unit_place = static_cast<int>(reading.data.units.size());
       reading.data.units.push_back(std::move(record.unit));
       reading.courses.push_back(std::move(record.course));
     }
-    reading.data.parameters = names_;
     MakeRoom();
-    reading.data.calibration_covariance =
-        (sum_.array() / counts_.array()).matrix().selfadjointView<Eigen::Lower>();
+    for (line::LineData* data : {&reading.data, &reading.measured}) {
+      data->parameters = names_;
+      data->calibration_covariance =
+          (sum_.array() / counts_.array()).matrix().selfadjointView<Eigen::Lower>();
+    }
     for (auto& [name, rows] : judged_) reading.judged.push_back(QuantityOf(name, &rows));
     return reading;
   }
 
-  static JudgedQuantity QuantityOf(const std::string& name, std::vector<Judged>* rows) {
+  JudgedQuantity QuantityOf(const std::string& name, std::vector<Judged>* rows) const {
     std::sort(rows->begin(), rows->end(), [](const Judged& one, const Judged& other) {
       return one.record < other.record;
     });
@@ -247,7 +282,7 @@ class LineReader {
     quantity.sigma.resize(std::ssize(*rows));
     for (const Judged& row : *rows) {
       const auto at = std::ssize(quantity.units);
-      quantity.units.push_back(row.record);
+      quantity.units.push_back(records_[static_cast<std::size_t>(row.record)].unit_place);
       quantity.values[at] = row.value;
       quantity.sigma[at] = row.sigma;
       if (!row.pass) ++quantity.missed;
@@ -268,7 +303,18 @@ class LineReader {
   std::map<std::string, std::vector<Judged>> judged_;
 };
 
-constexpr std::string_view kColumns = "SELECT run, serial, created, verdict, code, ";
+/// Of the unit's run that counts, and of a run alone, as if it were a unit: columns of ReadRuns.
+std::string OfUnit() {
+  return "SELECT run, serial, created, verdict, " + std::string(kReason) +
+         ", first_verdict, final_verdict, attempts, wall_s, cpu_s";
+}
+constexpr std::string_view kOfRun =
+    "SELECT run, serial, created, verdict, code, verdict, verdict, 1, wall_s, cpu_s";
+/// The first calibration of each unit at each station.
+constexpr std::string_view kFirstAtStation =
+    " AND run IN (SELECT min(run.run) FROM run LEFT JOIN tag ON tag.run = run.run AND "
+    "tag.name = 'station' WHERE EXISTS (SELECT 1 FROM parameter WHERE parameter.run = run.run) "
+    "GROUP BY serial, tag.value)";
 
 bool IsGoodVerdict(const std::string& name) {
   const std::optional<Verdict> verdict = VerdictFromName(name);
@@ -277,44 +323,17 @@ bool IsGoodVerdict(const std::string& name) {
 
 }  // namespace
 
-std::string SqlText(std::string_view text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
-  return quoted + '\'';
-}
-
-std::string FromWhere(std::string_view source, const LineSelection& selection) {
-  std::string from = " FROM (SELECT source.*";
-  const auto add_tag = [&from](const TagKey& tag) {
-    const std::string key(tag.key);
-    from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + key +
-            "') AS \"" + key + '"';
-  };
-  for (const TagKey& tag : kDeviceTags) add_tag(tag);
-  for (const TagKey& tag : kRunTags) add_tag(tag);
-  from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE TRUE");
-  if (!selection.since.empty()) from += " AND created >= " + SqlText(selection.since);
-  if (!selection.until.empty()) from += " AND created < " + SqlText(selection.until);
-  if (!selection.lot.empty()) from += " AND lot = " + SqlText(selection.lot);
-  if (!selection.station.empty()) from += " AND station = " + SqlText(selection.station);
-  // On a line of its own, so that a comment ends with it.
-  if (!selection.where.empty()) from += " AND (" + selection.where + "\n)";
-  return from;
-}
-
 bool UnitCourse::IsGoodAtFirst() const { return IsGoodVerdict(first_verdict); }
 bool UnitCourse::IsGood() const { return IsGoodVerdict(final_verdict); }
 
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection) {
   return LineReader(store).Read(
-      std::string(kColumns) +
-      "first_verdict, COALESCE(final_verdict, verdict), attempts, wall_s, cpu_s" +
-      FromWhere("standing", selection));
+      OfUnit() + FromWhere("standing", selection),
+      std::string(kOfRun) + FromWhere("run", selection) + std::string(kFirstAtStation));
 }
 
 Result<LineReading> ReadRuns(Store& store, const LineSelection& selection) {
-  return LineReader(store).Read(std::string(kColumns) + "verdict, verdict, 1, wall_s, cpu_s" +
-                                FromWhere("run", selection));
+  return LineReader(store).Read(std::string(kOfRun) + FromWhere("run", selection), "");
 }
 
 }  // namespace truetriad::fleet

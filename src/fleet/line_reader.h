@@ -2,32 +2,21 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "fleet/line_selection.h"
 #include "fleet/store.h"
 #include "line/line_data.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 
-/// Which units (or runs) are looked at; what is empty does not matter.
-struct LineSelection {
-  std::string since = {},
-              until = {};  ///< Moments, ISO 8601 UTC, or the beginning of one: "2026-11-24".
-  std::string lot = {}, station = {};
-  std::string where = {};  ///< SQL over the columns of `run` and the tags, each by its name.
-};
-
-/// A text in SQL, whatever is in it.
-std::string SqlText(std::string_view text);
-/// " FROM … WHERE …": what is selected of the table or view `source`, with a column for each tag.
-std::string FromWhere(std::string_view source, const LineSelection& selection);
-
 /// What became of a unit, beside the run that counts.
 struct UnitCourse {
   std::string first_verdict, final_verdict;
+  std::map<std::string, std::string> first_tags = {};  ///< "station", "lot" of its first run.
   int attempts = 1;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Of the run that counts.
 
@@ -51,16 +40,19 @@ struct JudgedQuantity {
 
 /// Units in the order of time.
 struct LineReading {
-  line::LineData data;
+  line::LineData data;                 ///< Each unit by the run that counts.
   std::vector<UnitCourse> courses;     ///< Of data.units.
   std::vector<JudgedQuantity> judged;  ///< By name.
+  /// Each unit by its first calibration at each station, whether it counts or not: with what was
+  /// only good the second time, or elsewhere, a station would look better than it is.
+  line::LineData measured;
 };
 
 /// The units of the store, each by the run that counts. Read piece by piece: needs the memory of
 /// the numbers, not that of the store. Error: as Store::Query; usage: `where` is no condition.
 Result<LineReading> ReadUnits(Store& store, const LineSelection& selection = {});
 
-/// All runs, whether they count or not, each as if it were a unit.
+/// All runs, whether they count or not, each as if it were a unit; `measured` is empty.
 Result<LineReading> ReadRuns(Store& store, const LineSelection& selection);
 
 }  // namespace truetriad::fleet

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 namespace truetriad::fleet {
@@ -100,15 +102,44 @@ Status CheckReferences(const std::vector<QuantityStudy>& studies,
   return {};
 }
 
+/// A recording that is calibrated twice has no repeatability to show.
+Status CheckAreDifferent(Store& store, const LineReading& runs) {
+  constexpr std::size_t kRunsAtOnce = 500;
+  std::unordered_map<std::string, std::string> run_of;  // by what was read
+  const std::vector<line::UnitRecord>& units = runs.data.units;
+  for (std::size_t begin = 0; begin < units.size(); begin += kRunsAtOnce) {
+    std::string list;
+    for (std::size_t i = begin; i < std::min(begin + kRunsAtOnce, units.size()); ++i) {
+      list += (i > begin ? "," : "") + SqlText(units[i].run);
+    }
+    TRUETRIAD_ASSIGN_OR_RETURN(
+        const Table table,
+        store.Query("SELECT sha256, run, serial, log FROM input JOIN run USING (run) "
+                    "WHERE samples > 0 AND run IN (" +
+                    list + ") ORDER BY run"));
+    for (const auto& row : table.rows) {
+      const auto [first, is_new] = run_of.try_emplace(*row[0], *row[1]);
+      if (is_new || first->second == *row[1]) continue;
+      return Error(ErrorCode::kConflictingArguments,
+                   "the study has the same recording twice, as runs " + first->second + " and " +
+                       *row[1] + " (" + row[3].value_or("") + " of " + row[2].value_or("") +
+                       "); measure each unit anew, or leave one out with --study");
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<StudySummary> SummariseStudy(Store& store, const SummaryOptions& options) {
-  LineSelection selection = options.selection;
+  TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("by", options.study_by));
+  TRUETRIAD_ASSIGN_OR_RETURN(LineSelection selection, CheckedSelection(store, options.selection));
   selection.where = options.study;
   TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, selection));
   if (runs.data.units.empty()) {
     return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
   }
+  TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, runs));
   StudySummary summary{.where = options.study,
                        .by = options.study_by,
                        .runs = static_cast<int>(runs.data.units.size()),

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fleet/line_selection.h"
 #include "fleet/line_study.h"
 #include "line/moment.h"
 #include "line/share.h"
@@ -22,7 +23,7 @@ void Count(const UnitCourse& course, YieldCount* count) {
 std::vector<YieldCount> CountByTag(const LineReading& line, const std::string& tag) {
   std::map<std::string, YieldCount> counts;
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
-    Count(line.courses[i], &counts[line::TagOf(line.data.units[i], tag)]);
+    Count(line.courses[i], &counts[line.courses[i].first_tags.at(tag)]);
   }
   std::vector<YieldCount> list;
   for (auto& [value, count] : counts) {
@@ -162,7 +163,12 @@ Result<std::vector<line::StationCheck>> ReadChecks(Store& store, const std::stri
 }  // namespace
 
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
-  TRUETRIAD_ASSIGN_OR_RETURN(LineReading line, ReadUnits(store, options.selection));
+  if (!options.subgroup.empty()) {
+    TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("subgroup", options.subgroup));
+  }
+  TRUETRIAD_ASSIGN_OR_RETURN(const LineSelection selection,
+                             CheckedSelection(store, options.selection));
+  TRUETRIAD_ASSIGN_OR_RETURN(LineReading line, ReadUnits(store, selection));
   LineSummary summary;
   summary.yield = YieldOf(line, options.confidence);
   summary.reasons = ReasonsOf(line);
@@ -181,11 +187,12 @@ Result<LineSummary> Summarise(Store& store, const SummaryOptions& options) {
   }
   line::ChartOptions chart_options;
   chart_options.most_points = options.chart_points;
-  summary.charts = line::ControlCharts(line.data, chart_options);
-  summary.effects = line::Effects(line.data);
-  summary.trends = line::Trends(line.data);
+  summary.charts = line::ControlCharts(line.measured, chart_options);
+  summary.effects = line::Effects(line.measured);
+  summary.trends = line::Trends(line.measured);
   summary.outliers = line::Outliers(line.data);
   summary.data = std::move(line.data);
+  summary.measured = std::move(line.measured);
   return summary;
 }
 

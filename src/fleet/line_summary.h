@@ -38,7 +38,9 @@ struct SummaryOptions {
 };
 
 struct YieldCount {
-  std::string value = {};  ///< Of the tag; empty: all units, or those without it.
+  /// Of the tag, of a unit's first run: what failed at one station and was good at another counts
+  /// for the first. Empty: all units, or those without it.
+  std::string value = {};
   int units = 0, good_at_first = 0, good = 0, runs = 0;
 };
 
@@ -99,10 +101,12 @@ struct LineSummary {
   line::OutlierReport outliers;
   std::vector<line::GoldenHistory> golden;
   std::optional<StudySummary> study;
-  line::LineData data;  ///< What the indices of charts, effects, trends and outliers are of.
+  line::LineData data;      ///< What the indices of outliers are of.
+  line::LineData measured;  ///< What those of charts, effects and trends are of.
 };
 
-/// Error: as ReadUnits; not enough: the runs of `study` make none.
+/// Error: as ReadUnits; usage: a moment that is none, a tag, lot or station that is not there; not
+/// enough: the runs of `study` make none.
 Result<LineSummary> Summarise(Store& store, const SummaryOptions& options);
 
 /// As in output.json, "fleet-summary"; without `data`.

@@ -50,7 +50,10 @@ std::string YieldText(const LineYield& yield) {
                   Counted(yield.all.runs, "run") + " in all");
   std::string when = yield.first + " to " + yield.last;
   if (!std::isnan(yield.units_per_hour)) {
-    when += ", " + Significant(yield.units_per_hour, 3) + " units an hour";
+    when += ", " +
+            (yield.units_per_hour < 1000.0 ? Significant(yield.units_per_hour, 3)
+                                           : Fixed(yield.units_per_hour, 0)) +
+            " units an hour";
   }
   text += Wrapped(when + "; " + Significant(yield.wall_s, 3) + " s a unit, " +
                   Significant(yield.cpu_s, 3) + " s of a processor");
@@ -132,6 +135,12 @@ std::string LimitsText(const std::vector<QuantitySummary>& limits) {
   return text;
 }
 
+/// "12 min", "5.3 h", "9.1 days".
+std::string AgeText(double hours) {
+  if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
+  return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
+}
+
 std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
   truetriad::Table table{
       {"station", "golden unit", "state", "last check", "age", "p", "largest", "drift"},
@@ -145,7 +154,7 @@ std::string GoldenText(const std::vector<line::GoldenHistory>& histories) {
          last.serial,
          std::string(GoldenStateName(history.state)),
          last.created,
-         Significant(history.age_h, 3) + " h",
+         AgeText(history.age_h),
          Probability(last.p),
          Significant(last.largest, 3) + " σ",
          is_drifting ? Significant(history.drift_per_day.value, 2) + " σ a day" : "none seen"});
@@ -173,7 +182,9 @@ std::string GaugeText(const StudySummary& study) {
     if (!quantity->gauge) continue;
     if (first == nullptr) first = quantity;
     const line::GaugeStudy& gauge = *quantity->gauge;
-    const auto share = [](double value) { return std::isnan(value) ? "" : Percent(value); };
+    const auto share = [](double value) {
+      return std::isnan(value) ? "" : value < 5e-5 ? "< 0.01 %" : Percent(value);
+    };
     table.rows.push_back({quantity->name,
                           share(gauge.gauge.study_share),
                           share(gauge.gauge.tolerance_share),

@@ -42,19 +42,28 @@ std::string QuotedText(const std::string& text) {
   return yaml.str();
 }
 
-Result<Experiment> ExperimentFor(const WorkPlan& plan, const UnitOrder& order) {
+/// The experiment of a unit, and what was read of its log to make one where none was stated.
+struct UnitTask {
+  Experiment experiment;
+  std::optional<LoadedPoses> loaded;
+};
+
+Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   std::vector<std::string> overrides = plan.overrides;
   overrides.insert(overrides.end(), order.overrides.begin(), order.overrides.end());
   if (!order.serial.empty()) overrides.push_back("device.serial=" + QuotedText(order.serial));
   std::string text = plan.config_text;
   std::string path = plan.config_path;
+  UnitTask task;
   if (text.empty()) {
-    TRUETRIAD_ASSIGN_OR_RETURN(text, InitialExperiment({order.log}, /*folder=*/""));
+    TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look, InitialExperiment({order.log}, /*folder=*/""));
+    text = std::move(look.experiment_yaml);
     path = "experiment.yaml";
+    task.loaded = std::move(look.loaded);
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperimentText(text, path, overrides));
-  experiment.inputs = {order.log};
-  return experiment;
+  TRUETRIAD_ASSIGN_OR_RETURN(task.experiment, ReadExperimentText(text, path, overrides));
+  task.experiment.inputs = {order.log};
+  return task;
 }
 
 /// The files of a usable calibration, and of one that is not: what says why. All or an error.
@@ -88,9 +97,11 @@ Status WriteFiles(const WorkPlan& plan, const Calibration& calibration, const st
 }
 
 Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ExperimentFor(plan, order));
-  run->tags = experiment.tags;
-  TRUETRIAD_ASSIGN_OR_RETURN(Calibration calibration, CalibrateExperiment(std::move(experiment)));
+  TRUETRIAD_ASSIGN_OR_RETURN(UnitTask task, TaskFor(plan, order));
+  run->tags = task.experiment.tags;
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      Calibration calibration,
+      CalibrateExperiment(std::move(task.experiment), {}, std::move(task.loaded)));
   if (calibration.serial.empty()) calibration.serial = run->serial;
   run->serial = calibration.serial;
   Fill(calibration, run);

@@ -11,7 +11,7 @@ namespace truetriad::line {
 struct EffectOptions {
   /// Tags that are looked at where units carry at least two values of them.
   std::vector<std::string> factors = {
-      "station", "slot", "fixture", "operator", "position", "chamber", "lot"};
+      "station", "slot", "fixture", "operator", "lot"};
 };
 
 /// What one level of a factor (one fixture, say) adds to a parameter, against the mean of the

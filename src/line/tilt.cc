@@ -231,9 +231,7 @@ void AdjustTilts(std::vector<FactorTilt>* tilts) {
   }
 }
 
-bool HoldsUnits(const std::string& factor) {
-  return factor == "fixture" || factor == "slot" || factor == "position";
-}
+bool HoldsUnits(const std::string& factor) { return factor == "fixture" || factor == "slot"; }
 
 }  // namespace
 

@@ -55,9 +55,11 @@ struct Attempt {
   Calibration calibration;
 };
 
-Result<Attempt> CalibrateAsStated(Experiment experiment, const ProgressCallback& progress) {
+Result<Attempt> CalibrateAsStated(Experiment experiment,
+                                  std::optional<LoadedPoses>* first,
+                                  const ProgressCallback& progress) {
   Attempt attempt;
-  Result<LoadedPoses> read = LoadSessions(experiment, progress);
+  Result<LoadedPoses> read = LoadSessions(experiment, first, progress);
   if (!read) return AtItsKey(experiment, read.error());
   attempt.loaded = *std::move(read);
   TRUETRIAD_RETURN_IF_ERROR(CheckSerial(attempt.loaded, experiment));
@@ -83,8 +85,10 @@ bool IsNearer(const Attempt& next,
 }
 
 // Takes off what the recording shows of the clocks, and calibrates again.
-Result<Attempt> CalibrateWithClocks(const Experiment& stated, const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, progress));
+Result<Attempt> CalibrateWithClocks(const Experiment& stated,
+                                    std::optional<LoadedPoses> first,
+                                    const ProgressCallback& progress) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateAsStated(stated, &first, progress));
   if (!stated.options.corrects_clocks) return attempt;
   PerTriad<std::optional<ClockLeft>> taken_off;
   Findings said;
@@ -102,7 +106,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated, const ProgressCall
     if (std::none_of(left.begin(), left.end(), [](const auto& one) { return one.has_value(); })) {
       break;
     }
-    Result<Attempt> next = CalibrateAsStated(WithTimeOffsets(stated, offset_s), progress);
+    Result<Attempt> next = CalibrateAsStated(WithTimeOffsets(stated, offset_s), &first, progress);
     if (!next || !IsNearer(*next, left, attempt)) break;
     const Findings& found = attempt.calibration.findings;
     said.insert(said.end(), found.begin(), found.end());
@@ -118,8 +122,11 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated, const ProgressCall
 
 }  // namespace
 
-Result<Calibration> CalibrateExperiment(Experiment stated, const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt, CalibrateWithClocks(stated, progress));
+Result<Calibration> CalibrateExperiment(Experiment stated,
+                                        const ProgressCallback& progress,
+                                        std::optional<LoadedPoses> first) {
+  TRUETRIAD_ASSIGN_OR_RETURN(Attempt attempt,
+                             CalibrateWithClocks(stated, std::move(first), progress));
   auto& [experiment, loaded, calibration] = attempt;
   calibration.serial = experiment.serial.empty() ? loaded.poses.serial : experiment.serial;
   calibration.model = experiment.model;

@@ -107,12 +107,15 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
 
 }  // namespace
 
-Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
-                                      const std::string& folder,
-                                      const ProgressCallback& progress) {
-  TRUETRIAD_ASSIGN_OR_RETURN(const LoadedPoses loaded,
-                             LoadPoses(inputs.front(), PosesConfig(), progress));
-  return ExperimentFor(loaded, inputs, folder);
+Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
+                                    const std::string& folder,
+                                    const ProgressCallback& progress) {
+  PosesConfig config;
+  config.moves = true;  // Where there is a gyroscope, the experiment asks for it.
+  FirstLook look;
+  TRUETRIAD_ASSIGN_OR_RETURN(look.loaded, LoadPoses(inputs.front(), config, progress));
+  TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml, ExperimentFor(look.loaded, inputs, folder));
+  return look;
 }
 
 Result<Calibration> TryCalibration(const std::string& input,

@@ -170,11 +170,9 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   return loaded;
 }
 
-}  // namespace
-
-Result<LoadedPoses> LoadPoses(const std::string& input,
-                              const PosesConfig& config,
-                              const ProgressCallback& progress) {
+Result<LoadedPoses> LoadTableOrRecording(const std::string& input,
+                                         const PosesConfig& config,
+                                         const ProgressCallback& progress) {
   if (!MayBeTable(config)) return LoadRecording(input, config, progress);
   TRUETRIAD_ASSIGN_OR_RETURN(const bool is_table, IsPoseTable(input));
   if (!is_table) return LoadRecording(input, config, progress);
@@ -196,6 +194,19 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                  "itself, or remove `turns:`");
   }
   TRUETRIAD_RETURN_IF_ERROR(TakeRates(selection.rates, &loaded.poses));
+  return loaded;
+}
+
+}  // namespace
+
+Result<LoadedPoses> LoadPoses(const std::string& input,
+                              const PosesConfig& config,
+                              const ProgressCallback& progress) {
+  Result<LoadedPoses> loaded = LoadTableOrRecording(input, config, progress);
+  if (loaded) {
+    loaded->input = input;
+    loaded->config = config;
+  }
   return loaded;
 }
 

@@ -98,11 +98,29 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
   return {};
 }
 
+// Whether reading `input` once more would give the same.
+bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
+  // Without a gyroscope there is nothing between the poses.
+  if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
+  return read.input == input && read.config == config;
+}
+
 }  // namespace
 
-Result<LoadedPoses> LoadSessions(const Experiment& experiment, const ProgressCallback& progress) {
+Result<LoadedPoses> LoadSessions(const Experiment& experiment,
+                                 std::optional<LoadedPoses>* first,
+                                 const ProgressCallback& progress) {
   const std::vector<std::string>& inputs = experiment.inputs;
-  if (inputs.size() == 1) return LoadPoses(inputs.front(), experiment.poses, progress);
+  const auto load = [&](const std::string& input,
+                        const ProgressCallback& part) -> Result<LoadedPoses> {
+    if (!*first || !IsAskedFor(**first, input, experiment.poses)) {
+      return LoadPoses(input, experiment.poses, part);
+    }
+    LoadedPoses read = *std::move(*first);
+    first->reset();
+    return read;
+  };
+  if (inputs.size() == 1) return load(inputs.front(), progress);
   TRUETRIAD_RETURN_IF_ERROR(CheckOneRecordingKeys(experiment));
   LoadedPoses all;
   std::vector<PoseSet> sessions;
@@ -110,7 +128,7 @@ Result<LoadedPoses> LoadSessions(const Experiment& experiment, const ProgressCal
     const ProgressCallback part = [&](double share) {
       if (progress) progress((static_cast<double>(k) + share) / static_cast<double>(inputs.size()));
     };
-    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses more, LoadPoses(inputs[k], experiment.poses, part));
+    TRUETRIAD_ASSIGN_OR_RETURN(LoadedPoses more, load(inputs[k], part));
     if (more.not_enough) {
       more.not_enough->message = inputs[k] + ": " + more.not_enough->message;
       return more;

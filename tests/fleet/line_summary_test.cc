@@ -176,6 +176,85 @@ TEST_F(LineOfUnits, LooksAtTheUnitsThatAreAskedFor) {
   EXPECT_EQ(Summary({.selection = {.since = "2027"}}).yield.all.units, 0);
 }
 
+// Unit b is outside at S1 and good at S2: that is S1's failure, and S1's chart has what it
+// measured.
+TEST_F(LineOfUnits, ChargesAStationWithWhatItMeasuredFirst) {
+  const auto add = [this](const std::string& serial, double bias, const std::string& station) {
+    UnitRun run = RunOf(serial, bias);
+    run.tags.station = station;
+    Add(run);
+  };
+  for (int i = 0; i < 30; ++i) add("a" + std::to_string(i), 0.01 * (i % 7), "S1");
+  add("b", 0.5, "S1");
+  add("b", 0.1, "S2");
+  add("b", 0.2, "S2");
+  const LineSummary summary = Summary();
+  ASSERT_THAT(summary.yield.by_tag.at("station"), SizeIs(1));
+  const YieldCount& first_station = summary.yield.by_tag.at("station").front();
+  EXPECT_EQ(first_station.value, "S1");
+  EXPECT_EQ(first_station.units, 31);
+  EXPECT_EQ(first_station.good_at_first, 30);
+  EXPECT_EQ(first_station.good, 31);
+  EXPECT_EQ(first_station.runs, 33);
+  // What is shipped: of b the last run.
+  EXPECT_THAT(summary.data.units, SizeIs(31));
+  EXPECT_EQ(summary.data.units.back().values[0], 0.2);
+  EXPECT_EQ(summary.limits[0].missed, 0);
+  ASSERT_THAT(summary.measured.units, SizeIs(32));
+  EXPECT_EQ(summary.measured.units[30].values[0], 0.5);
+  EXPECT_EQ(summary.measured.units[31].values[0], 0.1);
+  ASSERT_THAT(summary.charts.stations, SizeIs(2));
+  EXPECT_EQ(summary.charts.stations[0].units, 31);
+}
+
+TEST_F(LineOfUnits, NamesWhoDecidedAsAReason) {
+  Add(RunOf("a", 0.1));
+  ASSERT_TRUE(store_->Dispose({.id = NewRunId(),
+                               .serial = "a",
+                               .created = "",
+                               .who = "R. Roe",
+                               .why = "bent",
+                               .verdict = Verdict::kRefused}));
+  const LineSummary summary = Summary();
+  EXPECT_EQ(summary.yield.all.good, 0);
+  ASSERT_THAT(summary.reasons, SizeIs(1));
+  EXPECT_EQ(summary.reasons[0].code, "decided by R. Roe");
+}
+
+TEST_F(LineOfUnits, TakesNoSelectionThatIsNone) {
+  UnitRun run = RunOf("a", 0.1);
+  run.tags.lot = "L1";
+  Add(run);
+  const auto message = [this](const SummaryOptions& options) {
+    const Result<LineSummary> summary = Summarise(*store_, options);
+    return summary ? "" : summary.error().message;
+  };
+  EXPECT_EQ(message({.selection = {.since = "2026-11-24T00:00Z", .until = "2026-11-25 06"}}), "");
+  for (const char* moment : {"yesterday",
+                             "2026-13",
+                             "2026-02-30",
+                             "2026-11-24T00:00+01:00",
+                             "20261124",
+                             "2026-11-24T24",
+                             "2026-"}) {
+    EXPECT_THAT(message({.selection = {.since = moment}}), HasSubstr("is no moment")) << moment;
+  }
+  EXPECT_THAT(message({.selection = {.since = "2026-11-25", .until = "2026-11-24"}}),
+              HasSubstr("is not before"));
+  EXPECT_THAT(message({.selection = {.lot = "L2"}}), HasSubstr("there are L1"));
+  EXPECT_THAT(message({.selection = {.station = "S1"}}), HasSubstr("has this station, or any"));
+  EXPECT_THAT(message({.subgroup = "lto"}), HasSubstr("--subgroup=lto is no tag; there are"));
+  EXPECT_THAT(message({.study = "TRUE", .study_by = "operater"}), HasSubstr("--by=operater"));
+}
+
+TEST_F(LineOfUnits, SaysThatNothingWasFound) {
+  for (int i = 0; i < 12; ++i) Add(RunOf("u" + std::to_string(i), 0.01 * (i % 5)));
+  const std::string text = SummaryText(Summary());
+  EXPECT_THAT(text, HasSubstr("Effects: none looked for"));
+  EXPECT_THAT(text, HasSubstr("Trends over time, a day: none seen"));
+  EXPECT_THAT(text, HasSubstr("Outliers: "));
+}
+
 // 300 units of a process of 0.06 σ in limits of -+ 0.3, measured with 0.03 σ: Pp 1.67 of the
 // process, 1.49 as observed; 4 σ of either are 16 %.
 TEST_F(LineOfUnits, HoldsTheProcessAgainstItsLimits) {
@@ -314,6 +393,20 @@ TEST_F(StudyOfUnits, SaysWhatItLacks) {
   none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message, HasSubstr("2 runs of part part1 by op0, elsewhere 3"));
+}
+
+// The same files calibrated again would be a gauge without any error.
+TEST_F(StudyOfUnits, IsOfRecordingsEachOfWhichIsThereOnce) {
+  for (int i = 0; i < 4; ++i) {
+    UnitRun run = RunOf("part" + std::to_string(i % 2), 0.05 * i);
+    run.tags.note = "study";
+    run.inputs = {{"manifest.yaml", "same", 0}, {"log.csv", i < 3 ? std::to_string(i) : "1", 900}};
+    Add(run);
+  }
+  const Result<LineSummary> summary = Summarise(*store_, options_);
+  ASSERT_FALSE(summary);
+  EXPECT_THAT(summary.error().message, HasSubstr("the same recording twice"));
+  EXPECT_THAT(summary.error().message, HasSubstr("(part1.csv of part1)"));
 }
 
 }  // namespace

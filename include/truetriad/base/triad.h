@@ -51,6 +51,7 @@ struct PerTriad {
   auto end() { return items.end(); }
   auto begin() const { return items.begin(); }
   auto end() const { return items.end(); }
+  bool operator==(const PerTriad&) const = default;
 };
 
 }  // namespace truetriad

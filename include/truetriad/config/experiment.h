@@ -24,12 +24,16 @@ struct KnownMotionsConfig {
   double rate_sigma_degps = 0.0;
   double rate_axis_sigma_deg = 0.0;
   bool rate_axes_known = true;
+
+  bool operator==(const KnownMotionsConfig&) const = default;
 };
 
 /// One item of `exclude:`.
 struct ExcludedSeconds {
   double from_s = 0.0, to_s = 0.0;  ///< From the recording's first sample.
   std::string stated_in;            ///< "experiment.yaml:12: exclude", for messages.
+
+  bool operator==(const ExcludedSeconds&) const = default;
 };
 
 /// `poses:` of an experiment.
@@ -48,6 +52,8 @@ struct PosesConfig {
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
   /// `sensors: { <sensor>: { time_offset_s: … } }`: taken off the times of its readings.
   PerTriad<double> time_offset_s{};
+
+  bool operator==(const PosesConfig&) const = default;
 };
 
 /// `reference: {position: …}` of an experiment: where it took place.

@@ -39,6 +39,8 @@ struct SweepWindows {
   double window_s = 0.0;            ///< Range: > 0; 0: not set.
   std::int64_t window_samples = 0;  ///< Of the leading sensor. Range: >= 1; 0: not set.
   bool ambient = false;             ///< The ambient temperature is wanted beside the unit's own.
+
+  bool operator==(const SweepWindows&) const = default;
 };
 
 /// Readings with times in here are left out, before anything else.

@@ -18,6 +18,8 @@ namespace truetriad {
 
 /// The poses of one recording or pose table, and where they came from.
 struct LoadedPoses {
+  std::string input;   ///< As it was named.
+  PosesConfig config;  ///< How they were looked for.
   PoseSet poses;
   std::vector<InputFile> inputs;
   PerTriad<std::optional<double>> si_per_count;
@@ -42,18 +44,24 @@ bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& in
 Result<PosesConfig> ParsePoses(const std::string& text);
 
 /// Calibrates what `experiment` asks for from experiment.inputs; everything of calibration.yaml is
-/// filled. Too little data is an outcome. Error (bad input, usage): files that contradict the
-/// experiment or each other.
+/// filled. Too little data is an outcome. `first` is what was read of the first of them before:
+/// unless the experiment asks for other things of it, it is not read again. Error (bad input,
+/// usage): files that contradict the experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
-                                        const ProgressCallback& progress = {});
+                                        const ProgressCallback& progress = {},
+                                        std::optional<LoadedPoses> first = std::nullopt);
 
-/// An experiment for recordings of one unit of which nothing is known but what the first of them
-/// holds: every sensor, with defaults, as YAML with comments. Paths in it are relative to `folder`,
-/// where it is to lie (empty: the current one). Error (bad input): a recording that cannot be read.
-/// Error (not enough): a gyroscope alone.
-Result<std::string> InitialExperiment(const std::vector<std::string>& inputs,
-                                      const std::string& folder,
-                                      const ProgressCallback& progress = {});
+/// What there is to know of recordings of one unit from the first of them.
+struct FirstLook {
+  std::string experiment_yaml;  ///< Every sensor that it holds, with defaults and comments.
+  LoadedPoses loaded;
+};
+
+/// Paths in the experiment are relative to `folder`, where it is to lie (empty: the current one).
+/// Error (bad input): a recording that cannot be read. Error (not enough): a gyroscope alone.
+Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
+                                    const std::string& folder,
+                                    const ProgressCallback& progress = {});
 
 /// What a calibration of every sensor makes of a recording of which nothing else is known, poses
 /// where `config` says. Too little data is an outcome. Errors: as InitialExperiment and

@@ -122,7 +122,8 @@
     width: line.kind === 'bars' ? 0 : 2,
     dash: line.kind === 'dashed' ? [6, 4] : undefined,
     paths: line.kind === 'bars' ? window.uPlot.paths.bars({ size: [0.7, 40] }) : undefined,
-    points: { show: line.kind === 'bars' || line.bare ? false : undefined, size: 6 },
+    // A point by itself makes no line.
+    points: { show: line.kind === 'bars' || line.bare ? false : line.values.length < 3 || undefined, size: 6 },
     spanGaps: true,
   });
 

@@ -45,7 +45,7 @@
         cell(element('span', { class: ppk < 1 ? 'badge is-bad' : '' }, `${ppk < 1 ? '✕ ' : ''}${interval(pair?.overall?.ppk)}`), 'r'),
         cell(share(each.outside), 'r')));
     return [section('Within the limits', scroll('Capability', tableOf([heading('limit'), heading('allowed'), heading('mean', 'r'), heading('Cpk', 'r'), heading('Ppk', 'r'), heading('outside', 'r')], rows)),
-      element('p', { class: 'soft' }, 'The least capable first; the variance of the calibrations is taken out where it is known. Below 1 the process is wider than its limits.'))];
+      element('p', { class: 'soft' }, 'The least capable first; the variance of the calibrations is taken out where it is known. Below 1 some units in a thousand are outside, were they normal.'))];
   };
 
   const drawChart = (place, caption, chart) => {

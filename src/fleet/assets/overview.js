@@ -89,7 +89,7 @@
         { values: good, colour: 'dot' },
       ],
       air: 0.6 * step,
-      range: [Math.max(0, Math.floor(low / 10) * 10 - 5), 102],
+      range: [Math.max(0, Math.floor(low / 10) * 10 - 10), 102],
       label: `Yield over time, ${name} a point; the table below has its numbers.`,
     });
     document.getElementById('yield-caption').replaceChildren(

@@ -48,7 +48,7 @@
 
   const findingsOf = (run) =>
     run.findings.length === 0 ? [] : [section('Findings', element('ul', {}, ...run.findings.map(([severity, code, words, remedy]) =>
-      element('li', {}, words, remedy ? ` ${remedy}` : '', ' ', element('small', {}, `${severity}, ${code}`)))))];
+      element('li', {}, words, remedy ? element('div', { class: 'remedy' }, `To do: ${remedy}`) : ' ', element('small', {}, `${severity}, ${code}`)))))];
 
   // By column of the parameters of a run: [value, sigma].
   const numbersOf = (run) => {

@@ -2,6 +2,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -41,6 +42,7 @@ struct Task {
   Experiment experiment;
   std::string folder;
   std::string initial_yaml;  // the experiment, where none was given
+  std::optional<LoadedPoses> first;
   bool has_report = true;
 };
 
@@ -128,8 +130,10 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs) {
   Task task;
   task.folder = FolderFor(inputs);
   ProgressLine progress("looking at " + inputs.front());
-  TRUETRIAD_ASSIGN_OR_RETURN(task.initial_yaml,
+  TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look,
                              InitialExperiment(inputs, task.folder, progress.callback()));
+  task.initial_yaml = std::move(look.experiment_yaml);
+  task.first = std::move(look.loaded);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
   for (const std::string& item : overrides) task.initial_yaml += "# --set=" + item + '\n';
   const std::string path = (std::filesystem::path(task.folder) / "experiment.yaml").string();
@@ -160,7 +164,7 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs) {
 }
 
 /// The calibration, or why there is none. What another unit's folder holds stays there.
-Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
+Result<VerbResult> RunTask(Task task, bool* is_of_another) {
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(task.folder));
   const auto check_unit = [&](const std::string& serial) -> Status {
     const Status status = FLAGS_overwrite ? Status() : CheckIsOfUnit(task.folder, serial);
@@ -170,7 +174,7 @@ Result<VerbResult> RunTask(const Task& task, bool* is_of_another) {
   TRUETRIAD_RETURN_IF_ERROR(check_unit(task.experiment.serial));
   const Result<Calibration> calibration = [&] {
     ProgressLine progress("reading " + task.experiment.inputs.front());
-    return CalibrateExperiment(task.experiment, progress.callback());
+    return CalibrateExperiment(task.experiment, progress.callback(), std::move(task.first));
   }();
   TRUETRIAD_RETURN_IF_ERROR(calibration);
   TRUETRIAD_RETURN_IF_ERROR(check_unit(calibration->serial));
@@ -194,15 +198,15 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Solver solver, StatedSolver());
   TRUETRIAD_ASSIGN_OR_RETURN(const bool has_report, StatedReport());
   Result<Task> task = TaskFor(StatedInputs(words));
+  const std::string folder = task ? task->folder : FLAGS_output;
   bool is_of_another = false;
   Result<VerbResult> result = [&]() -> Result<VerbResult> {
     if (!task) return task.error();
     task->experiment.options.solver = solver;
     task->has_report = has_report;
-    return RunTask(*task, &is_of_another);
+    return RunTask(*std::move(task), &is_of_another);
   }();
   if (!result) {
-    const std::string& folder = task ? task->folder : FLAGS_output;
     if (!is_of_another && !folder.empty()) {
       TRUETRIAD_RETURN_IF_ERROR(PutAside(folder, {kResults.begin(), kResults.end()}));
     }

@@ -15,19 +15,20 @@ namespace {
 
 Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   const std::vector<std::string> inputs = StatedInputs(words);
-  const Result<std::string> experiment = [&] {
+  const Result<FirstLook> look = [&] {
     ProgressLine progress("looking at " + inputs.front());
     const std::string folder = std::filesystem::path(FLAGS_output).parent_path().string();
     return InitialExperiment(inputs, folder, progress.callback());
   }();
-  TRUETRIAD_RETURN_IF_ERROR(experiment);
+  TRUETRIAD_RETURN_IF_ERROR(look);
+  const std::string& experiment = look->experiment_yaml;
   if (!FLAGS_output.empty()) {
-    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_output, *experiment));
+    TRUETRIAD_RETURN_IF_ERROR(WriteFileAtomically(FLAGS_output, experiment));
     return VerbResult{
         .text = FLAGS_output + '\n',
-        .result = {{"output", FLAGS_output}, {"config", JsonOfPlainYaml(*experiment)}}};
+        .result = {{"output", FLAGS_output}, {"config", JsonOfPlainYaml(experiment)}}};
   }
-  return VerbResult{.text = *experiment, .result = {{"config", JsonOfPlainYaml(*experiment)}}};
+  return VerbResult{.text = experiment, .result = {{"config", JsonOfPlainYaml(experiment)}}};
 }
 
 }  // namespace
