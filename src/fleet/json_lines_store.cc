@@ -316,7 +316,7 @@ Result<std::unique_ptr<Store>> OpenJsonLines(const std::string& path, Access acc
 std::optional<std::string> JsonLinesPath(const std::string& url) {
   constexpr std::string_view kScheme = "jsonl:";
   if (url.starts_with(kScheme)) return url.substr(kScheme.size());
-  if (url.find("://") == std::string::npos && url.ends_with(".jsonl")) return url;
+  if (!url.starts_with("sqlite:") && url.ends_with(".jsonl")) return url;
   return std::nullopt;
 }
 

@@ -117,9 +117,7 @@ Status CheckStoreUrl(const std::string& url) {
   if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
   return Error(ErrorCode::kInvalidArgument,
                "--store=" + url +
-                   ": names no file, so that nothing would be kept; expected one, as in line.db or "
-                   "./" +
-                   std::string(path));
+                   " names no file, so that nothing would be kept; expected one, as in line.db");
 }
 
 std::string ShownPostgres(const std::string& url) {

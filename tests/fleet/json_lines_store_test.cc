@@ -190,7 +190,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
   }
   const std::string good = LineOf(SampleRun("1", "A"));
   for (const auto& [from, to, message] :
-       {std::tuple("\"usable\"", "\"PASS\"", "`PASS` is no verdict"),
+       {std::tuple("\"verdict\":\"pass\"", "\"verdict\":\"PASS\"", "`PASS` is no verdict"),
         {"\"lot\"", "\"lott\"", "tags that no experiment has"}}) {
     std::string line = good;
     line.replace(line.find(from), std::string_view(from).size(), to);
@@ -226,7 +226,7 @@ TEST(StoreUrl, OfRunsAsTextHasASchemeOrAnEnding) {
   EXPECT_EQ(JsonLinesPath("a/b.jsonl"), "a/b.jsonl");
   EXPECT_EQ(JsonLinesPath("jsonl:a/b"), "a/b");
   EXPECT_EQ(JsonLinesPath("a/b.db"), std::nullopt);
-  EXPECT_EQ(JsonLinesPath("sqlite:a/b.db"), std::nullopt);
+  EXPECT_EQ(JsonLinesPath("sqlite:a/b.jsonl"), std::nullopt);
 }
 
 TEST(AShard, IsBelowItsCount) {

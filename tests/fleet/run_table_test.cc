@@ -107,7 +107,7 @@ TEST_F(Exporting, SaysWhatPeopleDecidedOfTheRunThatCounts) {
   using ::testing::ElementsAre;
   EXPECT_THAT(last_four(1), ElementsAre("refused", "refused", "1", ""));
   EXPECT_THAT(last_four(2), ElementsAre("", "", "", ""));
-  EXPECT_THAT(last_four(3), ElementsAre("refused", "usable", "2", "R. Roe"));
+  EXPECT_THAT(last_four(3), ElementsAre("refused", "pass", "2", "R. Roe"));
   // A tag is asked for by its name.
   EXPECT_EQ(*ExportCsv(*store_, {.where = "lot = 'L17' AND serial LIKE '-%'"}, path_), 1u);
 }
