@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "fleet/schema.h"
 #include "fleet/store_samples.h"
 #include "support/private_postgres.h"
 
@@ -175,6 +176,27 @@ TEST_F(PostgreSQLStore, IsMadeOnceByManyAtOnce) {
   for (const std::string& failure : failures) EXPECT_EQ(failure, "");
   EXPECT_EQ(server()->Psql(url_, "SELECT value FROM fact WHERE name = 'schema_version'"), "3");
   EXPECT_EQ(server()->Psql(url_, "SELECT count(*) FROM fact WHERE name = 'store'"), "1");
+}
+
+// A store of today is taken back to the second version, and opened.
+TEST_F(PostgreSQLStore, BringsAnOlderStoreUpToDate) {
+  ASSERT_TRUE((*OpenStore(url_))->Add(RunOf("1", Verdict::kPass)));
+  const std::string view(kMigrations[1].substr(kMigrations[1].find("CREATE VIEW standing")));
+  EXPECT_EQ(server()->Psql(url_,
+                           "DROP VIEW standing; ALTER TABLE finding DROP COLUMN treatment;"
+                           "ALTER TABLE station_check DROP COLUMN recording;"
+                           "ALTER TABLE station_check DROP COLUMN repeatability;"
+                           "DELETE FROM fact WHERE name = 'store';"
+                           "UPDATE fact SET value = 2 WHERE name = 'schema_version';"
+                           "INSERT INTO disposition VALUES "
+                           "('d', '1', 'c', 'R. Roe', 'refused', 'bent');" +
+                               view),
+            "");
+  const auto store = OpenStoreToRead(url_);
+  ASSERT_TRUE(store) << store.error().message;
+  EXPECT_THAT(Ask(**store, "SELECT final_verdict, disposed_by, disposed_why FROM standing"),
+              ElementsAre(ElementsAre("refused", "R. Roe", "bent")));
+  EXPECT_NE(*(*store)->Identity(), "");
 }
 
 TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
