@@ -50,13 +50,15 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
   TRUETRIAD_RETURN_IF_ERROR(PrepareUnitsFolder(options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store, OpenStatedStore());
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
+  TRUETRIAD_RETURN_IF_ERROR(NameStore(*store, &options.plan));
   TRUETRIAD_ASSIGN_OR_RETURN(const GoldenHold hold, StatedGoldenHold(options.plan, *store));
   if (hold) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<std::string> why, hold());
     if (why) return Error(ErrorCode::kStationNotChecked, *why);
   }
-  TRUETRIAD_ASSIGN_OR_RETURN(const fleet::FolderClaim claim,
-                             fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
+  TRUETRIAD_ASSIGN_OR_RETURN(
+      const fleet::FolderClaim claim,
+      fleet::FolderClaim::Share(options.plan.folder, *store, options.plan.store));
   NoteInterruptions();
   const Result<fleet::FleetProgress> progress = [&] {
     FleetTalk talk;
