@@ -21,7 +21,7 @@ bool HasForm(std::string_view text, std::string_view form) {
 }
 
 /// For messages: what may be anything.
-std::string Shown(std::string_view text) {
+std::string InWords(std::string_view text) {
   constexpr std::size_t kMost = 60;
   return Json(std::string(text.substr(0, kMost)))
              .dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) +
@@ -30,13 +30,13 @@ std::string Shown(std::string_view text) {
 
 Status CheckName(std::string_view name) {
   if (IsRunId(name)) return {};
-  return Wrong("its name " + Shown(name) +
+  return Wrong("its name " + InWords(name) +
                " is none that truetriad has made, as in 20261124T235959.123456Z-4f2a9c01");
 }
 
 Status CheckTime(const std::string& created) {
   if (HasForm(created, "0000-00-00T00:00:00Z")) return {};
-  return Wrong("created is " + Shown(created) + ", expected a time as in 2026-11-24T23:59:59Z");
+  return Wrong("created is " + InWords(created) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
 /// The least value of a number that is stored.
@@ -50,7 +50,7 @@ Status CheckParameters(const UnitRun& run) {
   std::set<std::string_view> names;
   for (const Parameter& parameter : run.parameters) {
     if (parameter.name.empty() || !names.insert(parameter.name).second) {
-      return Wrong("parameter " + Shown(parameter.name) + " is there twice, or has no name");
+      return Wrong("parameter " + InWords(parameter.name) + " is there twice, or has no name");
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber(parameter.name, parameter.value, true));
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber("sigma of " + parameter.name, parameter.sigma, false));
@@ -76,13 +76,13 @@ Status CheckRun(const UnitRun& run) {
   TRUETRIAD_RETURN_IF_ERROR(CheckName(run.id));
   if (run.serial.empty() || run.serial.size() > kLongestSerial ||
       run.serial.find('\0') != std::string::npos) {
-    return Wrong("the serial number " + Shown(run.serial) + " has " +
+    return Wrong("the serial number " + InWords(run.serial) + " has " +
                  std::to_string(run.serial.size()) + " bytes, expected 1 to " +
                  std::to_string(kLongestSerial) + " without NUL");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.created));
   for (const std::string* const text : {&run.log, &run.folder}) {
-    if (text->find('\0') != std::string::npos) return Wrong("a path has a NUL: " + Shown(*text));
+    if (text->find('\0') != std::string::npos) return Wrong("a path has a NUL: " + InWords(*text));
   }
   for (const auto& [name, value] : {std::pair("wall_s", run.wall_s),
                                     {"cpu_s", run.cpu_s},
