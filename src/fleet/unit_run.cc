@@ -113,26 +113,6 @@ constexpr std::array<std::pair<const char*, std::string UnitRun::*>, 10> kTexts 
      {"code", &UnitRun::code},
      {"message", &UnitRun::message}}};
 
-Json JsonOf(const Tags& tags) {
-  Json json = Json::object();
-  const auto add = [&](const TagKey& tag) {
-    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
-  };
-  for (const TagKey& tag : kDeviceTags) add(tag);
-  for (const TagKey& tag : kRunTags) add(tag);
-  return json;
-}
-
-Tags TagsFrom(const Json& json) {
-  Tags tags;
-  const auto take = [&](const TagKey& tag) {
-    tags.*tag.value = json.value(std::string(tag.key), "");
-  };
-  for (const TagKey& tag : kDeviceTags) take(tag);
-  for (const TagKey& tag : kRunTags) take(tag);
-  return tags;
-}
-
 UnitRun UnitRunFrom(const Json& json) {
   UnitRun run;
   for (const auto& [name, field] : kTexts) run.*field = json.at(name);
@@ -158,6 +138,35 @@ UnitRun UnitRunFrom(const Json& json) {
 }
 
 }  // namespace
+
+void SetTag(std::string_view name, const std::string& value, Tags* tags) {
+  for (const TagKey& tag : kDeviceTags) {
+    if (tag.key == name) tags->*tag.value = value;
+  }
+  for (const TagKey& tag : kRunTags) {
+    if (tag.key == name) tags->*tag.value = value;
+  }
+}
+
+Json JsonOf(const Tags& tags) {
+  Json json = Json::object();
+  const auto add = [&](const TagKey& tag) {
+    if (!(tags.*tag.value).empty()) json[std::string(tag.key)] = tags.*tag.value;
+  };
+  for (const TagKey& tag : kDeviceTags) add(tag);
+  for (const TagKey& tag : kRunTags) add(tag);
+  return json;
+}
+
+Tags TagsFrom(const Json& json) {
+  Tags tags;
+  const auto take = [&](const TagKey& tag) {
+    tags.*tag.value = json.value(std::string(tag.key), "");
+  };
+  for (const TagKey& tag : kDeviceTags) take(tag);
+  for (const TagKey& tag : kRunTags) take(tag);
+  return tags;
+}
 
 Finding FindingFrom(const Json& json) {
   Finding finding;

@@ -79,6 +79,12 @@ std::string LineOf(const UnitRun& run);
 /// Error (bad input): no such line.
 Result<UnitRun> ReadLine(std::string_view line);
 
+/// Sets the tag of this name ("lot", "part"), if there is one.
+void SetTag(std::string_view name, const std::string& value, Tags* tags);
+/// The tags that are stated, by their names, and back.
+Json JsonOf(const Tags& tags);
+Tags TagsFrom(const Json& json);
+
 /// A finding from what ToJson makes of it. An exception of the JSON library: it is none.
 Finding FindingFrom(const Json& json);
 
