@@ -142,6 +142,7 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
   if (file < 0) return CannotWrite(path);
   FolderClaim claim(file);
   if (flock(file, LOCK_EX | LOCK_NB) == 0) return claim;
+  if (errno != EWOULDBLOCK) return CannotWrite(path);
   return Error(ErrorCode::kOutputInTheWay,
                {folder},
                "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "

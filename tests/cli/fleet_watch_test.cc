@@ -110,11 +110,12 @@ TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
   folder_.Write("line/u1/recording.yaml",
                 "recording: 1\napplied: none\nstreams:\n  accelerometer: { file: imu.csv, time: { "
                 "column: t, unit: s }, x: x, y: y, z: z, unit: m/s^2 }\n");
-  const std::string watch = "truetriad fleet watch line -o out --report=false ";
-  EXPECT_THAT(Run(watch + "--until-idle=0.1").out, StartsWith("1 OF 2 NOT GOOD"));
+  const std::string watch =
+      "truetriad fleet watch line -o out --report=false --poll=0.1 --until-idle=0.1 ";
+  EXPECT_THAT(Run(watch).out, StartsWith("1 OF 2 NOT GOOD"));
   EXPECT_THAT(Ask("SELECT serial, code FROM run ORDER BY serial"),
               ElementsAre("u0,", "u1,unreadable-file"));
-  EXPECT_THAT(Run(watch + "--until-idle=0.1 --tag=lot=L17").out, StartsWith("NOTHING TO DO"));
+  EXPECT_THAT(Run(watch + "--tag=lot=L17").out, StartsWith("NOTHING TO DO"));
 }
 
 TEST_F(FleetWatch, SaysWhatIsWrongWithTheCall) {

@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 class UnitList : public ::testing::Test {
  protected:
   void SetUp() override {
-    fs::permissions(folder_.Path(""), fs::perms::others_all, fs::perm_options::add);
+    fs::permissions(folder_.Path(""), fs::perms::all);
     for (const char* folder : {"a", "a/u3", "a/u1.csv.truetriad", "a/.hidden"}) {
       std::filesystem::create_directories(folder_.Path(folder));
     }
