@@ -187,6 +187,18 @@ TEST_F(Watch, GivesARecordingAgainWhenAnyOfItsTablesChanges) {
   EXPECT_THAT(Given(kTwoLooksS), UnorderedElementsAre("unit/beside.csv", "unit/deep/below.CSV"));
 }
 
+// Its file of poses belongs to a recording, too.
+TEST_F(Watch, GivesARecordingAgainWhenItsPosesChange) {
+  Write("unit/poses.yaml", "poses: [ { first: 0, last: 1 } ]\n");
+  Write("unit/recording.yaml", std::string(kRecording) + "poses: { file: poses.yaml }\n");
+  Write("unit/imu.csv");
+  Write("unit/mag.csv");
+  Open();
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+  Write("unit/poses.yaml", "poses: [ { first: 0, last: 2 } ]\n");
+  EXPECT_THAT(Given(kTwoLooksS), ElementsAre("unit/recording.yaml"));
+}
+
 TEST_F(Watch, FollowsLinksToFolders) {
   Write("there/u0.csv");
   fs::create_directories(folder_.Path("elsewhere"));
